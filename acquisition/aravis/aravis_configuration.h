@@ -9,7 +9,7 @@
 #include "acquisition/aravis/aravis_link.h"
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 
 namespace ulf::acquisition {
 

@@ -21,7 +21,7 @@
 #include "acquisition/aravis/aravis_setting.h"
 #include "acquisition/device/device.h"
 #include "core/base/mutex.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
 
 namespace ulf::acquisition {
 

@@ -11,7 +11,7 @@
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_setting.h"
 #include "core/base/error.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "acquisition/aravis/aravis_configuration.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
 
 namespace ulf::acquisition {
 

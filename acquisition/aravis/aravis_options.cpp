@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "core/base/error.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -7,7 +7,7 @@
 #include <array>
 
 #include "acquisition/gige_vision/bound_sockets.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {

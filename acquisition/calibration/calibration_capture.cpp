@@ -13,7 +13,6 @@
 #include "core/base/name_order.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
-#include "core/image/files/raw_file.h"
 
 namespace ulf::acquisition {
 namespace {

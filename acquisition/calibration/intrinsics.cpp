@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/sensor_window.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/fiducials/board.h"
-#include "core/fiducials/marker_corners.h"
+#include "core/fiducials/marker_detector.h"
 
 namespace ulf::acquisition {
 

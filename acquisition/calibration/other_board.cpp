@@ -13,7 +13,7 @@
 #include "acquisition/calibration/layout_fit.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "core/fiducials/touching_markers.h"
+#include "core/fiducials/marker_detector.h"
 
 namespace ulf::acquisition {
 namespace {

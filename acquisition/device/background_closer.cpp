@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "core/base/mutex.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -24,10 +24,9 @@
 
 #include "acquisition/device/transport_figures.h"
 #include "core/base/device_uri.h"
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/sensor_window.h"
-#include "core/image/frame.h"
-#include "core/image/frame_source.h"
 
 namespace ulf {
 struct FlatField;     // core/image/flat_field.h

@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/mutex.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
 
 namespace ulf::acquisition {
 

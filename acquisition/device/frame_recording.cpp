@@ -20,7 +20,7 @@
 #include "core/base/mutex.h"
 #include "core/base/output_path.h"
 #include "core/geometry/camera_json.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/raw_file.h"
 #include "core/image/files/tiff_file.h"

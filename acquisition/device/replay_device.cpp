@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {

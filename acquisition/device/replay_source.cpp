@@ -15,13 +15,15 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/image_header.h"
-#include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/video/video_reader.h"
 
 namespace ulf::acquisition {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/base/host_time.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 

@@ -12,7 +12,7 @@
 #include "acquisition/device/frame_id_counter.h"
 #include "core/base/clock_offset.h"
 #include "core/base/mutex.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
 
 namespace ulf::acquisition {
 

@@ -24,7 +24,9 @@
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 #include "core/base/quantile.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/base/stop_signal.h"
+#include "core/image/files/exif.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/files/raw_file.h"
 
 namespace ulf::acquisition {

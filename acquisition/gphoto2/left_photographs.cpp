@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/base/name_order.h"
-#include "core/image/files/raw_file.h"
+#include "core/image/files/picture_kind.h"
 
 namespace ulf::acquisition {
 namespace {

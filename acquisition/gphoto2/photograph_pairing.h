@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "acquisition/gphoto2/camera_settings.h"
-#include "core/image/files/jpeg_file.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
+#include "core/image/files/exif.h"
 
 namespace ulf::acquisition {
 

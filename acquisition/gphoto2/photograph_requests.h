@@ -22,7 +22,7 @@
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/shutter_bracket.h"
 #include "core/base/mutex.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
 
 namespace ulf::acquisition {
 

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "acquisition/device/device.h"
+#include "core/frames/pixel_format.h"
 #include "core/image/image.h"
-#include "core/image/pixel_format.h"
 
 namespace ulf::acquisition {
 

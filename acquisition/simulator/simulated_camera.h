@@ -26,8 +26,8 @@
 #include "acquisition/simulator/scene/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
 #include "acquisition/simulator/simulated_faults.h"
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
-#include "core/image/frame.h"
 
 namespace ulf::acquisition {
 

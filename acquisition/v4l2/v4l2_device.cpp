@@ -28,6 +28,7 @@
 #include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "acquisition/v4l2/v4l2_node.h"
+#include "core/frames/pixel_format.h"
 #include "core/image/image.h"
-#include "core/image/pixel_format.h"
 
 namespace ulf::acquisition {
 

@@ -24,7 +24,7 @@ endif()
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1")
 # OpenGL where no GPU's driver is, letters on the display, man, completion in bash.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri, fonts-dejavu-core, man-db, bash-completion")
-# What reads and writes videos, opened by name when it is needed (core/video/ffmpeg_calls): of the versions whose headers were there.
+# What reads and writes videos, opened by name when it is needed (core/ffmpeg/ffmpeg_calls): of the versions whose headers were there.
 foreach(library avformat avcodec avutil swscale)
   string(REGEX MATCH "^[0-9]+" major "${ffmpeg_lib${library}_VERSION}")
   string(APPEND CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS ", lib${library}${major}")

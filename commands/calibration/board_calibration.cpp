@@ -20,7 +20,6 @@
 #include "core/base/stop_signal.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/png_picture.h"
-#include "core/image/files/raw_file.h"
 #include "core/image/image.h"
 
 namespace ulf::commands {

@@ -21,6 +21,7 @@
 #include "core/geometry/sensor_window.h"
 #include "core/image/clipped.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/raw_file.h"
 #include "core/image/image.h"

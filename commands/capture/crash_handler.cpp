@@ -17,8 +17,8 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
-#include "core/base/signal_stack.h"
-#include "core/light_field/light_field_io.h"
+#include "core/base/stop_signal.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::commands {
 namespace {

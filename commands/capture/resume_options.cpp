@@ -8,7 +8,8 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/journal.h"
+#include "core/light_field/folder/journal.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf::commands {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/image/frame_source.h"
+#include "core/frames/frame.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
 

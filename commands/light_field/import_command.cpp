@@ -12,6 +12,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
+#include "core/light_field/formats/set_format.h"
 
 namespace ulf::commands {
 namespace {

@@ -15,8 +15,9 @@
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/conversions.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf::commands {
 namespace {

@@ -16,10 +16,10 @@
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
-#include "core/light_field/folder_check.h"
-#include "core/light_field/kept_findings.h"
-#include "core/light_field/unposed_photographs.h"
-#include "core/light_field/view_numbers.h"
+#include "core/light_field/findings.h"
+#include "core/light_field/folder/folder_check.h"
+#include "core/light_field/folder/kept_findings.h"
+#include "core/light_field/folder/unposed_photographs.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"
@@ -565,9 +565,7 @@ std::string LampAdvice(const LightCheck& check, FrameSource source) {
 }
 
 LightCheck CheckLightOf(const LightField& light_field, Progress& progress) {
-  LightCheckOptions options;
-  options.progress = [&](double share) { progress.Show(share, "photographs"); };
-  return CheckLight(light_field, options);
+  return CheckLight(light_field, [&](double share) { progress.Show(share, "photographs"); });
 }
 
 std::string ToText(const LightCheck& check, FrameSource source) {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "core/base/progress.h"
-#include "core/image/frame_source.h"
-#include "core/light_field/light_check.h"
+#include "core/frames/frame.h"
+#include "core/light_field/folder/light_check.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/gap_words.h"

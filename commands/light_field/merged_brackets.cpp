@@ -10,7 +10,8 @@
 #include "core/base/counted.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/stereo/bracket_merge.h"
 
 namespace ulf::commands {

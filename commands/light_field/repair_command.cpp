@@ -8,7 +8,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/folder_repair.h"
+#include "core/light_field/folder/repair_plan.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"

@@ -13,7 +13,7 @@
 #include "core/base/output_path.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/operator/coverage_drawing.h"
 #include "render/gl/make_renderer.h"

@@ -18,8 +18,9 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/view_numbers.h"
+#include "core/light_field/findings.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::commands {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "commands/number_checks.h"
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 
 namespace ulf::commands {
 namespace {

@@ -20,7 +20,8 @@
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::commands {
 namespace {

@@ -22,8 +22,8 @@
 #include "core/base/progress.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/folder/leftovers.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/light_field.h"
-#include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
@@ -116,7 +116,7 @@ render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
 int SweepMaps(const ProxyArgs& args, const LightField& light_field) {
   const auto start = std::chrono::steady_clock::now();
   const render::MapShare share = render::MapShare::Parse(args.maps_of);
-  RequireOutside(light_field.root, args.maps, "--maps");
+  RequireOutside(light_field.root, args.maps, "maps");
   RequireWritableFolder(args.maps);
   const auto scene = SceneFor(args, light_field);
   Progress progress("proxy");

@@ -26,7 +26,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/digest.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
 #include "render/output/picture_files.h"

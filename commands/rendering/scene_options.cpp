@@ -8,7 +8,8 @@
 
 #include "commands/number_checks.h"
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/gl/gl_context.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"

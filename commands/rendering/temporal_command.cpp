@@ -14,7 +14,7 @@
 #include "core/base/progress.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/gl/make_renderer.h"
 
 namespace ulf::commands {

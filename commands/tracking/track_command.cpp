@@ -33,7 +33,6 @@
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
-#include "core/base/thread_clock.h"
 #include "core/geometry/trajectory.h"
 #include "core/plot/gnuplot.h"
 #include "tracking/sources/pose_source.h"

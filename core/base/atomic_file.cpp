@@ -150,8 +150,8 @@ std::string ThisComputer() {
   return computer;
 }
 
-// Returns the mark of the process that wrote the temporary file, by its name; none: it has another name, or is no file. Names
-// of older programs had no computer.
+// Returns the mark of the process that wrote the temporary file, by its name; none: it has another name, or
+// is no file. Names of older programs had no computer.
 std::optional<std::string> MarkOf(const fs::directory_entry& entry) {
   static const std::regex kName(R"(.+\.((?:[0-9a-f]{8}-)?[0-9]{1,9})-[0-9]+\.part)");
   const std::string name = entry.path().filename().string();
@@ -166,8 +166,8 @@ bool IsOfDeadProcess(const fs::directory_entry& entry) {
   return mark && IsOfEndedProcess(*mark);
 }
 
-// Removes what killed processes left of this file. A folder is looked through once: what this process writes itself, it
-// removes itself.
+// Removes what killed processes left of this file. A folder is looked through once: what this process writes
+// itself, it removes itself.
 void RemoveLeftOf(const fs::path& path) {
   static Mutex mutex;
   static std::map<fs::path, std::vector<fs::path>> left_in ULF_GUARDED_BY(mutex);

@@ -13,8 +13,8 @@
 namespace ulf {
 
 // Writes a temporary file beside `path`, syncs it, renames it and syncs the folder. Throws DiskFullError, or
-// Error where writing is not permitted; then the file at `path`, if there was one, is unchanged: nothing throws
-// after the rename.
+// Error where writing is not permitted; then the file at `path`, if there was one, is unchanged: nothing
+// throws after the rename.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 // The bytes of a file to be written. They may exist already, or be made while they are written, so that a
@@ -74,8 +74,8 @@ void SyncFolder(const std::filesystem::path& folder);
 std::filesystem::path MoveWithoutReplacing(const std::filesystem::path& from,
                                            const std::filesystem::path& to);
 
-// Gives a file a second name, or makes a copy where the file system has no hard links. Returns false where something has
-// that name. Throws Error.
+// Gives a file a second name, or makes a copy where the file system has no hard links. Returns false where
+// something has that name. Throws Error.
 bool LinkOrCopy(const std::filesystem::path& from, const std::filesystem::path& to);
 
 // Makes the folder and all folders above it. Throws Error naming what stands in the way.
@@ -87,17 +87,19 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder);
 // Throws DiskFullError where `reason`, an errno, says that there is no room, else Error.
 [[noreturn]] void ThrowDiskError(int reason, const std::string& what_failed);
 
-// Throws Error unless `path` leads to a regular file: opening a pipe would wait for ever, and reading a device would never
-// end.
+// Throws Error unless `path` leads to a regular file: opening a pipe would wait for ever, and reading a
+// device would never end.
 void RequireRegularFile(const std::filesystem::path& path);
 
-// The bytes of a regular file. Throws Error where it is missing, is none, or is larger than the memory that is left.
+// The bytes of a regular file. Throws Error where it is missing, is none, or is larger than the memory that
+// is left.
 std::string ReadWholeFile(const std::filesystem::path& path);
 
 // The ending of all temporary names. Files with it that a killed process left are safe to remove.
 inline constexpr std::string_view kTemporaryEnding = ".part";
 
-// This process among those of all computers that write to the same disk, for temporary names: "1f3a9c02-4711".
+// This process among those of all computers that write to the same disk, for temporary names:
+// "1f3a9c02-4711".
 std::string ProcessMark();
 // Whether it is the mark of a process of this computer that no longer runs.
 bool IsOfEndedProcess(const std::string& mark);
@@ -106,8 +108,8 @@ std::filesystem::path TemporaryName(const std::filesystem::path& path);
 
 // Whether it is a temporary file by its name.
 bool IsTemporary(const std::filesystem::directory_entry& entry);
-// Whether it is one that a killed process left: its process was one of this computer and no longer runs, or it is older than
-// an hour.
+// Whether it is one that a killed process left: its process was one of this computer and no longer runs, or
+// it is older than an hour.
 bool IsLeftTemporary(const std::filesystem::directory_entry& entry);
 
 }  // namespace ulf

@@ -1,5 +1,5 @@
-// How much memory is left, and how much the C library keeps. Callers ask before they allocate much, because the system
-// kills a process that takes more than there is.
+// How much memory is left, and how much the C library keeps. Callers ask before they allocate much, because
+// the system kills a process that takes more than there is.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@ namespace ulf {
 // (ulimit -v) leave.
 std::uint64_t AvailableMemory();
 
-// For processes that run for hours with many threads: they share two heaps, where the C library would have up to eight a
-// processor, each of which keeps what its threads freed. To be called before threads start; MALLOC_ARENA_MAX in the
-// environment wins.
+// For processes that run for hours with many threads: they share two heaps, where the C library would have up
+// to eight a processor, each of which keeps what its threads freed. To be called before threads start;
+// MALLOC_ARENA_MAX in the environment wins.
 void ShareHeaps();
 
 }  // namespace ulf

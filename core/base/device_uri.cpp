@@ -12,8 +12,8 @@ namespace ulf {
 DeviceUri DeviceUri::Parse(const std::string& uri) {
   const std::size_t colon = uri.find(':');
   if (colon == std::string::npos || colon == 0)
-    throw UsageError("'{}' is not a device URI; use sim:studio, replay:PATH or aravis:ID (see 'ulf devices')",
-                     uri);
+    throw Refusal("", uri, fmt::format("'{}' is not a device URI", uri),
+                  "use sim:studio, replay:PATH or aravis:ID (see 'ulf devices')");
   DeviceUri parsed;
   parsed.scheme = uri.substr(0, colon);
   const std::size_t question = uri.find('?', colon);
@@ -25,7 +25,7 @@ DeviceUri DeviceUri::Parse(const std::string& uri) {
     const std::string pair = uri.substr(start, end - start);
     const std::size_t equals = pair.find('=');
     if (equals == std::string::npos || equals == 0)
-      throw UsageError("'{}' in '{}' is not an option; write key=value", pair, uri);
+      throw Refusal("", pair, fmt::format("'{}' in '{}' is not an option", pair, uri), "write key=value");
     parsed.options.emplace_back(pair.substr(0, equals), pair.substr(equals + 1));
     start = end + 1;
   }
@@ -44,14 +44,15 @@ std::optional<double> DeviceUri::Number(const std::string& key) const {
   char* end = nullptr;
   const double number = std::strtod(text->c_str(), &end);
   if (text->empty() || *end != '\0' || !std::isfinite(number))
-    throw UsageError("'{}': {} must be a number, not '{}'", Text(), key, *text);
+    throw Refusal("'" + Text() + "'", "", fmt::format("{} must be a number, not '{}'", key, *text), "");
   return number;
 }
 
 double DeviceUri::Number(const std::string& key, double otherwise, double least, double most) const {
   const double number = Number(key).value_or(otherwise);
   if (number < least || number > most)
-    throw UsageError("'{}': {} must be from {:g} to {:g}, not {:g}", Text(), key, least, most, number);
+    throw Refusal("'" + Text() + "'", "",
+                  fmt::format("{} must be from {:g} to {:g}, not {:g}", key, least, most, number), "");
   return number;
 }
 
@@ -59,7 +60,8 @@ std::optional<int> DeviceUri::Whole(const std::string& key, int least, int most)
   const auto number = Number(key);
   if (!number) return std::nullopt;
   if (*number < least || *number > most || *number != std::floor(*number))
-    throw UsageError("'{}': {} must be a whole number from {} to {}", Text(), key, least, most);
+    throw Refusal("'" + Text() + "'", "",
+                  fmt::format("{} must be a whole number from {} to {}", key, least, most), "");
   return static_cast<int>(*number);
 }
 
@@ -72,8 +74,9 @@ void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {
   for (const auto& [name, value] : options)
     if (std::ranges::find(known, name) == known.end()) {
       const bool reconnects = scheme == "aravis" || scheme == "gphoto2";
-      throw UsageError("'{}' has no option '{}'; known are: {}{}", Text(), name, fmt::join(known, ", "),
-                       reconnects ? ", reconnect_s" : "");
+      throw Refusal(
+          "", name, fmt::format("'{}' has no option '{}'", Text(), name),
+          fmt::format("known are: {}{}", fmt::join(known, ", "), reconnects ? ", reconnect_s" : ""));
     }
 }
 

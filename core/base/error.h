@@ -20,13 +20,14 @@ class Error : public std::runtime_error {
       : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
 };
 
-// A caller's request that cannot be met: a parameter has an impossible value, or two contradict each other. The text
-// is "WHAT VALUE: WHY; REMEDY". Exit status 2.
+// A caller's request that cannot be met: a parameter has an impossible value, or two contradict each other.
+// The text is "WHAT VALUE: WHY; REMEDY". Exit status 2.
 class Refusal : public Error {
  public:
-  // what: the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file). value: what was
-  // given for it; empty where that adds nothing. why: what is wrong. remedy: what to do; empty where `why` says it.
-  // Without `what` the text is "WHY; REMEDY", where `why` quotes the value in a sentence of its own.
+  // what: the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file). value:
+  // what was given for it; empty where that adds nothing. why: what is wrong. remedy: what to do; empty where
+  // `why` says it. Without `what` the text is "WHY; REMEDY", where `why` quotes the value in a sentence of
+  // its own.
   Refusal(std::string what, std::string value, std::string why, std::string remedy);
 
   const std::string& Subject() const { return what_; }
@@ -38,8 +39,8 @@ class Refusal : public Error {
   std::string what_, value_, why_, remedy_;
 };
 
-// The name of a parameter as whoever reads messages writes it: "no_subject", its name in the API, unless a program has
-// its own way (the command line writes "--no-subject"). For texts of errors, warnings and hints.
+// The name of a parameter as whoever reads messages writes it: "no_subject", its name in the API, unless a
+// program has its own way (the command line writes "--no-subject"). For texts of errors, warnings and hints.
 std::string Parameter(std::string_view name);
 
 // How Parameter() spells names from now on in this process. Called once, before other threads begin.

@@ -1,8 +1,10 @@
-// This computer's two clocks, in seconds: the wall clock, which stamps frames and events, and the steady
-// clock, which measures durations.
+// This computer's clocks, in seconds: the wall clock, which stamps frames and events, the steady clock, which
+// measures durations, and the CPU time of a thread.
 #pragma once
 
 #include <chrono>
+#include <ctime>
+#include <utility>
 
 namespace ulf {
 
@@ -12,6 +14,26 @@ inline double EpochSeconds() {
 
 inline double SecondsSince(std::chrono::steady_clock::time_point moment) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - moment).count();
+}
+
+// Times of laps on this machine's steady clock.
+class Stopwatch {
+ public:
+  // Since the last lap, or since the watch was made.
+  double LapSeconds() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(start_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// CPU time of the calling thread, in seconds: independent of other programs on the machine.
+inline double ThreadCpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 }  // namespace ulf

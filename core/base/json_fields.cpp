@@ -13,7 +13,8 @@ bool IsOfWord(char c) {
   return std::isalnum(byte) || byte >= 0x80 || c == '_' || c == '.' || c == '-' || c == '+';
 }
 
-// The word, or the sign, that the character belongs to; of text in quotes, where the parser stops at its end, all of it.
+// The word, or the sign, that the character belongs to; of text in quotes, where the parser stops at its end,
+// all of it.
 std::string_view WordAt(std::string_view text, std::size_t at) {
   if (text[at] == '"' && at > 0) {
     std::size_t begin = text.rfind('"', at - 1);

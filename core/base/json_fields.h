@@ -15,7 +15,8 @@
 
 namespace ulf {
 
-// "line 3, column 17: not valid JSON: a comma too many before ']'". `byte`: nlohmann::json::parse_error::byte.
+// "line 3, column 17: not valid JSON: a comma too many before ']'". `byte`:
+// nlohmann::json::parse_error::byte.
 std::string JsonFault(std::string_view text, std::size_t byte);
 
 // Throws Error: `where`, the fault, and `remedy` (what to do, as a clause).

@@ -1,4 +1,5 @@
-// JSON as text, and back: the library's parser and printer are templates that every unit which names them compiles anew.
+// JSON as text, and back: the library's parser and printer are templates that every unit which names them
+// compiles anew.
 #pragma once
 
 #include <iosfwd>
@@ -18,7 +19,8 @@ nlohmann::json JsonOrDiscarded(std::string_view text);
 
 bool IsJson(std::string_view text);
 
-// In one line, or with so many spaces for each level. Throws nlohmann::json::type_error where a text is not UTF-8.
+// In one line, or with so many spaces for each level. Throws nlohmann::json::type_error where a text is not
+// UTF-8.
 std::string JsonText(const nlohmann::json& json, int indent = -1);
 std::string JsonText(const nlohmann::ordered_json& json, int indent = -1);
 

@@ -1,6 +1,9 @@
-// Why the program chose one model and not another, in one form for all commands (--explain).
+// Why the program chose one model and not another, in one form for all commands.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -19,7 +22,24 @@ struct ModelChoice {
   std::vector<ModelCandidate> candidates;  // in order of preference, mostly the simplest first
 };
 
-std::string ToText(const ModelChoice& choice);  // a heading, and a line for each candidate
-nlohmann::ordered_json ToJson(const ModelChoice& choice);
+// A heading, and a line for each candidate.
+inline std::string ToText(const ModelChoice& choice) {
+  std::size_t width = 0;
+  for (const ModelCandidate& candidate : choice.candidates) width = std::max(width, candidate.model.size());
+  std::string text = fmt::format("{}: {}\n", choice.question, choice.criterion);
+  for (const ModelCandidate& candidate : choice.candidates)
+    text += fmt::format("{} {:<{}}  {}\n", candidate.chosen ? '*' : ' ', candidate.model, width,
+                        candidate.evidence);
+  return text;
+}
+
+inline nlohmann::ordered_json ToJson(const ModelChoice& choice) {
+  nlohmann::ordered_json json{{"question", choice.question}, {"criterion", choice.criterion}};
+  json["candidates"] = nlohmann::ordered_json::array();
+  for (const ModelCandidate& candidate : choice.candidates)
+    json["candidates"].push_back(
+        {{"model", candidate.model}, {"evidence", candidate.evidence}, {"chosen", candidate.chosen}});
+  return json;
+}
 
 }  // namespace ulf

@@ -1,13 +1,14 @@
-// A mutex, its lock and a condition variable that Clang's thread-safety analysis can follow. They are the standard
-// library's with the analysis' attributes on them and cost nothing more; the functions have the standard's names.
+// A mutex, its lock and a condition variable that Clang's thread-safety analysis can follow. They are the
+// standard library's with the analysis' attributes on them and cost nothing more; the functions have the
+// standard's names.
 //
-// A member says which mutex guards it (ULF_GUARDED_BY), a function which one its caller must hold (ULF_REQUIRES) or
-// must not hold (ULF_EXCLUDES); a build with the preset "clang" fails where the code does otherwise. GCC sees
-// none of it. https://clang.llvm.org/docs/ThreadSafetyAnalysis.html
+// A member says which mutex guards it (ULF_GUARDED_BY), a function which one its caller must hold
+// (ULF_REQUIRES) or must not hold (ULF_EXCLUDES); a build with the preset "clang" fails where the code does
+// otherwise. GCC sees none of it. https://clang.llvm.org/docs/ThreadSafetyAnalysis.html
 //
-// The analysis takes a lambda for a function of its own: one that runs while its caller holds the lock, such as the
-// predicate of a wait, says so: [this]() ULF_REQUIRES(mutex_) { return stopped_; }.
-// It can guard members and static variables, not variables of a function.
+// The analysis takes a lambda for a function of its own: one that runs while its caller holds the lock, such
+// as the predicate of a wait, says so: [this]() ULF_REQUIRES(mutex_) { return stopped_; }. It can guard
+// members and static variables, not variables of a function.
 #pragma once
 
 #include <chrono>
@@ -24,13 +25,11 @@
 #define ULF_CAPABILITY(name) ULF_THREAD_SAFETY(capability(name))
 #define ULF_SCOPED_CAPABILITY ULF_THREAD_SAFETY(scoped_lockable)
 #define ULF_GUARDED_BY(...) ULF_THREAD_SAFETY(guarded_by(__VA_ARGS__))
-#define ULF_POINTEE_GUARDED_BY(...) ULF_THREAD_SAFETY(pt_guarded_by(__VA_ARGS__))
 #define ULF_REQUIRES(...) ULF_THREAD_SAFETY(requires_capability(__VA_ARGS__))
 #define ULF_EXCLUDES(...) ULF_THREAD_SAFETY(locks_excluded(__VA_ARGS__))
 #define ULF_ACQUIRE(...) ULF_THREAD_SAFETY(acquire_capability(__VA_ARGS__))
 #define ULF_TRY_ACQUIRE(...) ULF_THREAD_SAFETY(try_acquire_capability(__VA_ARGS__))
 #define ULF_RELEASE(...) ULF_THREAD_SAFETY(release_capability(__VA_ARGS__))
-#define ULF_RETURNS_CAPABILITY(...) ULF_THREAD_SAFETY(lock_returned(__VA_ARGS__))
 #define ULF_NO_THREAD_SAFETY_ANALYSIS ULF_THREAD_SAFETY(no_thread_safety_analysis)
 
 namespace ulf {

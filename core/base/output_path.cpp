@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <cerrno>
 #include <filesystem>
 
@@ -15,24 +17,24 @@ namespace fs = std::filesystem;
 void RequireWritable(const std::string& path) {
   const fs::path folder = FolderOf(path);
   std::error_code ignored;
-  if (fs::is_directory(path, ignored)) throw UsageError("{}: is a folder; give a file's name", path);
+  if (fs::is_directory(path, ignored)) throw Refusal(path, "", "is a folder", "give a file's name");
   if (!fs::is_directory(folder, ignored))
-    throw UsageError("{}: the folder {} does not exist; make it first", path, folder.string());
+    throw Refusal(path, "", fmt::format("the folder {} does not exist", folder.string()), "make it first");
   if (access(folder.c_str(), W_OK) != 0)
-    throw UsageError("{}: the folder {} is not writable; choose another", path, folder.string());
+    throw Refusal(path, "", fmt::format("the folder {} is not writable", folder.string()), "choose another");
 }
 
 void RequireUnused(const std::string& path, std::string_view bytes) {
   std::error_code unknown;
   if (!fs::is_regular_file(path, unknown)) return;
   if (fs::file_size(path, unknown) == bytes.size() && ReadWholeFile(path) == bytes) return;
-  throw UsageError("{}: exists already and is not replaced; choose another name, or remove it first", path);
+  throw Refusal(path, "", "exists already and is not replaced", "choose another name, or remove it first");
 }
 
 void RequireWritablePicture(const std::string& path) {
   const std::string ending = Lowercase(fs::path(path).extension().string());
   if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
-    throw UsageError("{}: give a picture's name, ending in .png or .jpg", path);
+    throw Refusal(path, "", "give a picture's name, ending in .png or .jpg", "");
   RequireWritable(path);
 }
 
@@ -41,9 +43,9 @@ void RequireFolderCanBeMade(const std::string& path) {
   fs::path there = fs::absolute(path).lexically_normal();
   while (!fs::exists(there, ignored) && there.has_relative_path()) there = there.parent_path();
   if (!fs::is_directory(there, ignored))
-    throw UsageError("{}: {} is no folder; choose another", path, there.string());
+    throw Refusal(path, "", fmt::format("{} is no folder", there.string()), "choose another");
   if (access(there.c_str(), W_OK) != 0)
-    throw UsageError("{}: the folder {} is not writable; choose another", path, there.string());
+    throw Refusal(path, "", fmt::format("the folder {} is not writable", there.string()), "choose another");
 }
 
 void RequireRoom(const fs::path& folder, std::uint64_t bytes) {
@@ -59,7 +61,8 @@ void RequireWritableFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (!error && access(path.c_str(), W_OK) != 0) error = {errno, std::generic_category()};
-  if (error) throw UsageError("{}: no folder to write into ({}); choose another", path, error.message());
+  if (error)
+    throw Refusal(path, "", fmt::format("no folder to write into ({})", error.message()), "choose another");
 }
 
 }  // namespace ulf

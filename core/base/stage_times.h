@@ -1,7 +1,7 @@
 // CPU time of the tracking thread for one frame by stage, in seconds, without mapping.
 #pragma once
 
-#include "core/base/thread_clock.h"
+#include "core/base/host_time.h"
 
 namespace ulf {
 

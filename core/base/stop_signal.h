@@ -1,5 +1,5 @@
-// Signals as a request to end in good order, for commands that run until they are stopped: SIGINT, SIGTERM, and the
-// SIGHUP of a terminal that closes or of a connection that breaks.
+// Signals as a request to end in good order, for commands that run until they are stopped: SIGINT, SIGTERM,
+// and the SIGHUP of a terminal that closes or of a connection that breaks.
 #pragma once
 
 #include <vector>
@@ -19,5 +19,11 @@ class StopOnSignal {
 
   static bool Asked();
 };
+
+// A separate stack for a thread's signal handlers, so that the crash handler
+// (commands/capture/crash_handler.h) can run after a stack overflow. Each thread needs its own.
+
+// Gives the calling thread such a stack until it ends. Does nothing where the thread has one.
+void InstallSignalStack();
 
 }  // namespace ulf

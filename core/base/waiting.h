@@ -1,5 +1,5 @@
-// Says on standard error what a person is waiting for while work runs that cannot tell its share, such as the end of a
-// capture: every three seconds a line with the step and the seconds so far, by a thread of its own.
+// Says on standard error what a person is waiting for while work runs that cannot tell its share, such as the
+// end of a capture: every three seconds a line with the step and the seconds so far, by a thread of its own.
 #pragma once
 
 #include <chrono>

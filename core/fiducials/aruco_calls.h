@@ -1,5 +1,6 @@
-// OpenCV's ArUco under one set of names: 4.7 took it out of the contributed modules, and returns dictionaries and boards as
-// values. The calls that follow take pointers in both. Only the files of this folder include this header.
+// OpenCV's ArUco under one set of names: 4.7 took it out of the contributed modules, and returns dictionaries
+// and boards as values. The calls that follow take pointers in both. Only the files of this folder include
+// this header.
 #pragma once
 
 #include <opencv2/aruco/charuco.hpp>

@@ -43,6 +43,8 @@ std::vector<std::string> SplitAtColons(const std::string& text) {
   return parts;
 }
 
+std::string Quoted(const std::string& text) { return "'" + text + "'"; }
+
 double LengthMm(const std::string& word, const char* what, const std::string& board) {
   std::size_t used = 0;
   double value = 0;
@@ -52,7 +54,7 @@ double LengthMm(const std::string& word, const char* what, const std::string& bo
     used = 0;
   }
   if (used == 0 || used != word.size() || !(value > 0) || value > 1e5)
-    throw UsageError("board '{}': '{}' is no {} in millimetres", board, word, what);
+    throw Refusal("board", Quoted(board), fmt::format("'{}' is no {} in millimetres", word, what), "");
   return value;
 }
 
@@ -60,10 +62,11 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
   char x = 0, rest = 0;
   const bool counts = std::sscanf(word.c_str(), "%d%c%d%c", &board.columns, &x, &board.rows, &rest) == 3;
   if (!counts || x != 'x' || board.columns < 1 || board.rows < 1 || board.columns > 200 || board.rows > 200)
-    throw UsageError("board '{}': '{}' is not COLUMNSxROWS, as 7x5", text, word);
+    throw Refusal("board", Quoted(text), fmt::format("'{}' is not COLUMNSxROWS, as 7x5", word), "");
 }
 
-// Lengths in metres, and Kalibr's gap as a share of the tag, are taken for what they are where they can be nothing else.
+// Lengths in metres, and Kalibr's gap as a share of the tag, are taken for what they are where they can be
+// nothing else.
 void RefuseMetres(const Board& board, const std::string& text) {
   constexpr double kLeastMm = 1, kMmPerM = 1000;
   const double length = board.IsMarkerGrid() ? board.marker_mm : board.square_mm;
@@ -74,9 +77,10 @@ void RefuseMetres(const Board& board, const std::string& text) {
   meant.square_mm = rounded(kMmPerM * board.square_mm);
   meant.marker_mm = rounded(kMmPerM * board.marker_mm);
   meant.gap_mm = rounded(is_share ? kMmPerM * board.gap_mm * board.marker_mm : kMmPerM * board.gap_mm);
-  throw UsageError("board '{}': {} of {} mm; lengths are in millimetres. If these are metres{}, give {}",
-                   text, board.IsMarkerGrid() ? "markers" : "squares", length,
-                   is_share ? " and the gap a share of the tag, as Kalibr has it" : "", meant.Text());
+  throw Refusal(
+      "board", Quoted(text), fmt::format("{} of {} mm", board.IsMarkerGrid() ? "markers" : "squares", length),
+      fmt::format("lengths are in millimetres. If these are metres{}, give {}",
+                  is_share ? " and the gap a share of the tag, as Kalibr has it" : "", meant.Text()));
 }
 
 bool IsDarkSquare(const Board& board, int column, int row) {
@@ -120,10 +124,11 @@ void ParseWords(const std::vector<std::string>& words, const std::string& text, 
     if (named == kOrders.end()) {
       std::vector<std::string> orders;
       for (const MarkerOrder& order : kOrders) orders.push_back(order.Text());
-      throw UsageError(
-          "board '{}': what is '{}'? Behind the board there may be first=N, the way of numbering ({}) and, "
-          "of a ChArUco board, white-corner",
-          text, word, fmt::join(orders, ", "));
+      throw Refusal("board", Quoted(text),
+                    fmt::format("what is '{}'? Behind the board there may be first=N, the way of numbering "
+                                "({}) and, of a ChArUco board, white-corner",
+                                word, fmt::join(orders, ", ")),
+                    "");
     }
     board.order = *named;
   }
@@ -134,8 +139,8 @@ void ParseWords(const std::vector<std::string>& words, const std::string& text, 
 int DictionaryNumber(const std::string& name) {
   const auto found = std::ranges::find(kDictionaries, name);
   if (found == kDictionaries.end())
-    throw UsageError("there is no marker dictionary '{}'; there are {}", name,
-                     fmt::join(kDictionaries, ", "));
+    throw Refusal("", name, fmt::format("there is no marker dictionary '{}'", name),
+                  fmt::format("there are {}", fmt::join(kDictionaries, ", ")));
   return static_cast<int>(found - kDictionaries.begin());
 }
 
@@ -151,7 +156,7 @@ Board Board::Parse(const std::string& text) {
   const auto require_parts = [&](std::size_t count, const char* form) {
     const bool words = board.kind != BoardKind::kChessboard && parts.size() > count;
     if (parts.size() != count && !words)
-      throw UsageError("board '{}': a {} is written as {}", text, kind, form);
+      throw Refusal("board", Quoted(text), fmt::format("a {} is written as {}", kind, form), "");
     if (words) ParseWords({parts.begin() + static_cast<std::ptrdiff_t>(count), parts.end()}, text, board);
   };
   if (kind == "charuco") {
@@ -160,8 +165,10 @@ Board Board::Parse(const std::string& text) {
     board.square_mm = LengthMm(parts[2], "square", text);
     board.marker_mm = LengthMm(parts[3], "marker", text);
     if (board.marker_mm >= board.square_mm)
-      throw UsageError("board '{}': the marker ({} mm) must be smaller than the square ({} mm)", text,
-                       board.marker_mm, board.square_mm);
+      throw Refusal("board", Quoted(text),
+                    fmt::format("the marker ({} mm) must be smaller than the square ({} mm)", board.marker_mm,
+                                board.square_mm),
+                    "");
     board.dictionary = parts[4];
   } else if (kind == "aruco") {
     board.kind = BoardKind::kArucoGrid;
@@ -185,22 +192,25 @@ Board Board::Parse(const std::string& text) {
     board.marker_mm = 0;
     board.dictionary.clear();
   } else {
-    throw UsageError(
-        "board '{}': there is no kind of board '{}'; there are charuco, aruco, aprilgrid and chessboard",
-        text, kind);
+    throw Refusal("board", Quoted(text), fmt::format("there is no kind of board '{}'", kind),
+                  "there are charuco, aruco, aprilgrid and chessboard");
   }
   ParseCounts(parts[1], text, board);
   RefuseMetres(board, text);
   const int least = board.IsMarkerGrid() ? 1 : 3;
   if (board.columns < least || board.rows < least)
-    throw UsageError("board '{}': needs at least {}x{} squares (counted are squares, not inner corners)",
-                     text, least, least);
+    throw Refusal(
+        "board", Quoted(text),
+        fmt::format("needs at least {}x{} squares (counted are squares, not inner corners)", least, least),
+        "");
   if (board.kind != BoardKind::kChessboard) {
     const auto dictionary = ArucoDictionary(DictionaryNumber(board.dictionary));
     const int markers = board.first_marker + static_cast<int>(board.MarkerPlaces().size());
     if (markers > dictionary->bytesList.rows)
-      throw UsageError("board '{}': needs {} markers, {} has {}", text, markers, board.dictionary,
-                       dictionary->bytesList.rows);
+      throw Refusal(
+          "board", Quoted(text),
+          fmt::format("needs {} markers, {} has {}", markers, board.dictionary, dictionary->bytesList.rows),
+          "");
   }
   return board;
 }
@@ -228,7 +238,8 @@ std::string Board::Text() const {
 
 namespace {
 
-// The length of so many squares, or markers with the gaps between them, and around them where squares stand there.
+// The length of so many squares, or markers with the gaps between them, and around them where squares stand
+// there.
 double LengthOf(const Board& board, int count) {
   if (!board.IsMarkerGrid()) return count * board.square_mm;
   const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;

@@ -4,19 +4,21 @@
 // right, y down, z into the sheet; every point lies at z = 0. Patterns are OpenCV's (4.6): a ChArUco board
 // has a dark square in its upper left corner and its markers in the white squares, row by row.
 //
-// Kalibr's AprilGrid has a square of the gap's size at every crossing of its gaps, on its rim too, so that the corners
-// of the tags are saddle points. Its tags have a border of two cells, stand as the AprilTag library draws them (half a
-// turn from OpenCV's DICT_APRILTAG_36h11), and are numbered from the lower left row by row upwards: the lower left
-// corner of tag i is at ((i % columns) (tag + gap), (i / columns) (tag + gap)), x to the right and y up.
+// Kalibr's AprilGrid has a square of the gap's size at every crossing of its gaps, on its rim too, so that
+// the corners of the tags are saddle points. Its tags have a border of two cells, stand as the AprilTag
+// library draws them (half a turn from OpenCV's DICT_APRILTAG_36h11), and are numbered from the lower left
+// row by row upwards: the lower left corner of tag i is at ((i % columns) (tag + gap), (i / columns) (tag +
+// gap)), x to the right and y up.
 //
 // One text describes a board; it is printed on the sheet, too:
 //   charuco:7x5:30:22:DICT_5X5_100    columns x rows of squares, square, marker, dictionary
 //   aruco:4x5:37.5:5:DICT_6X6_1000    columns x rows of markers, marker, gap, dictionary
 //   aprilgrid:6x6:30:9                columns x rows of tags, tag, gap
 //   chessboard:8x6:25                 columns x rows of squares, square
-// Boards of other makers have words behind that, in any order: `first=36`, the least number of a marker; `right-up`, how
-// markers are numbered (right, left, up or down to the next one, then to the next row or column); `white-corner`, a
-// ChArUco board with a marker in its upper left corner, as OpenCV drew those of an even number of rows before 4.6.
+// Boards of other makers have words behind that, in any order: `first=36`, the least number of a marker;
+// `right-up`, how markers are numbered (right, left, up or down to the next one, then to the next row or
+// column); `white-corner`, a ChArUco board with a marker in its upper left corner, as OpenCV drew those of an
+// even number of rows before 4.6.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,7 +52,7 @@ struct Board {
   MarkerOrder order = {};
   bool white_corner = false;
 
-  static Board Parse(const std::string& text);  // throws UsageError that names the right form
+  static Board Parse(const std::string& text);  // throws Refusal that names the right form
   std::string Text() const;
 
   // A grid of markers without squares between: ArUco grid or AprilGrid.
@@ -65,8 +67,8 @@ struct Board {
   // The points that are detected, by id: the inner corners of a ChArUco board or chessboard row by row; the
   // four corners of each marker of a grid (from first_marker on), clockwise from its upper left one.
   std::vector<Eigen::Vector3d> Points() const;
-  // The corners of the markers of a ChArUco board or a grid, four for each marker number from first_marker on,
-  // clockwise from its upper left one.
+  // The corners of the markers of a ChArUco board or a grid, four for each marker number from first_marker
+  // on, clockwise from its upper left one.
   std::vector<Eigen::Vector3d> MarkerPoints() const;
   // The dark areas of the sheet. Rectangles may touch but do not overlap.
   std::vector<RectangleMm> Dark() const;
@@ -74,7 +76,7 @@ struct Board {
   bool operator==(const Board&) const = default;
 };
 
-// OpenCV's number of the dictionary with this name; throws UsageError that lists the names.
+// OpenCV's number of the dictionary with this name; throws Refusal that lists the names.
 int DictionaryNumber(const std::string& name);
 
 }  // namespace ulf

@@ -9,14 +9,15 @@
 
 #include "core/base/quantile.h"
 #include "core/fiducials/aruco_calls.h"
-#include "core/fiducials/touching_markers.h"
+#include "core/fiducials/marker_detector.h"
 
 namespace ulf {
 namespace {
 
 using Corners = std::vector<cv::Point2f>;
 
-// Half the window in which a corner is refined, px. Smaller: noise decides; larger: other edges get in. Guessed.
+// Half the window in which a corner is refined, px. Smaller: noise decides; larger: other edges get in.
+// Guessed.
 constexpr int kLeastHalfWindowPx = 2, kMostHalfWindowPx = 8;
 
 void RefineCorners(const cv::Mat& gray, double half_window_px, Corners& corners) {
@@ -70,8 +71,8 @@ double HalfWindowPx(const cv::Point2f& corner, const Markers& markers) {
   return nearest / std::sqrt(2.0) - 1;
 }
 
-// The board that OpenCV looks for. It knows those with a dark upper left corner: one with a white corner is what remains
-// of such a board without its first column.
+// The board that OpenCV looks for. It knows those with a dark upper left corner: one with a white corner is
+// what remains of such a board without its first column.
 Board DarkCornerBoard(const Board& board) {
   Board whole = board;
   if (board.white_corner) ++whole.columns;
@@ -122,7 +123,8 @@ BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
   return view;
 }
 
-// A corner that moves farther is another corner: pixels, and the share of the marker's side in large pictures. Guessed.
+// A corner that moves farther is another corner: pixels, and the share of the marker's side in large
+// pictures. Guessed.
 constexpr double kFarthestPx = 3, kFarthestShare = 0.05;
 
 // Adds a marker's corners, refined in windows that reach neither its cells nor what lies beyond the gap.
@@ -150,8 +152,8 @@ void AddMarkerCorners(const Board& board, int number, int cells, const cv::Mat& 
   }
 }
 
-// Whether the tags of an AprilGrid stand on their heads: Kalibr's do for OpenCV, those that were drawn with OpenCV's
-// dictionary do not. Their neighbours tell.
+// Whether the tags of an AprilGrid stand on their heads: Kalibr's do for OpenCV, those that were drawn with
+// OpenCV's dictionary do not. Their neighbours tell.
 bool AreTurned(const std::vector<Eigen::Vector2i>& places,
                const std::vector<std::pair<int, MarkerImage>>& tags) {
   double upright = 0;

@@ -39,8 +39,8 @@ inline Rigid3 operator*(const Rigid3& c_from_b, const Rigid3& b_from_a) {
           c_from_b.rotation * b_from_a.translation + c_from_b.translation};
 }
 
-// Between two poses `cam_from_world`, at a share of the way from `a` to `b`: the rotation by slerp, the camera's centre on
-// a straight line.
+// Between two poses `cam_from_world`, at a share of the way from `a` to `b`: the rotation by slerp, the
+// camera's centre on a straight line.
 Rigid3 Interpolated(const Rigid3& a, const Rigid3& b, double share);
 
 // A camera at `center_in_world` that looks at `target_in_world` with `up_in_world` upwards in its image.

@@ -1,5 +1,5 @@
-// What Eigen works out of small matrices, compiled once: a file that names one of its decompositions takes seconds longer
-// to compile, and each size again.
+// What Eigen works out of small matrices, compiled once: a file that names one of its decompositions takes
+// seconds longer to compile, and each size again.
 #pragma once
 
 #include <Eigen/Core>

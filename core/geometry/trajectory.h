@@ -41,8 +41,8 @@ struct TrajectoryError {
   struct AtTime {
     double time_s = 0;
     double distance = 0;  // of the centres
-    // Between the two, after the rotation that lays the turns over each other: centres that lie close together leave
-    // open how they are turned.
+    // Between the two, after the rotation that lays the turns over each other: centres that lie close
+    // together leave open how they are turned.
     double turn_deg = 0;
   };
   std::vector<AtTime> errors;  // of each pose that has a counterpart

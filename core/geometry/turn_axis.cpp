@@ -4,16 +4,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/angles.h"
+
 namespace ulf {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// Guessed: a board's pose is about 0.2 degrees and 0.2 % of the distance off where few of its markers show.
+constexpr double kLeastTurn = Radians(8);  // between two poses that tell the axis
+constexpr int kComparedPoses = 40;         // so many poses after it a pose is compared with
+constexpr double kSameDirection = Radians(1), kSamePlaceShare = 0.012;  // of the distance
+constexpr double kLeastAgreeing =
+    0.15;  // of the pairs; others are of two stands, or of a camera that is carried
+
 constexpr double kMostTurn = Radians(170);  // near half a turn the axis's sense is lost
 constexpr std::size_t kMostGuesses = 200, kFewestPairs = 3;
 
-// Two poses' turn of the world: a world point at `from` has come to where it is seen at rotation * from + shift.
+// Two poses' turn of the world: a world point at `from` has come to where it is seen at rotation * from +
+// shift.
 struct Turn {
   Matrix3d rotation;
   Vector3d shift, axis;  // axis: unit
@@ -21,14 +31,14 @@ struct Turn {
   double distance;       // of the cameras from the world's origin
 };
 
-std::vector<Turn> TurnsBetween(std::span<const Rigid3> poses, const TurnAxisOptions& options) {
+std::vector<Turn> TurnsBetween(std::span<const Rigid3> poses) {
   std::vector<Turn> turns;
   for (std::size_t i = 0; i < poses.size(); ++i)
-    for (std::size_t j = i + 1;
-         j < std::min(poses.size(), i + 1 + static_cast<std::size_t>(options.neighbours)); ++j) {
+    for (std::size_t j = i + 1; j < std::min(poses.size(), i + 1 + static_cast<std::size_t>(kComparedPoses));
+         ++j) {
       const Rigid3 motion = poses[i].Inverse() * poses[j];
       const double angle = RotationAngle(motion.rotation);
-      if (angle < options.least_turn || angle > kMostTurn) continue;
+      if (angle < kLeastTurn || angle > kMostTurn) continue;
       const Eigen::AngleAxisd turn(motion.rotation);
       turns.push_back({motion.RotationMatrix(), motion.translation, turn.axis(), std::sin(0.5 * angle),
                        poses[i].OriginInSource().norm()});
@@ -49,9 +59,9 @@ Vector3d PointOn(const Vector3d& axis, std::span<const Turn* const> turns) {
   return point - axis.dot(point) * axis;
 }
 
-bool Agrees(const Turn& turn, const Vector3d& axis, const Vector3d& point, const TurnAxisOptions& options) {
-  return std::abs(turn.axis.dot(axis)) > std::cos(options.same_direction / std::min(1.0, 2 * turn.weight)) &&
-         (turn.rotation * point + turn.shift - point).norm() < options.same_place_share * turn.distance;
+bool Agrees(const Turn& turn, const Vector3d& axis, const Vector3d& point) {
+  return std::abs(turn.axis.dot(axis)) > std::cos(kSameDirection / std::min(1.0, 2 * turn.weight)) &&
+         (turn.rotation * point + turn.shift - point).norm() < kSamePlaceShare * turn.distance;
 }
 
 TurnAxis FitTo(std::span<const Turn* const> turns) {
@@ -62,32 +72,36 @@ TurnAxis FitTo(std::span<const Turn* const> turns) {
   return {PointOn(axis, turns), axis};
 }
 
-std::vector<const Turn*> Agreeing(const std::vector<Turn>& turns, const TurnAxis& axis,
-                                  const TurnAxisOptions& options) {
+std::vector<const Turn*> Agreeing(const std::vector<Turn>& turns, const TurnAxis& axis) {
   std::vector<const Turn*> agreeing;
   for (const Turn& turn : turns)
-    if (Agrees(turn, axis.direction_in_world, axis.point_in_world, options)) agreeing.push_back(&turn);
+    if (Agrees(turn, axis.direction_in_world, axis.point_in_world)) agreeing.push_back(&turn);
   return agreeing;
+}
+
+// Within so many times what one stand's poses differ by.
+bool IsWithin(const StandShift& shift, double times) {
+  return shift.direction < times * kSameDirection && shift.place_share < times * kSamePlaceShare;
 }
 
 }  // namespace
 
-std::optional<TurnAxis> FitTurnAxis(std::span<const Rigid3> cam_from_world, const TurnAxisOptions& options) {
-  const std::vector<Turn> turns = TurnsBetween(cam_from_world, options);
+std::optional<TurnAxis> FitTurnAxis(std::span<const Rigid3> cam_from_world) {
+  const std::vector<Turn> turns = TurnsBetween(cam_from_world);
   const auto enough = std::max<std::size_t>(
-      kFewestPairs, static_cast<std::size_t>(options.least_agreeing * static_cast<double>(turns.size())));
+      kFewestPairs, static_cast<std::size_t>(kLeastAgreeing * static_cast<double>(turns.size())));
   std::vector<const Turn*> most;
   const std::size_t step = std::max<std::size_t>(1, turns.size() / kMostGuesses);
   for (std::size_t i = 0; i < turns.size(); i += step) {
     const Turn* one = &turns[i];
-    auto agreeing = Agreeing(turns, FitTo({&one, 1}), options);
+    auto agreeing = Agreeing(turns, FitTo({&one, 1}));
     if (agreeing.size() > most.size()) most = std::move(agreeing);
   }
   if (most.size() < enough) return std::nullopt;
   TurnAxis axis = FitTo(most);
   constexpr int kRounds = 2;
   for (int i = 0; i < kRounds; ++i) {
-    most = Agreeing(turns, axis, options);
+    most = Agreeing(turns, axis);
     if (most.size() < enough) return std::nullopt;
     axis = FitTo(most);
   }
@@ -102,24 +116,19 @@ StandShift ShiftBetween(const TurnAxis& axis, const Rigid3& a_from_world, const 
           (in_a - in_b).norm() / in_a.norm()};
 }
 
-bool IsSameStand(const StandShift& shift, const TurnAxisOptions& options) {
-  return shift.direction < options.same_direction && shift.place_share < options.same_place_share;
-}
+bool IsSameStand(const StandShift& shift) { return IsWithin(shift, 1); }
 
-std::vector<int> StandsOf(const TurnAxis& axis, std::span<const Rigid3> cam_from_world,
-                          const TurnAxisOptions& options) {
+std::vector<int> StandsOf(const TurnAxis& axis, std::span<const Rigid3> cam_from_world) {
   std::vector<int> stands;
   int stand = -1;
   std::size_t first = 0;  // of the stand
   for (std::size_t i = 0; i < cam_from_world.size(); ++i) {
     // One pose that is off must not end a stand: the middle one of those so far stands for all.
     const std::size_t middle = first + (i - first) / 2;
-    const bool same =
-        i > 0 && (IsSameStand(ShiftBetween(axis, cam_from_world[middle], cam_from_world[i]), options) ||
-                  IsSameStand(ShiftBetween(axis, cam_from_world[i - 1], cam_from_world[i]), options));
-    const bool crept = same && !IsSameStand(ShiftBetween(axis, cam_from_world[middle], cam_from_world[i]),
-                                            {.same_direction = 2 * options.same_direction,
-                                             .same_place_share = 2 * options.same_place_share});
+    const StandShift shift = ShiftBetween(axis, cam_from_world[middle], cam_from_world[i]);
+    const bool same = i > 0 && (IsSameStand(shift) ||
+                                IsSameStand(ShiftBetween(axis, cam_from_world[i - 1], cam_from_world[i])));
+    const bool crept = same && !IsWithin(shift, 2);
     if (!same || crept) {
       ++stand;
       first = i;

@@ -1,8 +1,10 @@
-// The axis of a turntable, and where a camera stood that looked at it, from the camera's poses about what turns.
+// The axis of a turntable, and where a camera stood that looked at it, from the camera's poses about what
+// turns.
 //
-// A camera that stands while the world turns about an axis sees that axis in one place: direction and point are
-// the same in the frames of all its cameras. Two poses of one stand differ by a turn about the axis in the world,
-// without a shift along it; the axis is that on which most pairs of neighbouring poses agree. World units.
+// A camera that stands while the world turns about an axis sees that axis in one place: direction and point
+// are the same in the frames of all its cameras. Two poses of one stand differ by a turn about the axis in
+// the world, without a shift along it; the axis is that on which most pairs of neighbouring poses agree.
+// World units.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +12,6 @@
 #include <span>
 #include <vector>
 
-#include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 
 namespace ulf {
@@ -20,18 +21,9 @@ struct TurnAxis {
   Eigen::Vector3d direction_in_world = Eigen::Vector3d::UnitZ();
 };
 
-struct TurnAxisOptions {
-  // Guessed: a board's pose is about 0.2 degrees and 0.2 % of the distance off where few of its markers show.
-  double least_turn = Radians(8);  // between two poses that tell the axis
-  int neighbours = 40;             // so many poses after it a pose is compared with
-  double same_direction = Radians(1), same_place_share = 0.012;  // of the distance
-  double least_agreeing = 0.15;  // of the pairs; others are of two stands, or of a camera that is carried
-};
-
 // `cam_from_world` in order of time. None where too few pairs of poses differ by a turn about one axis: the
 // subject did not turn, or the camera went along with something else.
-std::optional<TurnAxis> FitTurnAxis(std::span<const Rigid3> cam_from_world,
-                                    const TurnAxisOptions& options = {});
+std::optional<TurnAxis> FitTurnAxis(std::span<const Rigid3> cam_from_world);
 
 // How far apart two cameras see the axis: 0 where the camera has not moved between them, whatever has turned.
 struct StandShift {
@@ -39,11 +31,10 @@ struct StandShift {
   double place_share = 0;  // of the axis's distance
 };
 StandShift ShiftBetween(const TurnAxis& axis, const Rigid3& a_from_world, const Rigid3& b_from_world);
-bool IsSameStand(const StandShift& shift, const TurnAxisOptions& options = {});
+bool IsSameStand(const StandShift& shift);
 
-// Which stand each pose belongs to, counted from 0 in order of time. A pose while the camera is being moved is a
-// stand of its own.
-std::vector<int> StandsOf(const TurnAxis& axis, std::span<const Rigid3> cam_from_world,
-                          const TurnAxisOptions& options = {});
+// Which stand each pose belongs to, counted from 0 in order of time. A pose while the camera is being moved
+// is a stand of its own.
+std::vector<int> StandsOf(const TurnAxis& axis, std::span<const Rigid3> cam_from_world);
 
 }  // namespace ulf

@@ -1,7 +1,7 @@
 // CIELAB and the colour difference CIEDE2000.
 //
-// Linear light is that of linear sRGB (Rec. 709 primaries, white D65), 1 is white. L*a*b* here belongs to white D50, as the
-// published colours of charts do; Bradford's adaptation goes between the two.
+// Linear light is that of linear sRGB (Rec. 709 primaries, white D65), 1 is white. L*a*b* here belongs to
+// white D50, as the published colours of charts do; Bradford's adaptation goes between the two.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +12,8 @@ namespace ulf {
 Eigen::Vector3d LabFromLinearSrgb(const Eigen::Vector3d& rgb);
 Eigen::Vector3d LinearSrgbFromLab(const Eigen::Vector3d& lab);
 
-// CIEDE2000 with kL = kC = kH = 1 (Sharma, Wu and Dalal 2005, "The CIEDE2000 color-difference formula: implementation
-// notes"). 1 is about what an eye just tells apart.
+// CIEDE2000 with kL = kC = kH = 1 (Sharma, Wu and Dalal 2005, "The CIEDE2000 color-difference formula:
+// implementation notes"). 1 is about what an eye just tells apart.
 double ColorDifference2000(const Eigen::Vector3d& lab_a, const Eigen::Vector3d& lab_b);
 
 }  // namespace ulf

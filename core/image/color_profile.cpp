@@ -49,8 +49,8 @@ ColorProfile ColorProfileFromJson(const nlohmann::json& json, const std::string&
   const auto factors = [&](const char* key) {
     const std::vector<double> numbers = place.Numbers(key, 3);
     if (std::ranges::any_of(numbers, [](double factor) { return !(factor > 0); }))
-      throw Error("{}: the factors of '{}' must be positive; calibrate again with --colour", place.where,
-                  key);
+      throw Error("{}: the factors of '{}' must be positive; calibrate again with {}", place.where, key,
+                  Parameter("colour"));
     return std::array{numbers[0], numbers[1], numbers[2]};
   };
   if (const std::string space = place.Text("space", "linear sRGB, D65"); space != "linear sRGB, D65")

@@ -65,8 +65,8 @@ cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t i
   return allowed;
 }
 
-// By how much noise in the means is more than in pixels that know nothing of each other, in variance: from those pixels in
-// which nothing else can be large.
+// By how much noise in the means is more than in pixels that know nothing of each other, in variance: from
+// those pixels in which nothing else can be large.
 double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& allowed,
                const cv::Mat& compared) {
   constexpr double kMedianOfChiSquare = 0.4549;

@@ -26,8 +26,8 @@ struct Interpolation {
   bool is_of_full = false;  // one of them at least is full
 };
 
-// What Demosaiced() (image.h) makes of a colour where the sensor has another one: the mean of two opposite numbers, or of
-// four. `numbers`: CV_32SC3; `full`: CV_8UC3.
+// What Demosaiced() (image.h) makes of a colour where the sensor has another one: the mean of two opposite
+// numbers, or of four. `numbers`: CV_32SC3; `full`: CV_8UC3.
 Interpolation InterpolationAt(const cv::Mat& numbers, const cv::Mat& full, int y, int x, int c) {
   const auto number = [&](int dy, int dx) { return numbers.at<cv::Vec3i>(y + dy, x + dx)[c]; };
   const auto is_full = [&](int dy, int dx) { return full.at<cv::Vec3b>(y + dy, x + dx)[c] != 0; };
@@ -45,8 +45,8 @@ Interpolation InterpolationAt(const cv::Mat& numbers, const cv::Mat& full, int y
   return found;
 }
 
-// Whether the picture's colours are means of others as often as Demosaiced() makes them so: two of three on average, where
-// numbers are large enough to be such by chance in hardly one of ten.
+// Whether the picture's colours are means of others as often as Demosaiced() makes them so: two of three on
+// average, where numbers are large enough to be such by chance in hardly one of ten.
 bool IsMadeOfMeans(const cv::Mat& numbers, const cv::Mat& full, int full_scale) {
   constexpr int kGrid = 3, kFew = 200;
   int means = 0, all = 0;
@@ -60,9 +60,9 @@ bool IsMadeOfMeans(const cv::Mat& numbers, const cv::Mat& full, int full_scale) 
   return all >= kFew && 2 * means > all;
 }
 
-// What is full, and where noise reaches full scale: it is cut off there on one side, and what is left is too dark. With it
-// what a demosaicing has made of such numbers, and no more: the sensor's own numbers beside full ones are the best there is
-// of light just below full scale. Where that cannot be seen, all around.
+// What is full, and where noise reaches full scale: it is cut off there on one side, and what is left is too
+// dark. With it what a demosaicing has made of such numbers, and no more: the sensor's own numbers beside
+// full ones are the best there is of light just below full scale. Where that cannot be seen, all around.
 cv::Mat ClippedWithNoise(const SensorPicture& picture, const SensorNoise& noise) {
   const double full_light = 1 - picture.black_level;
   const double light =
@@ -87,8 +87,9 @@ cv::Mat ClippedWithNoise(const SensorPicture& picture, const SensorNoise& noise)
   return clipped;
 }
 
-// Means of the exposures over their ratios, where `told` says that they count; elsewhere `light` stays. `slope`: what light
-// changes by in a pixel, which makes an exposure that may be misaligned less sure; empty: it is not known yet.
+// Means of the exposures over their ratios, where `told` says that they count; elsewhere `light` stays.
+// `slope`: what light changes by in a pixel, which makes an exposure that may be misaligned less sure; empty:
+// it is not known yet.
 void WeighByVariance(std::span<const AlignedExposure> exposures, const std::vector<cv::Mat>& told,
                      const cv::Mat& slope, cv::Mat& light) {
   constexpr int kRounds = 3;  // weights and light follow from each other
@@ -118,16 +119,6 @@ void WeighByVariance(std::span<const AlignedExposure> exposures, const std::vect
 
 }  // namespace
 
-cv::Mat AlignedExposure::Told() const { return InThreeColors(seen) & ~clipped; }
-
-cv::Vec3f AlignedExposure::LightAt(int y, int x) const {
-  return light.at<cv::Vec3f>(y, x) * static_cast<float>(1 / ratio);
-}
-
-double AlignedExposure::VarianceAt(double at_light) const {
-  return noise.VarianceAt(at_light * ratio) / (ratio * ratio);
-}
-
 std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> pictures) {
   std::vector<ExposedLight> lights;
   std::map<double, NoiseSamples> samples;  // by gain
@@ -150,8 +141,8 @@ std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> picture
 }
 
 double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& reference) {
-  // Where to look is said by the longer exposure: chosen by the noisy shorter one, places would be those that noise made
-  // bright.
+  // Where to look is said by the longer exposure: chosen by the noisy shorter one, places would be those that
+  // noise made bright.
   const AlignedExposure& longer = exposure.ratio > reference.ratio ? exposure : reference;
   const AlignedExposure& shorter = exposure.ratio > reference.ratio ? reference : exposure;
   const double told = shorter.ratio / longer.ratio;

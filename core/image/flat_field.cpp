@@ -13,6 +13,18 @@
 namespace ulf {
 namespace {
 
+// Thresholds of the estimate; shares are of full scale or of the light in the middle. All are guessed.
+// Frames are refused that have more than kMostClippedOfCard of their values above kFullCard, or are darker on
+// average.
+constexpr double kFullCard = 0.98, kMostClippedOfCard = 0.002, kLeastLightOfCard = 0.06;
+// A cell darker than the model by more than so many robust standard deviations, and by this share, is dust.
+constexpr double kDustSigmas = 5, kLeastDust = 0.01;
+// A richer model is taken when its BIC is lower by this and its error on left-out cells by so many standard
+// errors (as in acquisition/calibration/lens_choice.h).
+constexpr double kBicMargin = 10, kBetterStandardErrors = 2;
+// Refused: more of the card in dark spots, a larger residual, lighting that falls off by more over the card.
+constexpr double kMostDust = 0.1, kMostResidual = 0.015, kMostGradient = 0.35;
+
 constexpr int kCellColumns = 48, kCellRows = 36;
 
 struct Power {
@@ -140,7 +152,7 @@ Fit Solve(const Eigen::MatrixXd& design, const Eigen::MatrixXd& logs, const In& 
 }
 
 // Marks cells that are much darker than the richest model as unused; returns how many spots they form.
-int RemoveDust(const FlatFieldOptions& options, Cells& cells) {
+int RemoveDust(Cells& cells) {
   constexpr double kNormalQuartile = 0.6745;  // median of |x| for a Gaussian of sigma 1
   const Eigen::MatrixXd logs = Logs(cells);
   const Eigen::MatrixXd design = Design(cells, Models().back());
@@ -149,7 +161,7 @@ int RemoveDust(const FlatFieldOptions& options, Cells& cells) {
     std::vector<double> sizes;
     for (std::size_t i = 0; i < cells.used.size(); ++i)
       sizes.push_back(std::abs(fit.residuals.row(static_cast<Eigen::Index>(i)).mean()));
-    const double gate = std::max(options.least_dust, options.dust_sigmas * Median(sizes) / kNormalQuartile);
+    const double gate = std::max(kLeastDust, kDustSigmas * Median(sizes) / kNormalQuartile);
     for (std::size_t i = 0; i < cells.used.size(); ++i)
       cells.used[i] = fit.residuals.row(static_cast<Eigen::Index>(i)).mean() > -gate;
   }
@@ -201,30 +213,30 @@ Scored Score(const Cells& cells, const Model& model) {
   return scored;
 }
 
-bool IsClearlyBetter(const Scored& other, const Scored& than, const FlatFieldOptions& options) {
-  if (other.bic > than.bic - options.bic_margin) return false;
+bool IsClearlyBetter(const Scored& other, const Scored& than) {
+  if (other.bic > than.bic - kBicMargin) return false;
   const auto count = static_cast<double>(than.left_out.size());
   double mean = 0, squares = 0;
   for (std::size_t f = 0; f < than.left_out.size(); ++f)
     mean += (than.left_out[f] - other.left_out[f]) / count;
   for (std::size_t f = 0; f < than.left_out.size(); ++f)
     squares += std::pow(than.left_out[f] - other.left_out[f] - mean, 2);
-  return mean > options.standard_errors * std::sqrt(squares / (count - 1) / count);
+  return mean > kBetterStandardErrors * std::sqrt(squares / (count - 1) / count);
 }
 
-std::string ExposureProblem(const std::vector<cv::Mat>& lights, const FlatFieldOptions& options) {
+std::string ExposureProblem(const std::vector<cv::Mat>& lights) {
   for (std::size_t f = 0; f < lights.size(); ++f) {
     const cv::Mat values = lights[f].reshape(1);
     const double clipped =
-        static_cast<double>(cv::countNonZero(values > options.clipped)) / static_cast<double>(values.total());
-    if (clipped > options.most_clipped)
+        static_cast<double>(cv::countNonZero(values > kFullCard)) / static_cast<double>(values.total());
+    if (clipped > kMostClippedOfCard)
       return fmt::format(
           "frame {}: {:.1f} % of the values are clipped; expose less, so that the card is at half of full "
           "scale",
           f + 1, 100 * clipped);
     const cv::Scalar mean = cv::mean(lights[f]);
     for (int c = 0; c < 3; ++c)
-      if (mean[c] < options.least_light)
+      if (mean[c] < kLeastLightOfCard)
         return fmt::format(
             "frame {}: the card is too dark ({:.1f} % of full scale); expose more, to about half", f + 1,
             100 * mean[c]);
@@ -298,8 +310,7 @@ FlatField FlatField::ForSize(int used_width, int used_height) const {
   return moved;
 }
 
-FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level,
-                                  const FlatFieldOptions& options) {
+FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level) {
   FlatFieldResult result;
   result.frames = static_cast<int>(cards.size());
   std::vector<cv::Mat> lights;
@@ -313,18 +324,18 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
     if (light.size() != lights[0].size()) result.refusal = "the frames have different sizes";
   if (result.ok() && (lights[0].cols < 2 * kCellColumns || lights[0].rows < 2 * kCellRows))
     result.refusal = "the frames are too small";
-  if (result.ok()) result.refusal = ExposureProblem(lights, options);
+  if (result.ok()) result.refusal = ExposureProblem(lights);
   if (!result.ok()) return result;
 
   Cells cells = CellsOf(lights);
-  result.dust = RemoveDust(options, cells);
+  result.dust = RemoveDust(cells);
   const std::vector<Model> models = Models();
   std::vector<Scored> scored;
   for (const Model& model : models) scored.push_back(Score(cells, model));
   std::size_t chosen = 0;
   while (chosen + 1 < models.size() &&
          std::any_of(scored.begin() + static_cast<std::ptrdiff_t>(chosen) + 1, scored.end(),
-                     [&](const Scored& richer) { return IsClearlyBetter(richer, scored[chosen], options); }))
+                     [&](const Scored& richer) { return IsClearlyBetter(richer, scored[chosen]); }))
     ++chosen;
 
   const Fit& fit = scored[chosen].fit;
@@ -351,15 +362,15 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
     result.corner_bgr[static_cast<std::size_t>(c)] = darkest;
   }
   const double left_out = 1 - static_cast<double>(count) / (kCellColumns * kCellRows);
-  if (left_out > options.most_dust)
+  if (left_out > kMostDust)
     result.refusal = fmt::format(
         "{:.0f} % of the card is darker in spots: shadows, dirt or print on the card", 100 * left_out);
-  else if (result.residual > options.most_residual)
+  else if (result.residual > kMostResidual)
     result.refusal = fmt::format(
         "the card is uneven: no smooth darkening explains {:.1f} % of the light; take a plain matt card, out "
         "of focus and evenly lit",
         100 * result.residual);
-  else if (result.gradient > options.most_gradient)
+  else if (result.gradient > kMostGradient)
     result.refusal =
         fmt::format("the light falls off by {:.0f} % over the card; light it evenly", 100 * result.gradient);
   return result;

@@ -59,24 +59,8 @@ struct FlatFieldResult {
   bool ok() const { return refusal.empty(); }
 };
 
-// Thresholds of the estimate; shares are of full scale or of the light in the middle. All are guessed.
-struct FlatFieldOptions {
-  // Refused: frames with more than `most_clipped` of their values above `clipped`, or darker than this on
-  // average.
-  double clipped = 0.98, most_clipped = 0.002, least_light = 0.06;
-  // A cell darker than the model by more than so many robust standard deviations, and by this share, is dust.
-  double dust_sigmas = 5, least_dust = 0.01;
-  // A richer model is taken when its BIC is lower by this and its error on left-out cells by so many standard
-  // errors (as in acquisition/calibration/lens_choice.h).
-  double bic_margin = 10, standard_errors = 2;
-  // Refused: more of the card in dark spots, a larger residual, lighting that falls off by more over the
-  // card.
-  double most_dust = 0.1, most_residual = 0.015, most_gradient = 0.35;
-};
-
 // `cards`: frames of the card. `black_level`: as a share of full scale.
-FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level = 0,
-                                  const FlatFieldOptions& options = {});
+FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level = 0);
 
 // In the journal, in calibration files and in recordings. Throws Error that begins with `where`.
 nlohmann::json FlatFieldToJson(const FlatField& flat_field);

@@ -16,15 +16,16 @@ constexpr int kBlock = 16;                 // pixels across
 constexpr std::size_t kBrightnesses = 24;  // groups of blocks
 // Of the blocks of one brightness, which have texture besides noise.
 constexpr double kSmoothest = 0.2;
-// Of noise alone, the variance that is measured in the smoothest blocks: estimates from 64 numbers differ by a seventh.
+// Of noise alone, the variance that is measured in the smoothest blocks: estimates from 64 numbers differ by
+// a seventh.
 constexpr double kOfSmoothest = 0.75;
 // Of a block's numbers that may be 0: the median of what is measured is hardly touched then.
 constexpr double kMostAtBlack = 0.05;
 constexpr std::size_t kPhases = 4;  // of a mosaic
 constexpr double kLeastVariance = 1e-12;
 
-// Of rounding to whole numbers: constant in linear numbers; of display-encoded ones nearly in proportion to the light,
-// because a step of light is 2.4 light^0.58 steps of the number.
+// Of rounding to whole numbers: constant in linear numbers; of display-encoded ones nearly in proportion to
+// the light, because a step of light is 2.4 light^0.58 steps of the number.
 SensorNoise RoundingOf(const Image& image) {
   if (image.pixels.depth() != CV_8U && image.pixels.depth() != CV_16U) return {0, kLeastVariance};
   const double step = 1 / FullScale(image.pixels.depth()), variance = step * step / 12;
@@ -70,7 +71,8 @@ std::vector<NoiseOfLight> SmoothestOfEachBrightness(std::vector<NoiseOfLight> bl
   return smoothest;
 }
 
-// Least squares from normal equations, no unknown negative: the best of all choices of unknowns that are above 0.
+// Least squares from normal equations, no unknown negative: the best of all choices of unknowns that are
+// above 0.
 Eigen::Vector3d NotNegative(const Eigen::Matrix3d& products, const Eigen::Vector3d& right) {
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   double least = 0;  // squares, less those of nothing
@@ -93,9 +95,9 @@ Eigen::Vector3d NotNegative(const Eigen::Matrix3d& products, const Eigen::Vector
   return best;
 }
 
-// Read noise, shot noise in proportion to the light, and what texture and uneven pixels add in proportion to its square
-// (EMVA 1288's photon transfer), by errors relative to the curve, whose weights follow from it: weights by the measured
-// variances would draw it to those that are too low.
+// Read noise, shot noise in proportion to the light, and what texture and uneven pixels add in proportion to
+// its square (EMVA 1288's photon transfer), by errors relative to the curve, whose weights follow from it:
+// weights by the measured variances would draw it to those that are too low.
 SensorNoise PhotonTransferThrough(const std::vector<NoiseOfLight>& points) {
   constexpr int kRounds = 8;
   double mean = 0;

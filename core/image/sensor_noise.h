@@ -1,9 +1,11 @@
-// The noise of a sensor, measured in photographs that it took: shot noise grows with the light, read noise and rounding are
-// always there. Both belong to the sensor at a gain and not to an exposure, so that all photographs at one gain tell them
-// together: the long exposures of a bracket the noise of dark numbers, of which short ones are full.
+// The noise of a sensor, measured in photographs that it took: shot noise grows with the light, read noise
+// and rounding are always there. Both belong to the sensor at a gain and not to an exposure, so that all
+// photographs at one gain tell them together: the long exposures of a bracket the noise of dark numbers, of
+// which short ones are full.
 //
-// Measured on what is smooth, by a second difference that light which rises evenly does not change (Immerkaer 1996, "Fast
-// noise variance estimation"). Numbers at the end of their range are left out: noise is cut off there.
+// Measured on what is smooth, by a second difference that light which rises evenly does not change (Immerkaer
+// 1996, "Fast noise variance estimation"). Numbers at the end of their range are left out: noise is cut off
+// there.
 //
 // Light is a share of full scale, above black.
 #pragma once
@@ -30,8 +32,8 @@ class NoiseSamples {
  public:
   // `light`: CV_32FC3, of `image`; `clipped`: CV_8UC1 of its size, 255 where light is not known.
   void Add(const Image& image, const cv::Mat& light, const cv::Mat& clipped);
-  // Never below what rounding brings. Where nothing is smooth enough, or bright enough to show its noise whole, it is
-  // what noise that was cut off in the middle looks like.
+  // Never below what rounding brings. Where nothing is smooth enough, or bright enough to show its noise
+  // whole, it is what noise that was cut off in the middle looks like.
   SensorNoise Fit() const;
 
  private:

@@ -116,8 +116,8 @@ void RequireAxisInPicture(const Vector2d& half, const Undistortion& undistortion
   if (half.x() <= 0 || undistortion.to.width < kLeast || undistortion.to.height < kLeast)
     throw Error(
         "{}: its optical axis is outside its picture (principal point {:.1f} {:.1f} of {}x{}); correct the "
-        "intrinsics, or export without --undistort",
-        owner, camera.cx, camera.cy, camera.width, camera.height);
+        "intrinsics, or export without {}",
+        owner, camera.cx, camera.cy, camera.width, camera.height, Parameter("undistort"));
 }
 
 // Rounding may have put the last pixel outside.

@@ -17,12 +17,12 @@ struct Undistortion {
   double kept_share = 1;     // of the picture's area
 };
 
-// To the same focal lengths: the largest rectangle around the axis that the camera's picture covers completely, at most
-// 60 degrees from the axis (there a pixel is stretched to at least four times its area). Throws Error that begins with
-// `owner` where the axis is not in the picture.
+// To the same focal lengths: the largest rectangle around the axis that the camera's picture covers
+// completely, at most 60 degrees from the axis (there a pixel is stretched to at least four times its area).
+// Throws Error that begins with `owner` where the axis is not in the picture.
 Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner);
-// To one camera with square pixels for all of them: what every camera's largest rectangle holds, with the largest of
-// their mean focal lengths. Throws as UndistortionOf(); an owner each.
+// To one camera with square pixels for all of them: what every camera's largest rectangle holds, with the
+// largest of their mean focal lengths. Throws as UndistortionOf(); an owner each.
 std::vector<Undistortion> UndistortionsToOne(const std::vector<CameraModel>& cameras,
                                              const std::vector<std::string>& owners);
 

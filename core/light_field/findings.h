@@ -1,9 +1,10 @@
-// What checks of a light field find. docs/light_field.md ("Checks") has a row for each check: what it judges, who runs
-// it, who repeats what it found, and what it costs.
+// What checks of a light field find. docs/light_field.md ("Checks") has a row for each check: what it judges,
+// who runs it, who repeats what it found, and what it costs.
 #pragma once
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,11 @@ void Replace(Check check, const std::vector<Finding>& found, std::vector<Finding
 // Warns of each once in a process, because some commands read a light field several times.
 void WarnOnce(const std::filesystem::path& light_field, const std::vector<Finding>& findings);
 
-// What was found in an earlier run and is kept in the journal, with digests of what it was found in: what has changed
-// since is in doubt no longer.
+// The same for words that are whole.
+void WarnOnce(const std::vector<std::string>& words);
+
+// What was found in an earlier run and is kept in the journal, with digests of what it was found in: what has
+// changed since is in doubt no longer.
 struct JudgedView {
   std::string photograph, pose;  // digests; empty: it does not matter to the check
   bool operator==(const JudgedView&) const = default;
@@ -47,5 +51,17 @@ struct KeptFinding {
   std::map<int, JudgedView> views;
   bool operator==(const KeptFinding&) const = default;
 };
+
+// "view 7", "views 3, 5 to 9 and 12"; of many runs the first ones and the number of the rest. Empty for no
+// view.
+std::string ViewNumbers(const std::set<int>& ids);
+
+// The same for the keys of a map.
+template <typename Value>
+std::string ViewNumbers(const std::map<int, Value>& by_id) {
+  std::set<int> ids;
+  for (const auto& [id, value] : by_id) ids.insert(id);
+  return ViewNumbers(ids);
+}
 
 }  // namespace ulf

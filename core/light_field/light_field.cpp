@@ -1,7 +1,9 @@
 #include "core/light_field/light_field.h"
 
-#include <cmath>
+#include <fmt/format.h>
+
 #include <cstdio>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
@@ -16,9 +18,13 @@ Subject ParseSubject(const std::string& text) {
                   &subject.center_in_world.y(), &subject.center_in_world.z(), &subject.radius, &used) != 4 ||
       static_cast<std::size_t>(used) != text.size() || !subject.center_in_world.allFinite() ||
       !std::isfinite(subject.radius))
-    throw UsageError("'{}' is not a subject; write x,y,z,radius in world units, such as 0,0,-8.12,1.5", text);
+    throw Refusal("", text, fmt::format("'{}' is not a subject", text),
+                  "write x,y,z,radius in world units, such as 0,0,-8.12,1.5");
   if (!(subject.radius > 0))
-    throw UsageError("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text);
+    throw Refusal(
+        "", text,
+        fmt::format("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text),
+        "");
   return subject;
 }
 
@@ -91,6 +97,48 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
   }
   if (2 * views_of_center < light_field.views.size()) return std::nullopt;  // a walk past many things
   return Subject{center, Median(distances) * std::sin(Median(half_angles))};
+}
+
+void PlaceSubject(const Subject& subject, LightField& light_field) {
+  constexpr double kSame = 0.05;  // of the radius; corrected maps move a subject by less. Guessed.
+  const std::optional<Subject> before = std::exchange(light_field.subject, subject);
+  if (before && ((subject.center_in_world - before->center_in_world).norm() > kSame * before->radius ||
+                 std::abs(subject.radius - before->radius) > kSame * before->radius))
+    light_field.measured.reset();
+}
+
+std::string ExposureName(int view_id, std::size_t number) {
+  return fmt::format("{}/{:06}-{}", kExposuresFolder, view_id, number);
+}
+
+std::string MergedPath(int view_id) { return fmt::format("{}/{:06}.exr", kMergedFolder, view_id); }
+
+std::set<std::string> FilesOf(const View& view) {
+  std::set<std::string> files{view.image_path, view.master_path};
+  for (const ViewExposure& exposure : view.exposures)
+    files.insert({exposure.image_path, exposure.master_path});
+  if (view.merged) files.insert(view.merged->path);
+  files.erase("");
+  return files;
+}
+
+View PhotographOf(const View& view, const ViewExposure& exposure) {
+  View photograph = view;
+  photograph.image_path = exposure.image_path;
+  photograph.master_path = exposure.master_path;
+  photograph.master_transfer = exposure.master_transfer;
+  photograph.master_mosaic = exposure.master_mosaic;
+  photograph.raw_white_balance = exposure.raw_white_balance;
+  photograph.device_time_s = exposure.device_time_s;
+  photograph.host_time_s = exposure.host_time_s;
+  photograph.exposure_s = exposure.exposure_s;
+  photograph.gain = exposure.gain;
+  photograph.black_level = exposure.black_level;
+  photograph.f_number = exposure.f_number;
+  photograph.cam_from_world = exposure.exposure_from_view * view.cam_from_world;
+  photograph.exposures.clear();
+  photograph.merged.reset();
+  return photograph;
 }
 
 }  // namespace ulf

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -29,7 +30,7 @@ struct Subject {
   bool operator==(const Subject&) const = default;
 };
 
-// "x,y,z,r" in world units; throws UsageError.
+// "x,y,z,r" in world units; throws Refusal.
 Subject ParseSubject(const std::string& text);
 
 // How a sensor reads its rows one after the other (a rolling shutter).
@@ -89,12 +90,13 @@ struct View {
   std::optional<double> f_number;
   std::optional<double> focal_mm;  // of the lens, as the camera told it
   std::string lens = {};           // its model in its maker's words; empty: not known
-  // Of a master that is a raw file: the factors of the sensor's red, green and blue by which it is developed (green is
-  // 1), where they are not the file's own: those of the light field's first raw file of this camera.
+  // Of a master that is a raw file: the factors of the sensor's red, green and blue by which it is developed
+  // (green is 1), where they are not the file's own: those of the light field's first raw file of this
+  // camera.
   std::optional<std::array<double, 3>> raw_white_balance;
   double tracking_quality = 1;  // 0 to 1
-  // Where a rolling shutter was compensated: the camera's velocity while the rows were read, in the frame of its middle
-  // row: rotation (rad/s), then translation (world units/s).
+  // Where a rolling shutter was compensated: the camera's velocity while the rows were read, in the frame of
+  // its middle row: rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;
   std::optional<double> bound_px;  // the criterion's value when it was recorded; none for the first view
   std::vector<ViewExposure> exposures = {};  // besides its own, in the order in which they were taken
@@ -102,6 +104,11 @@ struct View {
 
   Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
 };
+
+// Whether the view's light is read in Rec. 709 primaries without a colour profile: the camera encoded its
+// picture as sRGB, or its raw file is developed by the file's own matrix. Else (a linear master) the colours
+// are the sensor's own.
+inline bool HasRec709Colors(const View& view) { return view.master_transfer != Transfer::kLinear; }
 
 // Where a view shows a point: pixels of its image as it is recorded, distortion included.
 struct ViewObservation {
@@ -147,14 +154,14 @@ struct MeasuredDirection {
   std::string cause;              // of what is wrong, by name
 };
 struct MeasuredErrors {
-  std::string cover = "bound";  // what decided that a viewpoint is covered: --cover
+  std::string cover = "bound";  // the name of the rule by which a viewpoint counts as covered
   double goal_db = 0;
   std::uint64_t frames = 0;  // at which it was measured
   std::vector<MeasuredDirection> directions;
 };
 
-// The camera stood while the subject turned on a printed board, whose frame is the world. What the masks of such a
-// light field leave out stood still and is no part of the scene: pictures are empty there.
+// The camera stood while the subject turned on a printed board, whose frame is the world. What the masks of
+// such a light field leave out stood still and is no part of the scene: pictures are empty there.
 struct Turntable {
   std::string board;  // as core/fiducials/board.h writes it; empty: there was none, or it is not known
   bool operator==(const Turntable&) const = default;
@@ -174,8 +181,8 @@ struct LightField {
   std::map<int, FlatField> flat_fields;
   std::map<int, ColorProfile> color_profiles;  // the same: ReadViewImage applies it
   std::vector<View> views;                     // in order of id
-  // What the journal says of photographs that were kept without a pose. Their files may be gone since, and others may lie
-  // beside them (unposed_photographs.h).
+  // What the journal says of photographs that were kept without a pose. Their files may be gone since, and
+  // others may lie beside them (unposed_photographs.h).
   std::vector<UnposedPhotograph> unposed;
   std::optional<Subject> subject;
   std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() tells it from the cameras
@@ -208,12 +215,73 @@ struct LightField {
   }
 };
 
-// Where the optical axes of all views come nearest to each other, before the cameras or behind; none: they are nearly
-// parallel.
+// A camera that a light field gets: it has one to begin with, and another for each lens that was given on
+// purpose since.
+struct NewCamera {
+  CameraModel camera;
+  std::optional<FlatField> flat_field;
+  std::optional<ColorProfile> color_profile;
+  std::string calibration_source;
+};
+
+// New intrinsics of a camera that a light field has.
+struct CorrectedLens {
+  CameraModel camera;
+  std::string calibration_source;  // empty: from where they were
+};
+
+// What a capture notes when it begins: the values in the journal's header.
+struct CaptureHeader {
+  CameraModel camera;
+  std::string device_uri;
+  std::string device_serial, device_maker, device_model;
+  std::optional<SensorWindow> window;
+  std::string calibration_source;
+  std::optional<FlatField> flat_field;
+  std::optional<ColorProfile> color_profile;
+  std::string units = "arbitrary";
+  std::optional<double> threshold_px;
+  int coverage_width_px = 640;
+};
+
+inline cv::Size SizeOf(const CameraModel& camera) { return {camera.width, camera.height}; }
+// Whether pictures of this size are the camera's, resized and not cropped: but for rounding to whole pixels.
+inline bool HasAspectOf(const CameraModel& camera, cv::Size size) {
+  constexpr double kRounding_px = 1;
+  return std::abs(static_cast<double>(size.width) / camera.width * camera.height - size.height) <=
+         kRounding_px;
+}
+
+// Exchanges the subject. Errors that were measured about another one lapse.
+void PlaceSubject(const Subject& subject, LightField& light_field);
+
+// Where the optical axes of all views come nearest to each other, before the cameras or behind; none: they
+// are nearly parallel.
 std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field);
 
-// There, with a radius from `width_share` of the median image width at the median distance; none where the axes are
-// nearly parallel or meet behind the cameras.
+// There, with a radius from `width_share` of the median image width at the median distance; none where the
+// axes are nearly parallel or meet behind the cameras.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
+
+// The files of a view and of its other exposures (`ulf capture`, bracket). docs/disk_format.md describes
+// them.
+
+inline constexpr const char* kExposuresFolder = "exposures";
+inline constexpr const char* kMergedFolder = "merged";
+// Of merged/*.exr, besides R, G and B: 1 where no exposure tells the light; 1 where an exposure is left out.
+inline constexpr const char* kClippedChannel = "clipped";
+inline constexpr const char* kGhostsChannel = "ghosts";
+
+// exposures/000012-2 for the second one of view 12, without an ending; the master's is 000012-2.master.
+std::string ExposureName(int view_id, std::size_t number);
+// merged/000012.exr
+std::string MergedPath(int view_id);
+
+// All files that belong to a view alone, relative to the light field; not its mask.
+std::set<std::string> FilesOf(const View& view);
+
+// The exposure as a photograph of its own, for ReadViewMaster(): with the view's camera and id, the pose
+// where it was taken.
+View PhotographOf(const View& view, const ViewExposure& exposure);
 
 }  // namespace ulf

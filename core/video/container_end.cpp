@@ -69,7 +69,8 @@ std::string MissingInBoxes(Bytes& bytes) {
                    : "its index ('moov') is missing, which is written last: the recording was not closed";
 }
 
-// A number of EBML (RFC 8794) at the beginning of `bytes`, and its length; none where it is cut. All ones: not known.
+// A number of EBML (RFC 8794) at the beginning of `bytes`, and its length; none where it is cut. All ones:
+// not known.
 struct EbmlNumber {
   std::uint64_t value = 0;
   std::size_t length = 0;

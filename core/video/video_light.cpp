@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/video/ffmpeg_calls.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
 
 namespace ulf {
 namespace {
@@ -29,7 +29,8 @@ double SceneFromHlg(double signal) {
   return signal <= 0.5 ? signal * signal / 3 : (std::exp((signal - c) / a) + b) / 12;
 }
 
-// Linear R, G, B of BT.709's primaries from BT.2020's (ITU-R BT.2087) and from those of P3 with D65 (SMPTE EG 432-1).
+// Linear R, G, B of BT.709's primaries from BT.2020's (ITU-R BT.2087) and from those of P3 with D65 (SMPTE EG
+// 432-1).
 const cv::Matx33f kFromBt2020(1.660491F, -0.587641F, -0.072850F, -0.124550F, 1.132900F, -0.008349F,
                               -0.018151F, -0.100579F, 1.118730F);
 const cv::Matx33f kFromP3(1.224940F, -0.224940F, 0, -0.042057F, 1.042057F, 0, -0.019638F, -0.078636F,
@@ -100,8 +101,7 @@ void VideoLight::Judge(const AVFrame& frame) {
       is_linear_ = is_deep_ = true;
       notes_.push_back(
           fmt::format("it has a high dynamic range (HLG) and is converted to linear light, in which paper "
-                      "({:g} % of the signal) "
-                      "is 1",
+                      "({:g} % of the signal) is 1",
                       100 * kPaperSignal));
       break;
     case AVCOL_TRC_LINEAR:
@@ -166,8 +166,7 @@ void VideoLight::Judge(const AVFrame& frame) {
       used_matrix_ = AVCOL_SPC_BT2020_NCL;
       warnings_.emplace_back(
           "its colours are coded with BT.2020's constant luminance, which is taken for the usual one: "
-          "saturated "
-          "colours are off");
+          "saturated colours are off");
       return;
     case AVCOL_SPC_YCGCO:
     case AVCOL_SPC_SMPTE2085:

@@ -29,8 +29,8 @@ class VideoLight {
   // More than 8 bits are kept, and needed: a high dynamic range, or other primaries.
   bool is_deep() const { return is_deep_; }
   Transfer transfer() const { return is_linear_ ? Transfer::kLinear : Transfer::kSrgb; }
-  // B, G, R as the scaler gives them (16 bits where deep), to sRGB of 8 bits, or to linear light in float with sRGB's primaries
-  // where 1 is the white of a sheet of paper.
+  // B, G, R as the scaler gives them (16 bits where deep), to sRGB of 8 bits, or to linear light in float
+  // with sRGB's primaries where 1 is the white of a sheet of paper.
   cv::Mat Finished(const cv::Mat& scaled) const;
 
   const std::vector<std::string>& notes() const { return notes_; }

@@ -9,10 +9,9 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
 #include "core/image/files/picture_projection.h"
 #include "core/video/container_end.h"
-#include "core/video/ffmpeg.h"
-#include "core/video/ffmpeg_calls.h"
 #include "core/video/video_light.h"
 
 namespace ulf {
@@ -81,7 +80,8 @@ int StreamOf(AVFormatContext& input) {
   return is_cover ? -1 : stream;
 }
 
-// How stored pictures become upright ones: by quarter turns, and mirrored first where a camera showed its user.
+// How stored pictures become upright ones: by quarter turns, and mirrored first where a camera showed its
+// user.
 struct Turn {
   bool transposes = false, flips_x = false, flips_y = false;  // in this order
   bool any() const { return transposes || flips_x || flips_y; }
@@ -404,8 +404,8 @@ struct VideoReader::State {
     return last_time_s;
   }
 
-  // A stream may change its matrix or range on the way, as films do that were joined. False where its pictures would be of
-  // another kind than the first ones.
+  // A stream may change its matrix or range on the way, as films do that were joined. False where its
+  // pictures would be of another kind than the first ones.
   bool FollowLight() {
     if (light->IsOf(*frame)) return true;
     try {

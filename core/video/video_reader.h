@@ -1,6 +1,7 @@
-// Reads a video by FFmpeg's libraries. What the stream says of its numbers counts: matrix, range, primaries and transfer
-// curve; how the pictures are turned; how wide a pixel is. What it does not say is taken as players take it, and said.
-// ITU-R BT.601, BT.709 and BT.2020 (matrices and primaries), BT.2100 (PQ and HLG), BT.2408 (reference white).
+// Reads a video by FFmpeg's libraries. What the stream says of its numbers counts: matrix, range, primaries
+// and transfer curve; how the pictures are turned; how wide a pixel is. What it does not say is taken as
+// players take it, and said. ITU-R BT.601, BT.709 and BT.2020 (matrices and primaries), BT.2100 (PQ and HLG),
+// BT.2408 (reference white).
 #pragma once
 
 #include <filesystem>
@@ -30,8 +31,8 @@ struct VideoPicture {
 
 class VideoReader {
  public:
-  // Opens local files only, whatever they refer to. Throws Error where it is no video, or where its pictures cannot be
-  // understood.
+  // Opens local files only, whatever they refer to. Throws Error where it is no video, or where its pictures
+  // cannot be understood.
   explicit VideoReader(const std::filesystem::path& file);
   VideoReader(const VideoReader&) = delete;
   VideoReader& operator=(const VideoReader&) = delete;
@@ -40,8 +41,8 @@ class VideoReader {
   const VideoFacts& Facts() const;
   // None at the end.
   std::optional<VideoPicture> Next();
-  // What was wrong so far, in words: a part that is missing or damaged, pictures of another size that were left out. Empty:
-  // nothing.
+  // What was wrong so far, in words: a part that is missing or damaged, pictures of another size that were
+  // left out. Empty: nothing.
   std::string Problem() const;
 
  private:

@@ -5,8 +5,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/video/ffmpeg.h"
-#include "core/video/ffmpeg_calls.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
 
 namespace ulf {
 
@@ -89,8 +88,10 @@ struct VideoWriter::State {
     if (!codec)
       throw Error(
           "{}: no video can be written here (neither H.264 nor MPEG-4); give a folder to get pictures", name);
-    throw UsageError("--fps {}: {} cannot have this rate or size ({}); give a rounder rate", frame_rate,
-                     codec->codec->name, FfmpegWords(status));
+    throw Refusal(
+        Parameter("fps"), fmt::format("{}", frame_rate),
+        fmt::format("{} cannot have this rate or size ({})", codec->codec->name, FfmpegWords(status)),
+        "give a rounder rate");
   }
 
   void OpenFile() {

@@ -1,5 +1,6 @@
-// Writes a video by FFmpeg's libraries that every player and browser shows with the colours of its pictures: H.264 (MPEG-4 Part
-// 2 where the libraries have no H.264), BT.709, limited range, both named in the stream; the index stands first.
+// Writes a video by FFmpeg's libraries that every player and browser shows with the colours of its pictures:
+// H.264 (MPEG-4 Part 2 where the libraries have no H.264), BT.709, limited range, both named in the stream;
+// the index stands first.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +11,7 @@ namespace ulf {
 
 class VideoWriter {
  public:
-  // `size`: even numbers. Throws Error, UsageError for a rate that the codec cannot have.
+  // `size`: even numbers. Throws Error, Refusal for a rate that the codec cannot have.
   VideoWriter(const std::filesystem::path& mp4, const cv::Size& size, double frame_rate);
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/frame_source.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/criterion.h"

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/frame.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/subject_light.h"
 #include "tracking/tracker/tracker.h"

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "core/base/thread_clock.h"
+#include "core/base/host_time.h"
 
 namespace ulf::coverage {
 namespace {

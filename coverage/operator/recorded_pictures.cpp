@@ -9,8 +9,8 @@
 #include <exception>
 #include <utility>
 
-#include "core/light_field/journal.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/journal.h"
+#include "core/light_field/folder/view_images.h"
 
 namespace ulf::coverage {
 namespace {

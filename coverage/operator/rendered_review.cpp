@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/base/host_time.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/session/record/live_geometry.h"
 #include "render/display/surface.h"
 #include "render/proxy/proxy.h"

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "core/base/error.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::coverage {
 namespace {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
-#include "core/image/frame_source.h"
 #include "coverage/bound/coverage_map.h"
 
 namespace ulf::coverage {

@@ -10,6 +10,7 @@
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/running_capture.h"
 #include "tracking/tracker/track_words.h"
 

@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/cover_by.h"

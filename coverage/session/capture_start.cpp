@@ -14,9 +14,11 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/stop_signal.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/kept_photographs.h"
 #include "coverage/session/record/map_cache.h"
 #include "coverage/session/session_lenses.h"
+#include "core/light_field/folder/light_field_io.h"
 
 namespace ulf::coverage {
 namespace fs = std::filesystem;

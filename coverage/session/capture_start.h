@@ -13,7 +13,7 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/capture_session.h"
 #include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/pose_source.h"

@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "core/base/mutex.h"
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "core/image/frame.h"
-#include "core/image/frame_source.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/coverage_map.h"

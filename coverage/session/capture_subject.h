@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/frame_source.h"
 #include "coverage/session/capture_lens.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquisition/device/repeated_events.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/bound/guidance.h"
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_gaps.h"

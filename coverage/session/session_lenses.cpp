@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/still_capture.h"
 
 namespace ulf::coverage {

@@ -5,8 +5,8 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
-#include "core/image/frame.h"
-#include "core/light_field/light_field_io.h"
+#include "core/frames/frame.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::coverage {
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 #include "core/geometry/turn_axis.h"
-#include "core/image/frame_source.h"
 
 namespace ulf::coverage {
 

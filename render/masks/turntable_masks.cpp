@@ -13,7 +13,7 @@
 #include "core/base/quantile.h"
 #include "core/fiducials/board.h"
 #include "core/image/image.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/masks/background_cut.h"
 #include "render/masks/still_background.h"
 

@@ -13,8 +13,8 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "render/output/keyframes.h"
 
 namespace ulf::render {

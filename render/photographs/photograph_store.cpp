@@ -24,7 +24,7 @@
 #include "core/geometry/digest.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/opened_folder.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/photographs/pyramid_file.h"
 
 namespace ulf::render {

@@ -9,7 +9,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"

@@ -12,7 +12,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/subject_of_set.h"
-#include "core/light_field/points/point_fit.h"
+#include "core/light_field/points/point_tracks.h"
 #include "render/quality/quality.h"
 
 namespace ulf::render {

@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "core/light_field/light_at_points.h"
+#include "core/light_field/folder/light_at_points.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf::render {

@@ -10,8 +10,8 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/image/image.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/view_colors.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/light_field.h"
 #include "render/scene/exposure_scales.h"
 
 namespace ulf::render {

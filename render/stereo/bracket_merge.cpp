@@ -11,10 +11,9 @@
 #include "core/image/exposure_alignment.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/files/raw_file.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/view_colors.h"
-#include "core/light_field/view_exposures.h"
+#include "core/image/files/picture_kind.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/light_field.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/scene/scene.h"
 

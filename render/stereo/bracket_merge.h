@@ -51,7 +51,7 @@ cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy
 MergedView MergeExposuresOf(const LightField& light_field, const View& view, const Proxy& proxy,
                             const BracketMergeOptions& options = {});
 
-// The file merged/NNNNNN.exr: R, G, B, and the channels `clipped` and `ghosts` (core/light_field/view_exposures.h).
+// The file merged/NNNNNN.exr: R, G, B, and the channels `clipped` and `ghosts` (core/light_field/light_field.h).
 std::string MergedExr(const View& view, const MergedView& merged);
 
 }  // namespace ulf::render

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/host_time.h"
 #include "core/base/parallel_for.h"
-#include "core/base/stopwatch.h"
 #include "render/proxy/depth_raster.h"
 #include "render/stereo/surface_cut.h"
 #include "render/stereo/view_selection.h"

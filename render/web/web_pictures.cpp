@@ -11,7 +11,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/parallel_for.h"
-#include "core/image/files/webp_picture.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/image/image.h"
 #include "core/image/undistortion.h"
 

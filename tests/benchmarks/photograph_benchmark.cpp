@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/gl/gl_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/photographs/pyramid_file.h"

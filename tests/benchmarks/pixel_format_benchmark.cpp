@@ -7,8 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "core/image/pixel_format.h"
-#include "core/image/unpack.h"
+#include "core/frames/pixel_format.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"
 

@@ -27,6 +27,7 @@
 #include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "core/image/files/tiff_file.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/view_spool.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/child_process.h"

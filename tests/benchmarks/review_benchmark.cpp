@@ -7,7 +7,7 @@
 
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
-#include "core/base/thread_clock.h"
+#include "core/base/host_time.h"
 #include "coverage/operator/marker_mouse.h"
 #include "render/quality/nearest_view.h"
 #include "tests/benchmarks/figures.h"

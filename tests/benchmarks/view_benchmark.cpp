@@ -10,7 +10,8 @@
 #include <string_view>
 
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/viewer/viewer.h"
 #include "tests/benchmarks/figures.h"

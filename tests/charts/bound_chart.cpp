@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/thread_clock.h"
 #include "coverage/bound/criterion.h"
 #include "coverage/bound/epipolar_plane.h"
 #include "tests/charts/makers.h"

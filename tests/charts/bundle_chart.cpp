@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/thread_clock.h"
+#include "core/base/host_time.h"
 #include "core/geometry/similarity3.h"
 #include "tests/charts/makers.h"
 #include "tests/support/floors.h"

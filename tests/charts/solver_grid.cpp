@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/thread_clock.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/sampling.h"

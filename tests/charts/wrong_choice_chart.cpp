@@ -7,8 +7,8 @@
 
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/thread_clock.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/choice.h"
 #include "render/quality/quality.h"

@@ -19,7 +19,8 @@
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tests/support/test_paths.h"
 

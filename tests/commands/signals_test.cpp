@@ -21,7 +21,6 @@
 #include "core/geometry/digest.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"

@@ -16,7 +16,7 @@
 #include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/v4l2/v4l2_stream.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 #include "tests/fuzz/fuzz_files.h"
 
 namespace ulf::test {

@@ -6,7 +6,7 @@
 
 namespace ulf::test {
 
-// A picture as it came, behind a line `FORMAT WIDTH HEIGHT ROW_BYTES` (core/image/pixel_format.h).
+// A picture as it came, behind a line `FORMAT WIDTH HEIGHT ROW_BYTES` (core/frames/pixel_format.h).
 void CameraImageDoor(std::string_view bytes);
 
 // A camera's answer to a discovery packet.

@@ -26,7 +26,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/gige_relay.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"

@@ -1,4 +1,5 @@
 #include "tests/support/v4l2_camera.h"
+#include "core/light_field/formats/set_format.h"
 #include "tests/support/floors.h"
 
 #include <fcntl.h>

@@ -13,8 +13,8 @@
 #include <optional>
 #include <string>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/frame_source.h"
 #include "tracking/estimation/lens_evidence.h"
 
 namespace ulf::tracking {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/base/at.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 #include "tracking/map/loop_closer.h"
 #include "tracking/map/map_adjustment.h"
 #include "tracking/map/map_matching.h"

@@ -5,7 +5,7 @@
 #include <unordered_map>
 
 #include "core/base/at.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "tracking/estimation/pose_error.h"
 
 namespace ulf::tracking {

@@ -5,7 +5,7 @@
 #include "core/base/at.h"
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
-#include "core/light_field/points/point_fit.h"
+#include "core/light_field/points/point_tracks.h"
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/track_extension.h"
 #include "tracking/refine/view_matching.h"

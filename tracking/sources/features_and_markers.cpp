@@ -1,7 +1,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/at.h"
-#include "core/base/thread_clock.h"
+#include "core/base/host_time.h"
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"
 #include "tracking/sources/pose_source.h"

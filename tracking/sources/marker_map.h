@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/fiducials/marker_corners.h"
+#include "core/fiducials/marker_detector.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/absolute_pose.h"

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/frame.h"
 #include "core/light_field/light_field.h"
 #include "tracking/sources/marker_spec.h"
 #include "tracking/sources/pose_stream.h"

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/image/frame_source.h"
+#include "core/frames/frame.h"
 
 namespace ulf::tracking {
 

@@ -27,10 +27,10 @@
 #include <vector>
 
 #include "core/base/stage_times.h"
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/geometry/similarity3.h"
-#include "core/image/frame.h"
 #include "core/light_field/light_field.h"
 #include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/relative_pose.h"

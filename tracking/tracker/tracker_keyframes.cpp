@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "core/base/at.h"
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/thread_clock.h"
 #include "core/geometry/angles.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/tracker/tracker_state.h"

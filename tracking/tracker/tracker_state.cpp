@@ -9,8 +9,8 @@
 
 #include "core/base/at.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/thread_clock.h"
 #include "core/geometry/angles.h"
 #include "tracking/estimation/pose_log_odds.h"
 #include "tracking/map/map_matching.h"

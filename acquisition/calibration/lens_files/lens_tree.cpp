@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/formats/xml_file.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf::acquisition {

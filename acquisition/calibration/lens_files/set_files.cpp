@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/colmap_model.h"
-#include "core/light_field/exchange/transforms_camera.h"
+#include "core/light_field/formats/colmap_model.h"
+#include "core/light_field/formats/transforms_camera.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
-#include "core/image/frame.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/frame.h"
+#include "core/frames/pixel_format.h"
 
 namespace ulf::acquisition {
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
 
 namespace ulf::acquisition {
 

@@ -123,7 +123,8 @@ class DngFile {
   }
 
  private:
-  // Of the directories that follow each other from the one that the file names at `pointer_at`, and of those inside them.
+  // Of the directories that follow each other from the one that the file names at `pointer_at`, and of those
+  // inside them.
   void AddChain(std::uint64_t pointer_at, int depth) {
     constexpr std::size_t kMostDirectories = 64;
     constexpr int kMostDepth = 2;

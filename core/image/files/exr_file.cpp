@@ -31,12 +31,12 @@
 
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/exr_header.h"
-#include "core/image/files/float_numbers.h"
 #include "core/image/files/image_header.h"
-#include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
+#include "core/image/files/stored_picture.h"
 
 namespace ulf {
 namespace {
@@ -84,7 +84,8 @@ struct ColorChannels {
   bool any() const { return has_colors || has_luminance; }
 };
 
-// A Y beside an X is a coordinate (normals, motion, CIE XYZ), and so is one beside a Z in a layer; a Z alone is depth.
+// A Y beside an X is a coordinate (normals, motion, CIE XYZ), and so is one beside a Z in a layer; a Z alone
+// is depth.
 ColorChannels ChannelsOf(const Imf::Header& header, const std::string& layer) {
   const auto has = [&](const char* name) { return header.channels().findChannel(layer + name) != nullptr; };
   const bool is_coordinate = has("X") || (!layer.empty() && has("Z"));
@@ -163,8 +164,8 @@ ExrPicturePlace PlaceOfPicture(const Imf::MultiPartInputFile& file, const std::s
   return chosen->place;
 }
 
-// Where the library counts a buffer's samples from: place 0, 0 of the file's own coordinates, which may lie far outside of
-// the buffer, so that it is computed as a number.
+// Where the library counts a buffer's samples from: place 0, 0 of the file's own coordinates, which may lie
+// far outside of the buffer, so that it is computed as a number.
 template <typename T>
 T* OriginOf(T* first, const Imath::Box2i& data, std::int64_t x_stride_bytes, std::int64_t y_stride_bytes) {
   const std::int64_t offset = data.min.x * x_stride_bytes + data.min.y * y_stride_bytes;

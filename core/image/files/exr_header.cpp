@@ -113,7 +113,8 @@ bool ReadAttribute(std::string_view name, std::string_view type, std::string_vie
   return true;
 }
 
-// The library holds the lines or the tile that one compressed block has, and the place of each block in the file.
+// The library holds the lines or the tile that one compressed block has, and the place of each block in the
+// file.
 void RequireBlocks(const std::string& path, std::uint64_t file_bytes, const PixelLayout& layout) {
   constexpr double kMostPx = 1 << 20, kMostLinesOfBlock = 256, kBytesOfPlace = 8, kLevelsOfTiles = 4;
   if (std::max(layout.width, layout.height) > kMostPx)
@@ -125,8 +126,7 @@ void RequireBlocks(const std::string& path, std::uint64_t file_bytes, const Pixe
   if (layout.tile_px > std::max(lines_px, kTileOfAnyPicture_px))
     throw Error(
         "{}: has tiles of {:.0f} million pixels in a picture of {:.0f}x{:.0f}; it is damaged: copy it again "
-        "from its "
-        "source",
+        "from its source",
         path, 1e-6 * layout.tile_px, layout.width, layout.height);
   RequirePixelsOfFile(path, file_bytes, std::max(lines_px, layout.tile_px), layout.bytes_of_pixel);
   if (layout.tile_px > 0)

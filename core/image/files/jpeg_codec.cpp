@@ -6,10 +6,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
+#include "core/image/files/image_header.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/picture_end.h"
 #include "core/image/files/picture_projection.h"
 
 extern "C" {
@@ -76,8 +79,8 @@ void ReadRows(jpeg_decompress_struct& decoder, cv::Mat& pixels) {
   jpeg_finish_decompress(&decoder);
 }
 
-// libjpeg reports an error by a longjmp out of this function: nothing here may have a destructor. The same holds for
-// DecodePhotograph() and Encode().
+// libjpeg reports an error by a longjmp out of this function: nothing here may have a destructor. The same
+// holds for DecodePhotograph() and Encode().
 void Decode(jpeg_decompress_struct& decoder, Report& report, std::span<const std::uint8_t> bytes,
             const cv::Size& expected, DecodedJpeg& decoded) {
   if (setjmp(report.on_error)) return;
@@ -211,6 +214,21 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
         "sRGB");
   ConvertToSrgb(claim, picture);
   return picture;
+}
+
+cv::Mat DecodeJpeg(const std::string& bytes) {
+  if (!JpegIsWhole(bytes)) return {};
+  try {
+    std::istringstream stream(bytes);
+    if (const auto header = ReadImageHeader(stream))
+      RequirePixelsOfFile("JPEG", bytes.size(),
+                          static_cast<double>(header->width) * static_cast<double>(header->height), 3);
+    cv::Mat pixels = ReadJpeg(bytes, "JPEG").pixels;
+    if (pixels.channels() == 1) cv::cvtColor(pixels, pixels, cv::COLOR_GRAY2BGR);
+    return pixels;
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 std::string JpegBytes(const cv::Mat& pixels, int quality) {

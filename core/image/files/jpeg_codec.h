@@ -1,8 +1,8 @@
 // Reads and writes JPEG pictures through libjpeg, and tells whether one is complete.
 //
-// A lost USB packet leaves a gap in a webcam's data: the picture is shifted or smeared after it, and nothing marks
-// the gap. Only the decoder notices, when the data end before the picture does (libjpeg warns and fills the
-// rest). libjpeg also warns of filling bytes before a marker, which many webcams send; such pictures are
+// A lost USB packet leaves a gap in a webcam's data: the picture is shifted or smeared after it, and nothing
+// marks the gap. Only the decoder notices, when the data end before the picture does (libjpeg warns and fills
+// the rest). libjpeg also warns of filling bytes before a marker, which many webcams send; such pictures are
 // complete.
 #pragma once
 
@@ -23,9 +23,13 @@ struct DecodedJpeg {
 };
 DecodedJpeg DecodeWebcamJpeg(std::span<const std::uint8_t> bytes, cv::Size expected);
 
-// A photograph, converted to sRGB; Exif's rotation is ignored. What the decoder says of damaged data inside becomes a warning.
-// Throws Error, which begins with `name`, where there is no whole picture in the bytes.
+// A photograph, converted to sRGB; Exif's rotation is ignored. What the decoder says of damaged data inside
+// becomes a warning. Throws Error, which begins with `name`, where there is no whole picture in the bytes.
 StoredPicture ReadJpeg(std::string_view bytes, const std::string& name);
+
+// CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to the sensor.
+// Empty when the file is truncated or no JPEG.
+cv::Mat DecodeJpeg(const std::string& bytes);
 
 // Of 8 bits, one channel or B, G, R; quality 1 to 100.
 std::string JpegBytes(const cv::Mat& pixels, int quality = 95);

@@ -11,7 +11,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 #include "core/image/image.h"
 
 namespace ulf {
@@ -89,8 +89,9 @@ cv::Mat WithoutLight(const cv::Mat& pixels) {
   return any ? unlit : cv::Mat();
 }
 
-// Linear sRGB in float, computed for each pixel; of whole numbers the library would interpolate between colours of a table, which is
-// wrong by up to twenty levels of 255 near the border of the gamut. Empty: the profile cannot be used.
+// Linear sRGB in float, computed for each pixel; of whole numbers the library would interpolate between
+// colours of a table, which is wrong by up to twenty levels of 255 near the border of the gamut. Empty: the
+// profile cannot be used.
 cv::Mat LinearBy(const Profile& profile, const cv::Mat& pixels) {
   const int channels = pixels.channels();
   const cmsUInt32Number format = FormatOf(CV_32F, channels);
@@ -350,7 +351,8 @@ cv::Mat SrgbOfLab(const cv::Mat& lab, bool is_signed, const std::optional<std::a
                                  0.0556434, -0.2040259, 1.0572252);
   const bool is_8_bits = lab.depth() == CV_8U;
   const double full = FullScale(lab.depth()), unit = is_8_bits ? 1 : 256, zero = 128 * unit;
-  // Plain numbers of TIFF: a* and b* signed, L* = 100 at full scale; ICC's: both from -128, L* = 100 at 0xFF00 of 16 bits.
+  // Plain numbers of TIFF: a* and b* signed, L* = 100 at full scale; ICC's: both from -128, L* = 100 at
+  // 0xFF00 of 16 bits.
   const double most_light = is_signed || is_8_bits ? full : 65280;
   cv::Mat bgr(lab.size(), CV_MAKETYPE(lab.depth(), 3));
   const auto convert = [&]<typename Number>(Number) {

@@ -1,5 +1,5 @@
-// The meaning of a stored picture's colours, by an ICC profile (ISO 15076) or by primaries and an exponent, and their
-// conversion to sRGB, through Little CMS.
+// The meaning of a stored picture's colours, by an ICC profile (ISO 15076) or by primaries and an exponent,
+// and their conversion to sRGB, through Little CMS.
 #pragma once
 
 #include <array>
@@ -23,16 +23,16 @@ struct ColorClaim {
   std::string name = {};  // of primaries and exponent, for a note; empty: they are written as numbers
 };
 
-// Replaces pixels that mean something else than StoredPicture promises, and notes it. A profile that is damaged, or of another
-// space than the pixels, is a warning, and the pixels stay.
+// Replaces pixels that mean something else than StoredPicture promises, and notes it. A profile that is
+// damaged, or of another space than the pixels, is a warning, and the pixels stay.
 void ConvertToSrgb(const ColorClaim& claim, StoredPicture& picture);
 
-// sRGB (B, G, R, same depth) of four inks, CV_8UC4 or CV_16UC4. `is_inverted`: full scale means no ink. Without a profile of
-// inks, each is taken to be ideal, with a warning.
+// sRGB (B, G, R, same depth) of four inks, CV_8UC4 or CV_16UC4. `is_inverted`: full scale means no ink.
+// Without a profile of inks, each is taken to be ideal, with a warning.
 cv::Mat SrgbOfInks(const cv::Mat& inks, bool is_inverted, const std::string& icc, StoredPicture& picture);
 
-// sRGB of CIE L*a*b*, CV_8UC3 or CV_16UC3 as TIFF codes it (`is_signed`) or as ICC does. `white_xy`: x and y of its white; none:
-// D50.
+// sRGB of CIE L*a*b*, CV_8UC3 or CV_16UC3 as TIFF codes it (`is_signed`) or as ICC does. `white_xy`: x and y
+// of its white; none: D50.
 cv::Mat SrgbOfLab(const cv::Mat& lab, bool is_signed,
                   const std::optional<std::array<double, 2>>& white_xy = {});
 

@@ -1,5 +1,6 @@
-// Whether a JPEG or PNG file has its end, told by walking its segments or chunks (ITU T.81, ISO 15948): what follows the end does
-// not matter (the film of a motion photo, padding), and an end mark inside a thumbnail is none.
+// Whether a JPEG or PNG file has its end, told by walking its segments or chunks (ITU T.81, ISO 15948): what
+// follows the end does not matter (the film of a motion photo, padding), and an end mark inside a thumbnail
+// is none.
 #pragma once
 
 #include <filesystem>

@@ -6,25 +6,24 @@
 #include <array>
 #include <fstream>
 #include <mutex>
+#include <opencv2/imgproc.hpp>
 #include <set>
 #include <system_error>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
-#include "core/image/files/claimed_size.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/jpeg_codec.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
-#include "core/image/files/rare_pictures.h"
 #include "core/image/files/raw_file.h"
-#include "core/image/files/tiff_picture.h"
-#include "core/image/files/webp_picture.h"
 
 namespace ulf {
+
 namespace {
 
 void RequireWholeFile(const std::string& path) {
@@ -50,8 +49,7 @@ void RequireRoomFor(const std::string& path, PictureKind kind) {
     if (!size || !(size->width >= 1 && size->height >= 1 && size->width < kMostPx && size->height < kMostPx))
       throw Error(
           "{}: says no size that a picture can have; it is damaged: copy it again from its source (of a "
-          "light field: ulf "
-          "repair DIR)",
+          "light field: ulf repair DIR)",
           path);
     RequirePixelsOfFile(path, bytes, size->area(), kBytesOfPixel);
   } else if (kind != PictureKind::kExr && kind != PictureKind::kTiff) {
@@ -200,6 +198,28 @@ void WritePictureFile(const std::string& path, const cv::Mat& srgb8) {
   else
     throw Error("{}: give a picture's name, ending in .png or .jpg", path);
   WriteFileAtomically(path, bytes);
+}
+
+cv::Mat ReadOverBackground(const std::string& path, const cv::Vec3d& background) {
+  if (!HasAlphaChannel(path)) return {};
+  const StoredPicture picture = ReadPicture(path);
+  if (picture.alpha.empty()) return {};
+  const int depth = picture.pixels.depth();
+  const double full = FullScale(depth);
+  cv::Mat colors = picture.pixels, alpha;
+  if (colors.channels() == 1) cv::cvtColor(picture.pixels, colors, cv::COLOR_GRAY2BGR);
+  colors.convertTo(colors, CV_64F);
+  picture.alpha.convertTo(alpha, CV_64F, 1 / full);
+  cv::Mat over(colors.size(), CV_64FC3);
+  for (int y = 0; y < colors.rows; ++y)
+    for (int x = 0; x < colors.cols; ++x) {
+      const auto& from = colors.at<cv::Vec3d>(y, x);
+      const double opaque = alpha.at<double>(y, x);
+      auto& to = over.at<cv::Vec3d>(y, x);
+      for (int c = 0; c < 3; ++c) to[c] = opaque * from[c] + (1 - opaque) * full * background[c];
+    }
+  over.convertTo(over, depth);
+  return over;
 }
 
 }  // namespace ulf

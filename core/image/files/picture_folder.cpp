@@ -10,11 +10,9 @@
 #include "core/base/counted.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
-#include "core/image/files/claimed_size.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
-#include "core/image/files/raw_file.h"
 
 namespace ulf {
 namespace {

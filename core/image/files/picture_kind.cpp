@@ -40,8 +40,8 @@ std::string WordsOf(PictureKind kind) {
   switch (kind) {
     case PictureKind::kHeif:
       return "HEIC or AVIF, as telephones write it, which is not read; convert it to JPEG or PNG with "
-             "heif-convert (Linux) "
-             "or sips (macOS), or let the telephone write JPEG (iPhone: Camera, Formats, Most Compatible)";
+             "heif-convert (Linux) or sips (macOS), or let the telephone write JPEG (iPhone: Camera, "
+             "Formats, Most Compatible)";
     case PictureKind::kJpegXl:
       return "JPEG XL, which is not read; convert it to PNG with djxl";
     case PictureKind::kJpeg2000:
@@ -58,9 +58,15 @@ std::string WordsOf(PictureKind kind) {
              "-i IN -vf crop=iw/2:ih:0:0 OUT.png) and calibrate it as a fisheye";
     default:
       return "damaged, or of another kind than PNG, JPEG, TIFF, EXR, WebP, BMP, PBM, PGM, PPM, PFM, HDR and "
-             "raw; copy it "
-             "again from its source, or convert it (of a light field: ulf repair DIR)";
+             "raw; copy it again from its source, or convert it (of a light field: ulf repair DIR)";
   }
+}
+
+bool IsRawFile(const std::filesystem::path& path) {
+  static const std::set<std::string> kEndings = {
+      ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos",
+      ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"};
+  return kEndings.contains(Lowercase(path.extension().string()));
 }
 
 PictureKind UnreadKindByEnding(const std::filesystem::path& path) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
+#include <vector>
 
 namespace ulf {
 
@@ -33,5 +35,18 @@ inline bool IsRead(PictureKind kind) { return kind != PictureKind::kUnknown && k
 std::string WordsOf(PictureKind kind);
 // Of kinds that are not read, by the ending of the name, in any case; kUnknown: of all others.
 PictureKind UnreadKindByEnding(const std::filesystem::path& path);
+
+// Whether the file is a camera's raw file (raw_file.h), by the ending of its name in lower or upper case.
+bool IsRawFile(const std::filesystem::path& path);
+
+// Of photographs that are there as pictures and as raw files of the same name, the raw files go.
+template <typename Path>
+void LeaveOutRawTwins(std::vector<Path>& files) {
+  const auto stem = [](const Path& file) { return std::filesystem::path(file).replace_extension(); };
+  std::set<std::filesystem::path> pictures;
+  for (const Path& file : files)
+    if (!IsRawFile(file)) pictures.insert(stem(file));
+  std::erase_if(files, [&](const Path& file) { return IsRawFile(file) && pictures.contains(stem(file)); });
+}
 
 }  // namespace ulf

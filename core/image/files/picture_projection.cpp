@@ -12,13 +12,13 @@
 
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 
 namespace ulf {
 namespace {
 
-// Of attributes and of elements that hold text, by their names without the namespace; values are in lower case. What text, comments
-// and other values hold names none.
+// Of attributes and of elements that hold text, by their names without the namespace; values are in lower
+// case. What text, comments and other values hold names none.
 std::map<std::string, std::string> PropertiesOf(std::string_view xmp) {
   constexpr std::string_view kSpaces = " \t\r\n";
   std::map<std::string, std::string> properties;
@@ -76,7 +76,8 @@ struct FurtherPictures {
   bool is_stereo = false;
 };
 
-// Of the index of CIPA DC-007: a TIFF directory whose entry 0xB002 has 16 bytes for each picture, which begin with its kind.
+// Of the index of CIPA DC-007: a TIFF directory whose entry 0xB002 has 16 bytes for each picture, which begin
+// with its kind.
 FurtherPictures FurtherPicturesIn(std::string_view index) {
   const SegmentNumbers numbers{index, index.starts_with("II")};
   FurtherPictures further;

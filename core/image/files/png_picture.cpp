@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
 
@@ -54,7 +54,8 @@ void ReadBytes(png_structp png, png_bytep to, std::size_t size) {
   input.at += size;
 }
 
-// What ImageMagick and its like write of a profile: its name, its length, and its bytes in hexadecimal digits.
+// What ImageMagick and its like write of a profile: its name, its length, and its bytes in hexadecimal
+// digits.
 std::string OfRawProfile(std::string_view text) {
   std::istringstream words{std::string(text)};
   std::string name, bytes;
@@ -119,7 +120,8 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   if (std::abs(gamma - kOfSrgb) < kNear && !has_other_primaries) content.claim.exponent.reset();
 }
 
-// libpng reports an error by a longjmp out of this function: nothing here may have a destructor. The same holds for Encode().
+// libpng reports an error by a longjmp out of this function: nothing here may have a destructor. The same
+// holds for Encode().
 bool DecodePng(png_structp png, png_infop info, PngContent& content) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, reinterpret_cast<png_const_bytep>("cICP\0acTL"),
@@ -223,8 +225,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
   if (!is_whole)
     throw Error(
         "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
-        "repair "
-        "DIR)",
+        "repair DIR)",
         name, content.error.data());
   RequireOneLens(content.xmp, name);
   StoredPicture picture;
@@ -256,8 +257,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
     if (content.code[1] == kPq || content.code[1] == kHlg)
       throw Error(
           "{}: has a high dynamic range ({} by its chunk cICP), which is not read from PNG; convert it to "
-          "OpenEXR, or "
-          "to PNG with sRGB",
+          "OpenEXR, or to PNG with sRGB",
           name, content.code[1] == kPq ? "PQ" : "HLG");
     if (const auto claim = ClaimOfCode(content.code))
       content.claim = *claim;

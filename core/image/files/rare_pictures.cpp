@@ -1,4 +1,4 @@
-#include "core/image/files/rare_pictures.h"
+#include "core/image/files/picture_codecs.h"
 
 #include <fmt/core.h>
 #include <stb_image.h>
@@ -12,11 +12,10 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/files/claimed_size.h"
-#include "core/image/files/float_numbers.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
+#include "core/image/files/image_header.h"
 #include "core/image/files/picture_colors.h"
-#include "core/video/ffmpeg.h"
-#include "core/video/ffmpeg_calls.h"
+#include "core/image/files/stored_picture.h"
 
 namespace ulf {
 namespace {
@@ -147,7 +146,8 @@ StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
   return picture;
 }
 
-// A comment ends a number, as Netpbm reads its files; FFmpeg takes it for a part of the number, and gets a head without.
+// A comment ends a number, as Netpbm reads its files; FFmpeg takes it for a part of the number, and gets a
+// head without.
 std::string WithoutComments(std::string_view bytes, int numbers, const std::string& name) {
   std::string head(bytes.substr(0, 2));
   std::size_t at = 2;
@@ -166,8 +166,8 @@ std::string WithoutComments(std::string_view bytes, int numbers, const std::stri
   return head + "\n" + std::string(bytes.substr(at));
 }
 
-// The kind, width, height, and a number whose sign says the order of bytes; then rows from the last to the first, which FFmpeg's
-// decoder does not turn round.
+// The kind, width, height, and a number whose sign says the order of bytes; then rows from the last to the
+// first, which FFmpeg's decoder does not turn round.
 StoredPicture ReadPfm(std::string_view bytes, const std::string& name) {
   std::istringstream head{std::string(bytes.substr(0, 256))};
   std::string kind;
@@ -212,8 +212,8 @@ void ApplyRadianceHeader(std::string_view header, StoredPicture& picture) {
   picture.notes.push_back(fmt::format("its light was multiplied by {:g}, which is taken back", exposure));
 }
 
-// Whether coded rows reach their end, which the library does not tell: it takes what is missing for zeros. Rows of which each
-// channel is coded by runs begin with 2, 2 and the width.
+// Whether coded rows reach their end, which the library does not tell: it takes what is missing for zeros.
+// Rows of which each channel is coded by runs begin with 2, 2 and the width.
 bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, int height) {
   const auto byte = [&](std::size_t at) {
     return static_cast<unsigned>(static_cast<std::uint8_t>(bytes[at]));
@@ -240,8 +240,8 @@ bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, i
   return true;
 }
 
-// Whether the primaries and exponents of a calibrated BMP are those of sRGB, or not said (zero). Exponents stand for the curve or for its
-// inverse, by program.
+// Whether the primaries and exponents of a calibrated BMP are those of sRGB, or not said (zero). Exponents
+// stand for the curve or for its inverse, by program.
 bool IsNearSrgb(std::string_view bytes) {
   constexpr std::size_t kEndpointsAt = 74, kExponentsAt = 110;
   const auto number = [&](std::size_t at) {
@@ -267,7 +267,8 @@ bool IsNearSrgb(std::string_view bytes) {
 }  // namespace
 
 StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
-  // Of rows coded by runs the decoder takes what is missing for zeros: the header says how many bytes there are.
+  // Of rows coded by runs the decoder takes what is missing for zeros: the header says how many bytes there
+  // are.
   const auto number = [&](std::size_t at) {
     std::uint32_t value = 0;
     if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
@@ -291,8 +292,7 @@ StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
   if (number(kHeaderBytesAt) >= kVersion4 && number(kSpaceAt) == kCalibrated && !IsNearSrgb(bytes))
     picture.warnings.emplace_back(
         "its header says primaries or a curve that are not those of sRGB, which is not read of BMP: its "
-        "colours "
-        "are taken for sRGB");
+        "colours are taken for sRGB");
   return picture;
 }
 

@@ -23,13 +23,14 @@
 namespace ulf {
 namespace {
 
-// A camera cuts some pixels off what its sensor shows. More than this share of a side is no such cut, but another
-// picture: a smaller one, or one in another format. Guessed; 3 % occur.
+// A camera cuts some pixels off what its sensor shows. More than this share of a side is no such cut, but
+// another picture: a smaller one, or one in another format. Guessed; 3 % occur.
 constexpr double kMostCut = 0.05;
 
 std::string SizeText(cv::Size size) { return fmt::format("{}x{}", size.width, size.height); }
 
-// One LibRaw object is some hundred kilobytes large, frees what it has on destruction, and belongs to one thread.
+// One LibRaw object is some hundred kilobytes large, frees what it has on destruction, and belongs to one
+// thread.
 class RawDecoder {
  public:
   explicit RawDecoder(std::string name) : name_(std::move(name)), raw_(std::make_unique<LibRaw>(0)) {
@@ -90,7 +91,8 @@ class RawDecoder {
     without_tiles_ = DngWithoutTiles(bytes, name_);
     Open([this](LibRaw& raw) { return raw.open_buffer(without_tiles_.data(), without_tiles_.size()); });
   }
-  // Of a picture whose pixels have all colours: LibRaw subtracts the black level, and scales as if it were none.
+  // Of a picture whose pixels have all colours: LibRaw subtracts the black level, and scales as if it were
+  // none.
   void SubtractBlackOfLinear();
   void Open(const std::function<int(LibRaw&)>& open);
   void Require(int result) const;
@@ -145,8 +147,7 @@ bool RawDecoder::CheckLayout(const ReadBytesAt& read) {
   if (!IsKnownMosaic(*layout))
     throw Error(
         "{}: its sensor has a {} mosaic{}, which is not read (Bayer's of 2x2 and X-Trans are); develop it "
-        "elsewhere "
-        "and take 16-bit TIFF, or let the camera combine its pixels",
+        "elsewhere and take 16-bit TIFF, or let the camera combine its pixels",
         name_, layout->is_staggered ? "staggered" : SizeText(layout->mosaic),
         layout->pattern.size() <= 4 && !layout->is_staggered ? " (" + layout->pattern + ")" : "");
   linear_black_ = layout->black;
@@ -205,8 +206,7 @@ void RawDecoder::Open(const std::function<int(LibRaw&)>& open) {
   if (result != LIBRAW_SUCCESS)
     throw Error(
         "{}: is no raw file of a kind that LibRaw {} reads, or is cut short or damaged at its beginning; "
-        "copy it again "
-        "from the card, or convert it to DNG or to 16-bit TIFF",
+        "copy it again from the card, or convert it to DNG or to 16-bit TIFF",
         name_, LibRaw::version());
   CheckKind();
   const libraw_image_sizes_t& sizes = raw_->imgdata.sizes;
@@ -272,16 +272,16 @@ cv::Rect RawDecoder::CropTo(std::optional<cv::Size> wanted) const {
                     ? "the other program turned it by its Exif mark, and ulf does not: pose photographs that "
                       "were not turned"
                     : "raw files have the sensor's full size: take the JPEG files of the size that was "
-                      "calibrated, or calibrate "
-                      "at the camera's largest size");
+                      "calibrated, or calibrate at the camera's largest size");
   const cv::Rect& whole = IsCutOf(*wanted, usual.size()) ? usual : visible;
   return {whole.x + (whole.width - wanted->width) / 2, whole.y + (whole.height - wanted->height) / 2,
           wanted->width, wanted->height};
 }
 
 void RawDecoder::Develop(RawQuality quality, const std::optional<WhiteBalance>& white_balance) {
-  // LibRaw takes the colours as they were when the pixels were unpacked. Its own parameter for factors would leave out
-  // the colour matrices of some files, and the patch of white that a few old cameras measured comes before the tag.
+  // LibRaw takes the colours as they were when the pixels were unpacked. Its own parameter for factors would
+  // leave out the colour matrices of some files, and the patch of white that a few old cameras measured comes
+  // before the tag.
   if (white_balance) {
     libraw_colordata_t& color = raw_->imgdata.rawdata.color;
     std::ranges::copy(*white_balance, color.cam_mul);
@@ -359,13 +359,6 @@ cv::Mat RawDecoder::Clipped(std::optional<cv::Size> wanted) const {
 }
 
 }  // namespace
-
-bool IsRawFile(const std::filesystem::path& path) {
-  static const std::set<std::string> kEndings = {
-      ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos",
-      ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"};
-  return kEndings.contains(Lowercase(path.extension().string()));
-}
 
 bool CanCropRaw(const RawFacts& facts, cv::Size wanted) {
   return IsCutOf(wanted, facts.size) || IsCutOf(wanted, facts.visible);

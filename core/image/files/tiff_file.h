@@ -14,8 +14,9 @@ namespace ulf {
 // B). The pixels are shared, not copied. Throws Error for another type, or for more than 4 GB.
 FileContent TiffContent(const cv::Mat& pixels);
 
-// The pixels of a file of TiffContent() for a picture of this size and type, of one channel; empty: the bytes are of another
-// size, type or program. Takes no more memory than the picture that is asked for, whatever the bytes claim.
+// The pixels of a file of TiffContent() for a picture of this size and type, of one channel; empty: the bytes
+// are of another size, type or program. Takes no more memory than the picture that is asked for, whatever the
+// bytes claim.
 cv::Mat PixelsOfTiff(std::string_view bytes, const cv::Size& size, int type);
 
 }  // namespace ulf

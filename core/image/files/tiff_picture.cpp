@@ -1,4 +1,4 @@
-#include "core/image/files/tiff_picture.h"
+#include "core/image/files/picture_codecs.h"
 
 #include <fmt/core.h>
 #include <tiffio.h>
@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/image/files/float_numbers.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
+#include "core/image/files/stored_picture.h"
 #include "core/image/files/tiff_numbers.h"
 #include "core/image/image.h"
 
@@ -59,8 +59,7 @@ class TiffPage {
   [[noreturn]] void Refuse() const {
     throw Error(
         "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
-        "repair "
-        "DIR)",
+        "repair DIR)",
         path_, words_.empty() ? "no TIFF" : words_);
   }
   [[noreturn]] void RefuseKind(const std::string& what, const std::string& remedy) const {
@@ -340,7 +339,8 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
       return;
     case PHOTOMETRIC_LOGLUV:
       require(3);
-      // X, Y, Z of the light itself, as programs write it that take sRGB's white for granted (OpenCV among them).
+      // X, Y, Z of the light itself, as programs write it that take sRGB's white for granted (OpenCV among
+      // them).
       cv::cvtColor(FirstChannels(samples, 3), picture.pixels, cv::COLOR_XYZ2BGR);
       return;
     default:

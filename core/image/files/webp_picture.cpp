@@ -1,4 +1,4 @@
-#include "core/image/files/webp_picture.h"
+#include "core/image/files/picture_codecs.h"
 
 #include <webp/decode.h>
 #include <webp/encode.h>
@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
 

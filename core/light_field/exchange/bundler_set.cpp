@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/bundler_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 
@@ -17,8 +17,8 @@
 #include "core/base/error.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
+#include "core/light_field/formats/view_json.h"
 #include "core/light_field/points/ply_reader.h"
-#include "core/light_field/view_json.h"
 
 namespace ulf {
 namespace {
@@ -330,9 +330,9 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
     }
     const auto [other, is_new] = taken.try_emplace(view.image_path, name);
     if (!is_new)
-      throw Error(
-          "{}: '{}' and '{}' both lead to {}; give the folder from which the names count with --images",
-          list.file.string(), other->second, name, (root / view.image_path).string());
+      throw Error("{}: '{}' and '{}' both lead to {}; give the folder from which the names count with {}",
+                  list.file.string(), other->second, name, (root / view.image_path).string(),
+                  Parameter("images"));
     view.id = view_ids[At(i)] = static_cast<int>(light_field.views.size()) + 1;
     view.mask_path = photographs.images().MaskOf(view.image_path);
     view.camera =
@@ -346,9 +346,8 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
         "{}: none of its {} cameras was registered (the focal length is 0); take the last bundle file",
         bundle_out.string(), camera_count);
   if (light_field.views.empty())
-    throw Error(
-        "{}: '{}' and the other photographs of {} are not in {}; say where they lie with --images FOLDER",
-        bundle_out.string(), missing.front(), list.file.string(), root.string());
+    throw Error("{}: '{}' and the other photographs of {} are not in {}; {}", bundle_out.string(),
+                missing.front(), list.file.string(), root.string(), SayWhereTheyLie());
   if (unregistered > 0)
     light_field.doubts.push_back(
         fmt::format("{} left out: not registered (focal length 0)", Counted(unregistered, "camera")));

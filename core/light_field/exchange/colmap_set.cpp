@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/colmap_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 
@@ -16,20 +16,17 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"
-#include "core/light_field/exchange/colmap_binary.h"
-#include "core/light_field/exchange/colmap_text.h"
+#include "core/light_field/formats/colmap_files.h"
+#include "core/light_field/formats/set_format.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool HoldsPart(const fs::path& folder, const std::string& part, const char* ending) {
-  std::error_code unknown;
-  return fs::exists(folder / (part + "." + ending), unknown);
+bool HoldsModel(const fs::path& folder, const char* ending) {
+  return HoldsColmapPart(folder, "images", ending);
 }
-
-bool HoldsModel(const fs::path& folder, const char* ending) { return HoldsPart(folder, "images", ending); }
 
 std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& model) {
   const auto clean = [](const fs::path& path) {
@@ -81,9 +78,9 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
                       static_cast<double>(own.height) / camera->second.height}});
   }
   if (taken.empty())
-    throw Error("{}: none of its {} is in {} ({} is the first); say where they lie with --images FOLDER",
-                model_folder.string(), Counted(model.images.size(), "photograph"), images.folder().string(),
-                missing.empty() ? "there is none" : missing.front());
+    throw Error("{}: none of its {} is in {} ({} is the first); {}", model_folder.string(),
+                Counted(model.images.size(), "photograph"), images.folder().string(),
+                missing.empty() ? "there is none" : missing.front(), SayWhereTheyLie());
   if (!missing.empty())
     doubts.push_back(fmt::format("{} of the model {} not in {} and left out, {} the first",
                                  Counted(missing.size(), "photograph"), missing.size() == 1 ? "is" : "are",
@@ -116,7 +113,8 @@ std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   return std::nullopt;
 }
 
-// COLMAP numbers the models of photographs that it could not join: 0, 1, ...; the first need not be the largest.
+// COLMAP numbers the models of photographs that it could not join: 0, 1, ...; the first need not be the
+// largest.
 void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
   std::vector<std::string> others;
   const auto described = [](const fs::path& model) {
@@ -136,8 +134,7 @@ void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
   std::ranges::sort(others, NameOrder);
   doubts.push_back(
       fmt::format("COLMAP could not join all photographs and made several models: {} is read; give the "
-                  "folder of another to read "
-                  "it: {}",
+                  "folder of another to read it: {}",
                   described(folder), fmt::join(others, ", ")));
 }
 
@@ -189,29 +186,13 @@ void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>
 
 }  // namespace
 
-fs::path ColmapModelIn(const fs::path& source) {
-  // A model that has lost its images is one still, so that its reader can name the missing file.
-  for (const char* named_by : {"images", "cameras"})
-    for (const char* folder : {".", "sparse/0", "sparse", "colmap/sparse/0", "0"}) {
-      const fs::path model = (source / folder).lexically_normal();
-      for (const char* ending : {"bin", "txt"}) {
-        // A list images.txt or cameras.txt beside photographs need not be COLMAP's.
-        const bool may_be_another = folder == std::string(".") && ending == std::string("txt");
-        const std::string other = named_by == std::string("images") ? "cameras" : "points3D";
-        if (HoldsPart(model, named_by, ending) && (!may_be_another || HoldsPart(model, other, ending)))
-          return model;
-      }
-    }
-  return {};
-}
-
 PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   const fs::path folder = ColmapModelIn(source);
   if (folder.empty())
     throw Error("{}: no COLMAP model (cameras and images as .bin or .txt) in it or in sparse/0",
                 source.string());
   const bool is_binary =
-      HoldsModel(folder, "bin") || (!HoldsModel(folder, "txt") && HoldsPart(folder, "cameras", "bin"));
+      HoldsModel(folder, "bin") || (!HoldsModel(folder, "txt") && HoldsColmapPart(folder, "cameras", "bin"));
   const ColmapReconstruction model = is_binary ? ReadColmapBinary(folder) : ReadColmapText(folder);
   if (model.images.empty())
     throw Error("{}: the model has no images; was the reconstruction successful?", folder.string());

@@ -10,14 +10,15 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/files/raw_file.h"
+#include "core/image/files/picture_kind.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
 
-// "its colours are of the profile 'P3' and converted to sRGB": what the file says, without what ulf does about it.
+// "its colours are of the profile 'P3' and converted to sRGB": what the file says, without what ulf does
+// about it.
 std::string MeaningOf(const std::string& note) {
   for (const char* done :
        {" and converted to", " and are converted to", ": its pixels stay", ", which is taken back"})
@@ -64,8 +65,7 @@ std::string CopiedMeanings::Doubt(std::size_t copied) const {
   });
   return fmt::format(
       "{} of {} are not upright sRGB but say what they are ({}): they are copied, and programs that pass "
-      "over "
-      "what they say see them otherwise than ulf does; convert them before they are posed{}",
+      "over what they say see them otherwise than ulf does; convert them before they are posed{}",
       photographs_, Counted(copied, "photograph"), list,
       is_told_by_profiles ? ", for instance with 'magick IN -auto-orient -profile sRGB.icc OUT' (ImageMagick "
                             "6: 'convert')"

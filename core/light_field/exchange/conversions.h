@@ -1,4 +1,5 @@
-// What ulf converts when it reads photographs of a light field, whose files stay as they came: other programs see other numbers.
+// What ulf converts when it reads photographs of a light field, whose files stay as they came: other programs
+// see other numbers.
 #pragma once
 
 #include <filesystem>
@@ -15,8 +16,8 @@ struct Conversion {
   std::filesystem::path file;
   std::string words;  // a note or remark of stored_picture.h
 };
-// Of the first photograph of each kind and size of file: others of it are like it. Raw files and files that cannot be read are
-// passed over.
+// Of the first photograph of each kind and size of file: others of it are like it. Raw files and files that
+// cannot be read are passed over.
 std::vector<Conversion> ConversionsOf(const LightField& light_field);
 
 // Photographs that are copied as they are, although ulf takes them otherwise than by their numbers.

@@ -17,20 +17,17 @@
 #include "core/base/parallel_for.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
-#include "core/image/files/raw_file.h"
-#include "core/light_field/exchange/colmap_binary.h"
-#include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/conversions.h"
-#include "core/light_field/exchange/image_names.h"
 #include "core/light_field/exchange/staged_folder.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/exchange/writers/metashape_xml.h"
-#include "core/light_field/exchange/writers/nerf_files.h"
-#include "core/light_field/exchange/writers/realityscan_xmp.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 #include "core/light_field/exchange/writers/unit_cube.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/points/point_ply.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/colmap_files.h"
+#include "core/light_field/formats/image_names.h"
+#include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/points/point_io.h"
 #include "core/light_field/points/point_tracks.h"
 
 namespace ulf {
@@ -325,10 +322,10 @@ void RequireOneKind(const LightField& light_field) {
     return camera.distortion == Distortion::kFisheye;
   });
   if (fisheyes > 0 && fisheyes < static_cast<std::ptrdiff_t>(light_field.cameras.size()))
-    throw UsageError(
-        "{}: some of its lenses are fisheyes and some are not, but nerfstudio reads one kind of lens per "
-        "transforms.json; give --undistort",
-        light_field.root.string());
+    throw Refusal(light_field.root.string(), "",
+                  "some of its lenses are fisheyes and some are not, but nerfstudio reads one kind of lens "
+                  "per transforms.json",
+                  "give " + Parameter("undistort"));
 }
 
 // Of a lens with the sixth order of radial distortion instant-ngp would take what it knows for the whole.
@@ -336,8 +333,10 @@ void RequireNoSixthOrder(const LightField& light_field) {
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
     const CameraModel& camera = light_field.cameras[i];
     if (camera.distortion == Distortion::kRadialTangential && camera.coefficients[4] != 0)
-      throw UsageError("{}: camera {} has k3 = {}, which instant-ngp does not know; give --undistort",
-                       light_field.root.string(), i + 1, camera.coefficients[4]);
+      throw Refusal(light_field.root.string(), "",
+                    fmt::format("camera {} has k3 = {}, which instant-ngp does not know", i + 1,
+                                camera.coefficients[4]),
+                    "give " + Parameter("undistort"));
   }
 }
 
@@ -390,11 +389,11 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
 
 bool HasPoints(ExportForm form) { return RulesOf(form).has_points; }
 
-void RequireOutside(const fs::path& light_field, const fs::path& out, const char* option) {
+void RequireOutside(const fs::path& light_field, const fs::path& out, std::string_view parameter) {
   const fs::path inside = fs::weakly_canonical(out).lexically_relative(fs::weakly_canonical(light_field));
   if (!inside.empty() && *inside.begin() != "..")
-    throw UsageError("{} {}: lies in the light field, which stays as it is; choose a folder beside it",
-                     option, out.string());
+    throw Refusal(Parameter(parameter), out.string(), "lies in the light field, which stays as it is",
+                  "choose a folder beside it");
 }
 
 void RequireExportable(const LightField& light_field, const fs::path& out, const ExportOptions& options) {

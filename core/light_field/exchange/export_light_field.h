@@ -1,5 +1,5 @@
-// Exports a light field for other programs: a folder as they know it, with the photographs unchanged or undistorted,
-// masks, and points with their observations.
+// Exports a light field for other programs: a folder as they know it, with the photographs unchanged or
+// undistorted, masks, and points with their observations.
 //
 //   COLMAP          images/NAME  masks/NAME.png  sparse/0/{cameras,images,points3D}.{txt,bin}
 //   nerfstudio      images/NAME  masks/NAME.png  transforms.json  points.ply
@@ -8,8 +8,9 @@
 //   RealityScan     images/NAME  images/STEM.xmp  images/NAME.mask.png
 //   Metashape       images/NAME  masks/STEM_mask.png  cameras.xml  points.ply
 //
-// Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are copied byte for byte. Names lose folders and
-// spaces, which some readers do not accept. The export is complete, or OUT does not exist.
+// Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are
+// copied byte for byte. Names lose folders and spaces, which some readers do not accept. The export is
+// complete, or OUT does not exist.
 #pragma once
 
 #include <filesystem>
@@ -50,11 +51,11 @@ struct ExportSummary {
   std::vector<std::string> doubts;  // in words: what the form's programs will not take as it is
 };
 
-// Throws UsageError when `out`, given by `option`, lies in the light field's folder.
+// Throws Refusal when `out`, given for `parameter`, lies in the light field's folder.
 void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out,
-                    const char* option = "-o");
+                    std::string_view parameter = "output");
 
-// Checks before any work: throws Error when OUT exists and is not empty, UsageError when the form cannot
+// Checks before any work: throws Error when OUT exists and is not empty, Refusal when the form cannot
 // represent the light field.
 void RequireExportable(const LightField& light_field, const std::filesystem::path& out,
                        const ExportOptions& options);
@@ -62,7 +63,7 @@ void RequireExportable(const LightField& light_field, const std::filesystem::pat
 void RequireRoomFor(const LightField& light_field, const std::filesystem::path& out,
                     const ExportOptions& options);
 
-// Throws Error when OUT exists and is not empty, a photograph cannot be read or the disk is full; UsageError
+// Throws Error when OUT exists and is not empty, a photograph cannot be read or the disk is full; Refusal
 // when the form cannot represent the light field.
 ExportSummary ExportLightField(const LightField& light_field, const std::filesystem::path& out,
                                const ExportOptions& options);

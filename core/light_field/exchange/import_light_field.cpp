@@ -14,21 +14,23 @@
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
-#include "core/image/files/over_background.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/raw_file.h"
 #include "core/light_field/exchange/conversions.h"
-#include "core/light_field/exchange/image_names.h"
-#include "core/light_field/exchange/raw_beside.h"
+#include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
-#include "core/light_field/journal.h"
-#include "core/light_field/kept_findings.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/quick_checks.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/folder/kept_findings.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/quick_checks.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/image_names.h"
+#include "core/light_field/formats/raw_beside.h"
+#include "core/light_field/formats/set_format.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 namespace {
@@ -78,8 +80,8 @@ fs::path QuickLookOf(const fs::path& raw, const cv::Mat& light) {
   }
 }
 
-// A photograph that is a raw file: the file is the master, the camera's JPEG beside it the photograph; where there is
-// none that shows the same, it is made from the raw file.
+// A photograph that is a raw file: the file is the master, the camera's JPEG beside it the photograph; where
+// there is none that shows the same, it is made from the raw file.
 void TakeRaw(const LightField& source, const View& view, const fs::path& dir, View& taken,
              RawSetDoubts& doubts) {
   const fs::path raw = source.root / view.image_path;
@@ -250,8 +252,8 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   std::optional<cv::Vec3d> background = options.background;
   if (!background && set.background) {
     background = set.background;
-    source.doubts.push_back(
-        "pictures with alpha are laid over white, as in the papers (--background COLOUR)");
+    source.doubts.push_back(fmt::format(
+        "pictures with alpha are laid over white, as in the papers ({} COLOUR)", Parameter("background")));
   }
   Imported imported{source, set.format, {}};
   if (options.subject) PlaceSubject(*options.subject, source);
@@ -265,7 +267,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   source.findings.insert(source.findings.end(), quick.begin(), quick.end());
   WarnOnce(dir, source.findings);
   if (!source.subject)
-    throw UsageError("{}: the subject cannot be found: {}", source_path.string(), WhyNoSubject(source));
+    throw Refusal(source_path.string(), "", "the subject cannot be found: " + WhyNoSubject(source), "");
   for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
 
   LightField& made = imported.light_field;

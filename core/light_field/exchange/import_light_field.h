@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -16,8 +16,8 @@ struct ImportOptions {
   std::optional<SetFormat> format = {};    // none: recognised
   std::filesystem::path images = {};       // the photographs' folder; empty: found
   std::optional<CameraModel> camera = {};  // of a format that has no intrinsics (read_posed_set.h)
-  // B, G, R, 0 to 1: pictures with alpha are laid over it. None: alpha becomes a mask; NeRF's synthetic sets are laid
-  // over white, as in the papers.
+  // B, G, R, 0 to 1: pictures with alpha are laid over it. None: alpha becomes a mask; NeRF's synthetic sets
+  // are laid over white, as in the papers.
   std::optional<cv::Vec3d> background = {};
 };
 
@@ -28,11 +28,11 @@ struct Imported {
 };
 
 // Copies SOURCE, a folder or a file in one of the formats of read_posed_set.h, into the new light field DIR.
-// Photographs are checked (they must decode and have their camera's size) and kept byte for byte; more than 8 bits go to
-// masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to masks/; points to
-// points.ply. White space in names becomes '_'. DIR is complete at the end, or does not exist after a
-// failure. What of the source is not used is given out as warnings. Throws Error for an invalid source, DiskFullError,
-// UsageError when the subject or the camera must be given.
+// Photographs are checked (they must decode and have their camera's size) and kept byte for byte; more than 8
+// bits go to masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to
+// masks/; points to points.ply. White space in names becomes '_'. DIR is complete at the end, or does not
+// exist after a failure. What of the source is not used is given out as warnings. Throws Error for an invalid
+// source, DiskFullError, Refusal when the subject or the camera must be given.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

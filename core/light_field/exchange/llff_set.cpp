@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/llff_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,8 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/npy_file.h"
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/formats/set_format.h"
+#include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {
 namespace {
@@ -61,10 +62,9 @@ PosedSet ReadLlffSet(const fs::path& source, const fs::path& chosen) {
   if (static_cast<Eigen::Index>(names.size()) != rows.rows())
     throw Error(
         "{}: has {}, {} holds {}; put back what is missing, take out what was added, or choose another "
-        "folder with "
-        "--images",
+        "folder with {}",
         file.string(), Counted(static_cast<std::size_t>(rows.rows()), "pose"), images.folder().string(),
-        Counted(names.size(), "photograph"));
+        Counted(names.size(), "photograph"), Parameter("images"));
   LightField& light_field = set.light_field;
   light_field.root = images.folder();
   for (std::size_t i = 0; i < names.size(); ++i) {

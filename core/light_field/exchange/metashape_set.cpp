@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/metashape_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/geometry/similarity3.h"
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
 namespace {
@@ -319,10 +319,8 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
     light_field.views.push_back(std::move(view));
   }
   if (light_field.views.empty())
-    throw Error(
-        "{}: '{}' and the other photographs of its cameras are not in {}; say where they lie "
-        "with --images FOLDER",
-        xml.string(), first_missing, light_field.root.string());
+    throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
+                first_missing, light_field.root.string(), SayWhereTheyLie());
   if (components.has_scale()) light_field.units = "metres";
   std::vector<std::string>& doubts = light_field.doubts;
   SayWhatIsLeftOut(unaligned, "not aligned", doubts);

@@ -1,8 +1,8 @@
-#include "core/light_field/exchange/nerf_synthetic_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <string>
 
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {
 namespace {
@@ -14,11 +14,6 @@ std::filesystem::path FileOfPart(const std::filesystem::path& folder, const char
 }
 
 }  // namespace
-
-bool IsNerfSynthetic(const std::filesystem::path& folder) {
-  std::error_code unknown;
-  return std::filesystem::exists(FileOfPart(folder, "train"), unknown);
-}
 
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images) {
   PosedSet set;

@@ -22,8 +22,9 @@ std::string_view WithoutSpaces(std::string_view text) {
   return text.substr(std::min(text.find_first_not_of(" \t\n"), text.size()));
 }
 
-// The header is a Python dictionary such as {'descr': '<f8', 'fortran_order': False, 'shape': (20, 17), }. Regular
-// expressions of the standard library call themselves once a character, and a header may have millions.
+// The header is a Python dictionary such as {'descr': '<f8', 'fortran_order': False, 'shape': (20, 17), }.
+// Regular expressions of the standard library call themselves once a character, and a header may have
+// millions.
 class NpyHeader {
  public:
   NpyHeader(std::string_view text, const std::string& where) : text_(text), where_(where) {}

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <fstream>
 #include <map>
 #include <set>
 
@@ -15,119 +13,16 @@
 #include "core/geometry/rigid3.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/exchange/bundler_set.h"
-#include "core/light_field/exchange/colmap_set.h"
-#include "core/light_field/exchange/llff_set.h"
-#include "core/light_field/exchange/metashape_set.h"
-#include "core/light_field/exchange/nerf_synthetic_set.h"
-#include "core/light_field/exchange/realityscan_set.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/exchange/tum_set.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/set_format.h"
+#include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array<std::pair<SetFormat, const char*>, 9> kSetFormats{
-    {{SetFormat::kUlf, "ulf"},
-     {SetFormat::kTransforms, "nerfstudio"},
-     {SetFormat::kNerfSynthetic, "nerf-synthetic"},
-     {SetFormat::kColmap, "colmap"},
-     {SetFormat::kLlff, "llff"},
-     {SetFormat::kBundler, "bundler"},
-     {SetFormat::kMetashape, "metashape"},
-     {SetFormat::kRealityScan, "realityscan"},
-     {SetFormat::kTum, "tum"}}};
-
-std::string BeginningOf(const fs::path& file) {
-  constexpr std::size_t kEnough = 4096;
-  if (std::error_code unknown; !fs::is_regular_file(file, unknown)) return {};
-  std::string text(kEnough, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
-}
-
-bool IsMetashapeFile(const fs::path& file) {
-  if (Lowercase(file.extension().string()) != ".xml") return false;
-  const std::string text = BeginningOf(file);
-  return text.find("<document") != std::string::npos && text.find("<chunk") != std::string::npos;
-}
-
-bool IsRealityScanFile(const fs::path& file) {
-  return Lowercase(file.extension().string()) == ".xmp" &&
-         BeginningOf(file).find("capturingreality") != std::string::npos;
-}
-
-bool IsBundlerFile(const fs::path& file) {
-  return Lowercase(file.extension().string()) == ".out" && BeginningOf(file).starts_with("# Bundle file");
-}
-
-// The first file, by name, in the folder or in one of its `below` for which `is_one` is true; empty: none.
-fs::path FirstFileIn(const fs::path& folder, std::initializer_list<const char*> below,
-                     bool (*is_one)(const fs::path&)) {
-  std::error_code unknown;
-  for (const char* inside : below) {
-    fs::path first;
-    for (const auto& entry : fs::directory_iterator((folder / inside).lexically_normal(), unknown))
-      if (entry.is_regular_file(unknown) && is_one(entry.path()) && (first.empty() || entry.path() < first))
-        first = entry.path();
-    if (!first.empty()) return first;
-  }
-  return {};
-}
-
-// The file, or the folder, that the reader of the format wants; empty: there is no such set.
-fs::path PlaceOf(SetFormat format, const fs::path& source) {
-  std::error_code unknown;
-  const bool is_file = fs::is_regular_file(source, unknown);
-  const auto has = [&](const char* name) { return fs::is_regular_file(source / name, unknown); };
-  const std::string name = source.filename().string();
-  switch (format) {
-    case SetFormat::kUlf:
-      return has(kJournalFile) ? source : fs::path();
-    case SetFormat::kTransforms:
-      if (is_file)
-        return Lowercase(source.extension().string()) == ".json" && !name.starts_with("transforms_")
-                   ? source
-                   : fs::path();
-      return has(kTransformsFile) && !has(kJournalFile) ? source / kTransformsFile : fs::path();
-    case SetFormat::kNerfSynthetic:
-      if (is_file) return name == "transforms_train.json" ? source.parent_path() : fs::path();
-      return IsNerfSynthetic(source) ? source : fs::path();
-    case SetFormat::kColmap: {
-      const bool is_part = name.starts_with("cameras.") || name.starts_with("images.");
-      const fs::path folder = is_file && is_part ? source.parent_path() : source;
-      // A light field holds such a model of itself.
-      return !(has(kJournalFile) || ColmapModelIn(folder).empty()) ? folder : fs::path();
-    }
-    case SetFormat::kLlff:
-      if (is_file) return Lowercase(source.extension().string()) == ".npy" ? source : fs::path();
-      return has(kLlffFile) ? source / kLlffFile : fs::path();
-    case SetFormat::kBundler:
-      if (is_file) return IsBundlerFile(source) ? source : fs::path();
-      return FirstFileIn(source, {".", "bundle", "bundler"}, IsBundlerFile);
-    case SetFormat::kMetashape:
-      if (is_file) return IsMetashapeFile(source) ? source : fs::path();
-      return FirstFileIn(source, {"."}, IsMetashapeFile);
-    case SetFormat::kRealityScan: {
-      if (is_file) return IsRealityScanFile(source) ? source.parent_path() : fs::path();
-      const fs::path first = FirstFileIn(source, {".", "images"}, IsRealityScanFile);
-      return first.empty() ? first : first.parent_path();
-    }
-    case SetFormat::kTum: {
-      const fs::path list = is_file && name == kTumListFile ? source : source / kTumListFile;
-      return fs::is_regular_file(list, unknown) &&
-                     fs::is_regular_file(list.parent_path() / kTumPosesFile, unknown)
-                 ? list
-                 : fs::path();
-    }
-  }
-  return {};
-}
 
 [[noreturn]] void RefuseUnposed(const fs::path& source) {
   std::error_code unknown;
@@ -136,15 +31,14 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
   if (fs::is_regular_file(source, unknown))
     throw Error(
         "{}: is no set of posed photographs (docs/import.md lists the formats); a video is posed and "
-        "recorded "
-        "by 'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
+        "recorded by "
+        "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
         path, word);
   for (const auto& entry : fs::directory_iterator(source, unknown))
     if (HasImageEnding(entry.path()))
       throw Error(
           "{}: photographs without poses (docs/import.md lists the formats); they are posed and recorded by "
-          "'ulf "
-          "capture replay:{} -o DIR --focal-px F --no-subject'",
+          "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
           path, word);
   throw Error("{}: holds no set of posed photographs; docs/import.md lists the formats and their files",
               path);
@@ -155,14 +49,17 @@ bool HasIntrinsics(SetFormat format) { return format != SetFormat::kTum; }
 
 void RequireOneSourceOfIntrinsics(SetFormat format, const fs::path& source, bool is_camera_given) {
   if (HasIntrinsics(format) && is_camera_given)
-    throw UsageError("--calibration: {} is read as {}, whose files hold the intrinsics; leave the option out",
-                     source.string(), Name(format));
+    throw Refusal(
+        Parameter("calibration"), "",
+        fmt::format("{} is read as {}, whose files hold the intrinsics", source.string(), Name(format)),
+        "leave the option out");
   if (!HasIntrinsics(format) && !is_camera_given)
-    throw UsageError(
-        "{}: a set in the format {} holds no intrinsics; give those of its camera with --calibration FILE: a "
-        "file of 'ulf calibrate' or of another program, or a line `fx fy cx cy k1 k2 p1 p2 width "
-        "height` with the numbers of whoever published the set (docs/calibration.md)",
-        source.string(), Name(format));
+    throw Refusal(source.string(), "",
+                  fmt::format("a set in the format {} holds no intrinsics", Name(format)),
+                  fmt::format("give those of its camera with {} FILE: a file of 'ulf calibrate' or of "
+                              "another program, or a line `fx fy cx cy k1 k2 p1 p2 width height` with the "
+                              "numbers of whoever published the set (docs/calibration.md)",
+                              Parameter("calibration")));
 }
 
 PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
@@ -170,8 +67,9 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
   switch (format) {
     case SetFormat::kUlf: {
       if (!images.empty())
-        throw UsageError("--images: {} is a light field, which holds its photographs; leave the option out",
-                         place.string());
+        throw Refusal(Parameter("images"), "",
+                      fmt::format("{} is a light field, which holds its photographs", place.string()),
+                      "leave the option out");
       PosedSet set{ReadLightField(place), "ulf", {}, {}};
       set.light_field.doubts.clear();  // they have been said
       return set;
@@ -206,7 +104,8 @@ double SpreadOf(const std::vector<View>& views) {
   return spread;
 }
 
-// But for rounding: of the rotations, of the centres in a set of this spread, and of coordinates that are far from zero.
+// But for rounding: of the rotations, of the centres in a set of this spread, and of coordinates that are far
+// from zero.
 bool IsSamePose(const Rigid3& a, const Rigid3& b, double spread) {
   constexpr double kRounding = 1e-6, kRoundingOfCoordinates = 1e-12;
   const Eigen::Vector3d center = a.OriginInSource();
@@ -214,8 +113,8 @@ bool IsSamePose(const Rigid3& a, const Rigid3& b, double spread) {
          (center - b.OriginInSource()).norm() <= kRounding * spread + kRoundingOfCoordinates * center.norm();
 }
 
-// A photograph has one pose: that is given twice in sets whose validation is their test, and taken once. Two poses are
-// those of two photographs of the same name.
+// A photograph has one pose: that is given twice in sets whose validation is their test, and taken once. Two
+// poses are those of two photographs of the same name.
 void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
   const double spread = SpreadOf(light_field.views);
   std::map<std::string, const View*> taken;
@@ -238,9 +137,10 @@ void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
   if (!wrong.empty())
     throw Error(
         "{}: {}{}; where photographs of several folders have the same name, give the folder from which their "
-        "names count with --images, or else take one of the poses out",
+        "names count with {}, or else take one of the poses out",
         source.string(), first,
-        wrong.size() == 1 ? "" : fmt::format(", and so it is with {} more", wrong.size() - 1));
+        wrong.size() == 1 ? "" : fmt::format(", and so it is with {} more", wrong.size() - 1),
+        Parameter("images"));
   if (repeated.empty()) return;
   light_field.doubts.push_back(
       fmt::format("{} named more than once: taken once", Counted(repeated.size(), "photograph")));
@@ -252,27 +152,6 @@ void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
 }
 
 }  // namespace
-
-const char* Name(SetFormat format) {
-  return std::ranges::find(kSetFormats, format, &std::pair<SetFormat, const char*>::first)->second;
-}
-
-std::optional<SetFormat> SetFormatFromName(const std::string& name) {
-  if (name == "auto") return std::nullopt;
-  std::vector<std::string> names;
-  for (const auto& [format, known] : kSetFormats) {
-    if (name == known) return format;
-    names.emplace_back(known);
-  }
-  throw UsageError("--format {}: there is no such format; there are auto, {}", name, fmt::join(names, ", "));
-}
-
-std::vector<SetFormat> FormatsIn(const fs::path& source) {
-  std::vector<SetFormat> formats;
-  for (const auto& [format, name] : kSetFormats)
-    if (!PlaceOf(format, source).empty()) formats.push_back(format);
-  return formats;
-}
 
 PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& asked, const fs::path& images,
                       const std::optional<CameraModel>& camera) {
@@ -290,8 +169,8 @@ PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& as
   for (const SetFormat other : formats)
     if (other != format)
       set.light_field.doubts.push_back(
-          fmt::format("{}: is read as {}; it is also a set in the format {} (--format {})", source.string(),
-                      Name(format), Name(other), Name(other)));
+          fmt::format("{}: is read as {}; it is also a set in the format {} ({} {})", source.string(),
+                      Name(format), Name(other), Parameter("format"), Name(other)));
   return set;
 }
 

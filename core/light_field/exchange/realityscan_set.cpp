@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/realityscan_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 
@@ -14,9 +14,9 @@
 #include "core/base/name_order.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/files/raw_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/image.h"
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
 namespace {
@@ -225,8 +225,8 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
   if (posed.empty())
     throw Error(
         "{}: no XMP file with a pose (xcr:Rotation, xcr:Position) belongs to a photograph in {}; export "
-        "them with Alignment > Export > XMP, or say where the photographs lie with --images FOLDER",
-        folder.string(), images.folder().string());
+        "them with Alignment > Export > XMP, or say where the photographs lie with {} FOLDER",
+        folder.string(), images.folder().string(), Parameter("images"));
 
   const std::string frame =
       std::ranges::max_element(frames, {}, [](const auto& entry) { return entry.second; })->first;

@@ -49,7 +49,8 @@ void RemoveUnfinished(const fs::path& parent, const std::string& prefix) {
 
 StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
   std::error_code unknown;
-  if (target_.empty()) throw UsageError("the name of the folder to write is empty; give one with -o");
+  if (target_.empty())
+    throw Refusal("", "", "the name of the folder to write is empty", "give one with " + Parameter("output"));
   const fs::path whole =
       fs::weakly_canonical(target_, unknown);  // none where a folder around it may not be entered
   target_ = unknown ? fs::absolute(target_) : whole;

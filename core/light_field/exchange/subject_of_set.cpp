@@ -6,8 +6,9 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "core/light_field/quick_checks.h"
+#include "core/light_field/folder/quick_checks.h"
 
 namespace ulf {
 namespace {
@@ -99,9 +100,9 @@ double SpreadOfCenters(const LightField& light_field) {
   return squares / count;
 }
 
-// Whether the cameras would look at one thing if each pose were what its inverse is, with the axes of either convention.
-// Cameras around a thing stand far from each other, and their inverses at about one place, near which these axes meet as
-// well, by chance also before them.
+// Whether the cameras would look at one thing if each pose were what its inverse is, with the axes of either
+// convention. Cameras around a thing stand far from each other, and their inverses at about one place, near
+// which these axes meet as well, by chance also before them.
 bool InversesMeet(const LightField& light_field) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
   LightField inverted = light_field;
@@ -130,14 +131,13 @@ std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share)
 }
 
 std::string WhyNoSubject(const LightField& light_field) {
-  constexpr const char* kGiveIt = "give it with --subject x,y,z,radius";
+  const std::string give_it = fmt::format("give it with {} x,y,z,radius", Parameter("subject"));
   if (InversesMeet(light_field))
     return fmt::format(
         "the cameras' axes do not meet before them; those of the inverted poses do. Either mend the poses (a "
         "transform_matrix leads from the camera to the world, COLMAP's poses from the world to the camera), "
-        "or, where "
-        "they are right, {}",
-        kGiveIt);
+        "or, where they are right, {}",
+        give_it);
   const auto meeting = MeetingOfAxes(light_field);
   const auto behind = !meeting ? 0 : std::ranges::count_if(light_field.views, [&](const View& view) {
     return (view.cam_from_world * *meeting).z() < 0;
@@ -145,15 +145,13 @@ std::string WhyNoSubject(const LightField& light_field) {
   if (2 * static_cast<std::size_t>(behind) > light_field.views.size())
     return fmt::format(
         "the optical axes meet behind the cameras. Either the cameras look outwards: then {}. Or the poses "
-        "have other "
-        "axes than the format: then mend them (a transform_matrix leads from the camera to the world, with y "
-        "up and z "
-        "back)",
-        kGiveIt);
+        "have other axes than the format: then mend them (a transform_matrix leads from the camera to the "
+        "world, with y up and z back)",
+        give_it);
   return fmt::format(
       "the cameras' axes are nearly parallel or do not meet in front of them, and the set has neither points "
       "that belong to the poses nor depth bounds; {}",
-      kGiveIt);
+      give_it);
 }
 
 }  // namespace ulf

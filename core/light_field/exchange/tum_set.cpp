@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/tum_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,8 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/exchange/frame_files.h"
+#include "core/light_field/formats/frame_files.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {
@@ -130,9 +131,8 @@ PosedSet ReadTumSet(const fs::path& rgb_txt, const fs::path& chosen, const Camer
         rgb_txt.string(), Counted(listed.size(), "photograph"), listed.front().time_s, listed.back().time_s,
         poses_file.string(), poses.front().time_s, poses.back().time_s);
   if (light_field.views.empty())
-    throw Error(
-        "{}: none of its photographs is in {} ({} is the first); say where they lie with --images FOLDER",
-        rgb_txt.string(), images.folder().string(), missing.front());
+    throw Error("{}: none of its photographs is in {} ({} is the first); {}", rgb_txt.string(),
+                images.folder().string(), missing.front(), SayWhereTheyLie());
   if (!unposed.empty())
     light_field.doubts.push_back(fmt::format(
         "{} without a pose at its time (none within {} s, no two around it at most {} s apart): left out, {} "

@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 namespace {
@@ -189,8 +189,9 @@ std::string Words(const fs::path& root, const std::vector<OutsideLink>& refused)
     return words + ", which is not there: connect that disk, or put the files back";
   const bool may_be_followed = std::ranges::all_of(refused, &OutsideLink::is_of_same_owner);
   return words + (may_be_followed
-                      ? "; nothing was read or written through it: say --follow-links once, which the folder "
-                        "keeps, or move the files back"
+                      ? fmt::format("; nothing was read or written through it: say {} once, which the folder "
+                                    "keeps, or move the files back",
+                                    Parameter("follow_links"))
                       : "; it belongs to another user than the light field and is not followed: move the "
                         "files back, or make both your own");
 }

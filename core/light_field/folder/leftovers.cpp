@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/base/atomic_file.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 namespace {

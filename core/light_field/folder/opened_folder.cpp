@@ -38,13 +38,11 @@ std::optional<std::string> OpenedFolder::WhyGone() const {
   if (!unknown && IsAt(now))
     return fmt::format(
         "{}: the folder was moved to {} while it was being written; what was recorded by then is there: go "
-        "on "
-        "with it under that name",
+        "on with it under that name",
         path_.string(), now.string());
   return fmt::format(
       "{}: the folder was deleted, or moved to another disk, while it was being written; look for it where "
-      "it "
-      "may have been moved to, or begin a new one",
+      "it may have been moved to, or begin a new one",
       path_.string());
 }
 

@@ -1,8 +1,12 @@
-// Reads and writes a light field's points: points.ulf with observations, and points.ply with positions for
-// other programs, which is derived from it.
+// A light field's points on disk: points.ulf with all their observations, and points.ply with their positions
+// for other programs, which is derived from it.
 #pragma once
 
 #include <filesystem>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/light_field/light_field.h"
 
@@ -17,5 +21,38 @@ void ReadPoints(LightField& light_field);
 bool ReadPointPositions(const std::filesystem::path& ply, LightField& light_field);
 
 void WritePoints(const LightField& light_field);
+
+// points.ulf: the points with all their observations. points.ply and sparse/0 are derived from it.
+// (docs/disk_format.md, for other programs.)
+//
+// Little-endian:
+//   8 bytes "ulfpts\0" and version
+//   views:  count (u32); for each the id (i32) and a digest of the pose and camera with which the points were
+//           computed (u64)
+//   points: count (u32); for each x y z (f64), red green blue (u8), count of observations (u32); for each of
+//           these the view's index in the list above (u32) and x y in its image (f32, pixel centres at
+//           integer + 0.5)
+//   checksum of all bytes before it (FNV-1a, 64 bits)
+//
+// The journal's poses take precedence: points that are observed by views whose pose or camera has changed
+// since are computed again. Errors are not stored but computed. If the file is damaged or missing, points.ply
+// has the positions.
+
+std::string PointFileBytes(const LightField& light_field);
+
+struct StoredPoints {
+  std::string problem;             // the problem with the bytes; empty: none, and the rest is set
+  std::vector<ScenePoint> points;  // as stored
+  std::set<int> moved;             // views whose pose or camera has changed
+};
+StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_field);
+
+// Reads and writes points as PLY. Written files are binary little-endian: x y z float, red green blue uchar.
+
+// `light_field`: a mark of the light field whose points they are; empty: they are a file of their own.
+std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field = "");
+// The vertices of any PLY, with their colours if any, without those that are not finite. Throws Error for a
+// file that is no PLY or is truncated.
+std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file);
 
 }  // namespace ulf

@@ -2,8 +2,13 @@
 // positions and errors are computed from them and the present poses.
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <set>
+#include <span>
 
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -16,7 +21,8 @@ inline constexpr double kMostTrackErrorPx = 4;
 void FitPointsOf(const std::set<int>& view_ids, LightField& light_field);
 
 // Removes observations of missing views and those with larger errors than kMostTrackErrorPx, and sets every
-// point's error. A track of one observation is removed too; the point stays. Returns how many errors were larger.
+// point's error. A track of one observation is removed too; the point stays. Returns how many errors were
+// larger.
 std::size_t MeasurePoints(LightField& light_field);
 
 // Statistics of all points.
@@ -26,5 +32,21 @@ struct PointStatistics {
   double mean_error_px = 0;      // of observations
 };
 PointStatistics StatisticsOf(const std::vector<ScenePoint>& points);
+
+// Triangulates a point from observations with known poses by minimising reprojection errors. Image points are
+// in pixels, positions in world units.
+
+struct PosedObservation {
+  const CameraModel* camera = nullptr;
+  const Rigid3* cam_from_world = nullptr;
+  Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
+};
+
+// Starts at the point nearest to all rays and minimises Huber's loss with a threshold of one pixel. None:
+// fewer than two cameras have the point in front of them, or the rays are nearly parallel.
+std::optional<Eigen::Vector3d> FitPoint(std::span<const PosedObservation> observations);
+
+// Distance of an observation from the point's projection in pixels; infinite when it has none.
+double ReprojectionErrorPx(const PosedObservation& observation, const Eigen::Vector3d& point_in_world);
 
 }  // namespace ulf

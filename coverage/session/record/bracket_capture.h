@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
 #include "coverage/session/record/view_spool.h"
 #include "tracking/sources/pose_source.h"
 

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/frame.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"

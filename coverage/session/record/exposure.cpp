@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/quantile.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "coverage/bound/sphere_outline.h"
 #include "coverage/bound/subject_light.h"
 

@@ -19,9 +19,9 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "core/image/frame.h"
 #include "core/light_field/light_field.h"
 #include "coverage/session/record/recorded_views.h"
 

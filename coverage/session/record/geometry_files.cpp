@@ -12,7 +12,7 @@
 
 #include "core/base/counted.h"
 #include "core/geometry/angles.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/geometry_state.h"

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "core/base/atomic_file.h"
-#include "core/light_field/view_files.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_files.h"
 
 namespace ulf::coverage {
 namespace fs = std::filesystem;

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "core/image/frame.h"
-#include "core/light_field/light_field_io.h"
+#include "core/frames/frame.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::coverage {
 

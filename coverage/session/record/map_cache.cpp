@@ -13,7 +13,7 @@
 #include "core/base/host_time.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/opened_folder.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "coverage/session/record/still_capture.h"
 #include "tracking/map/map_file.h"
 

@@ -10,8 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/frame.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/record/recorded_views.h"
 #include "tracking/sources/pose_source.h"

@@ -11,7 +11,8 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/kept_photographs.h"
 
 namespace ulf::coverage {

@@ -34,9 +34,9 @@
 #include <vector>
 
 #include "core/base/mutex.h"
-#include "core/image/frame.h"
+#include "core/frames/frame.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/opened_folder.h"
-#include "core/light_field/light_field_io.h"
 
 namespace ulf::coverage {
 

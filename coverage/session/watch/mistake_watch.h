@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
-#include "core/image/frame_source.h"
+#include "core/frames/frame.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/watch/dust_watch.h"
 #include "coverage/session/watch/focus_watch.h"

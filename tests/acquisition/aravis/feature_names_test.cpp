@@ -16,7 +16,7 @@
 #include "acquisition/aravis/genicam_file.h"
 #include "acquisition/simulator/gige/genicam_description.h"
 #include "core/base/error.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::acquisition {

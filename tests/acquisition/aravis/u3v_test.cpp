@@ -28,7 +28,7 @@
 #include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"

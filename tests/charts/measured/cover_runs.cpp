@@ -11,7 +11,7 @@
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"

@@ -5,8 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/thread_clock.h"
 #include "core/geometry/pinhole.h"
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/proxy.h"

@@ -1,4 +1,4 @@
-// Tests: core/image/frame_source, coverage/session/watch/mistake_watch, coverage/session/preflight,
+// Tests: core/frames/frame, coverage/session/watch/mistake_watch, coverage/session/preflight,
 // tracking/tracker/track_words, commands/capture/capture_report, commands/light_field/light_field_report.
 //
 // Advice names only what can still be changed: everything that is said, of every kind of source. Nobody can move, set or

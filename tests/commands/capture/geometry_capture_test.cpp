@@ -26,7 +26,7 @@
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/similarity3.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/session/record/geometry_files.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"

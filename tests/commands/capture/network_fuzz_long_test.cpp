@@ -13,7 +13,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/gige_packets.h"

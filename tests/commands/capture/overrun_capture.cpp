@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "commands/capture/crash_handler.h"
-#include "core/base/signal_stack.h"
-#include "core/light_field/light_field_io.h"
+#include "core/base/stop_signal.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 
 namespace {

@@ -16,7 +16,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/operator/marker_mouse.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/nearest_view.h"

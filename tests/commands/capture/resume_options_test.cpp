@@ -9,7 +9,7 @@
 
 #include "commands/commands.h"
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"
 

@@ -17,7 +17,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/host_time.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/child_process.h"
 #include "tests/support/fault_row.h"

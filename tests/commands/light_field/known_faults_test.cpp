@@ -1,4 +1,4 @@
-// Tests: commands/light_field/light_field_report, commands/light_field/import_command, core/light_field/kept_findings.
+// Tests: commands/light_field/light_field_report, commands/light_field/import_command, core/light_field/folder/kept_findings.
 //
 // What is wrong with a light field is said by every command that opens it, in the same words, until it is mended; of a
 // right one nothing is said. The commands are those of the command tree.
@@ -19,8 +19,9 @@
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/files/png_picture.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
 

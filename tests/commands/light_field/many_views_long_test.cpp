@@ -1,4 +1,4 @@
-// Tests: core/light_field/light_field_io, commands/light_field/info_command, commands/rendering/render_command.
+// Tests: core/light_field/folder/light_field_io, commands/light_field/info_command, commands/rendering/render_command.
 //
 // A light field of ten thousand views: it is written, closed, opened, described and rendered, and memory grows with the
 // number of views by what a view weighs. Rows of docs/reliability.md.
@@ -12,7 +12,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/host_time.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

@@ -9,7 +9,7 @@
 
 #include "core/base/json_text.h"
 #include "core/image/files/exr_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

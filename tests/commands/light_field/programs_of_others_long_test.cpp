@@ -14,7 +14,8 @@
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/undistortion.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

@@ -9,7 +9,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/quality/quality.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/render/stereo/stereo_scenes.h"

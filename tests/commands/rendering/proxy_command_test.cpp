@@ -9,7 +9,8 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/render/stereo/stereo_scenes.h"

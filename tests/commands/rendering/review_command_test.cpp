@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/json_text.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

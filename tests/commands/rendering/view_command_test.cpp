@@ -11,6 +11,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"

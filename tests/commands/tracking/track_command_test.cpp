@@ -22,7 +22,7 @@
 #include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/plot/gnuplot.h"
 #include "tests/support/floors.h"
 #include "tests/support/sanitizers/is_sanitized.h"

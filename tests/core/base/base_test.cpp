@@ -1,7 +1,7 @@
-// Tests: core/base/quantile, core/base/counted, core/base/json_text, core/base/lowercase, core/base/shell_word, core/base/at,
-// core/base/model_choice, core/base/parallel_for, core/base/output_path, core/base/progress, core/base/stop_signal,
-// core/base/signal_stack, core/geometry/silent_solver, core/base/available_memory, core/base/thread_clock,
-// core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex,
+// Tests: core/base/quantile, core/base/counted, core/base/json_text, core/base/lowercase,
+// core/base/shell_word, core/base/at, core/base/model_choice, core/base/parallel_for, core/base/output_path,
+// core/base/progress, core/base/stop_signal, core/geometry/silent_solver, core/base/available_memory,
+// core/base/host_time, core/base/stage_times, core/base/device_uri, core/base/error, core/base/mutex,
 // core/base/json_fields, core/base/waiting.
 #include <gmock/gmock.h>
 #include <malloc.h>
@@ -37,7 +37,6 @@
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
-#include "core/base/signal_stack.h"
 #include "core/base/stage_times.h"
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"
@@ -143,16 +142,16 @@ TEST(OutputPath, RefusesWhatCannotBeWritten) {
   const ScratchFolder folder;
   EXPECT_NO_THROW(RequireWritable((folder / "report.json").string()));
   EXPECT_THAT([&] { RequireWritable(folder.path().string()); },
-              ThrowsMessage<UsageError>(HasSubstr("is a folder")));
+              ThrowsMessage<Refusal>(HasSubstr("is a folder")));
   EXPECT_THAT([&] { RequireWritable((folder / "missing/report.json").string()); },
-              ThrowsMessage<UsageError>(HasSubstr("does not exist")));
+              ThrowsMessage<Refusal>(HasSubstr("does not exist")));
   EXPECT_NO_THROW(RequireWritablePicture((folder / "view.JPG").string()));
   EXPECT_THAT([&] { RequireWritablePicture((folder / "view.gif").string()); },
-              ThrowsMessage<UsageError>(HasSubstr(".png or .jpg")));
+              ThrowsMessage<Refusal>(HasSubstr(".png or .jpg")));
   RequireWritableFolder((folder / "a/b").string());
   EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b"));
   std::ofstream(folder / "file").put('x');
-  EXPECT_THROW(RequireWritableFolder((folder / "file").string()), UsageError);
+  EXPECT_THROW(RequireWritableFolder((folder / "file").string()), Refusal);
 }
 
 TEST(DeviceUriTest, OptionsAreReadWithinTheirRange) {
@@ -161,10 +160,10 @@ TEST(DeviceUriTest, OptionsAreReadWithinTheirRange) {
   EXPECT_EQ(uri.Number("gain", 2, 0, 10), 2);
   EXPECT_EQ(uri.Whole("queue", 1, 8), 4);
   EXPECT_EQ(uri.Whole("buffers", 1, 8), std::nullopt);
-  EXPECT_THROW(uri.Number("fps", 30, 20, 100), UsageError);
-  EXPECT_THROW(uri.Whole("queue", 5, 8), UsageError);
-  EXPECT_THROW(uri.Whole("seed", 1, 8), UsageError);
-  EXPECT_THAT([&] { uri.AllowOnly({"fps", "queue"}); }, ThrowsMessage<UsageError>(HasSubstr("seed")));
+  EXPECT_THROW(uri.Number("fps", 30, 20, 100), Refusal);
+  EXPECT_THROW(uri.Whole("queue", 5, 8), Refusal);
+  EXPECT_THROW(uri.Whole("seed", 1, 8), Refusal);
+  EXPECT_THAT([&] { uri.AllowOnly({"fps", "queue"}); }, ThrowsMessage<Refusal>(HasSubstr("seed")));
 }
 
 TEST(ProgressText, SaysLinesAtOnceAndSharesOnlyOfLongWork) {

@@ -1,4 +1,4 @@
-// Tests: core/fiducials/touching_markers, core/fiducials/board, core/fiducials/board_detector.
+// Tests: core/fiducials/marker_detector, core/fiducials/board, core/fiducials/board_detector.
 //
 // Kalibr's AprilGrid, and boards of other makers by the words behind their text.
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
 #include "core/fiducials/board_detector.h"
-#include "core/fiducials/touching_markers.h"
+#include "core/fiducials/marker_detector.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -172,7 +172,7 @@ TEST(Board, WordsBehindItComeBackAndAreChecked) {
     try {
       Board::Parse(text);
       ADD_FAILURE() << "accepted " << text;
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
     }
   }

@@ -1,4 +1,4 @@
-// Tests: core/fiducials/board, core/fiducials/board_detector, core/fiducials/marker_corners, core/fiducials/aruco_calls,
+// Tests: core/fiducials/board, core/fiducials/board_detector, core/fiducials/marker_detector, core/fiducials/aruco_calls,
 // acquisition/calibration/board_sheet, acquisition/simulator/simulated_board,
 // commands/calibration/board_command.
 #include "core/fiducials/board.h"
@@ -58,7 +58,7 @@ TEST(Board, WhatCannotBePrintedIsSaid) {
     try {
       Board::Parse(text);
       ADD_FAILURE() << "accepted " << text;
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
     }
   }
@@ -191,8 +191,8 @@ TEST(BoardSheet, IsTrueInSizeAndDetected) {
 
 TEST(BoardSheet, RefusesWhatDoesNotFit) {
   const Board board = Board::Parse("chessboard:8x6:60");
-  EXPECT_THROW(LayOutSheet(board, "a4"), UsageError);
-  EXPECT_THROW(LayOutSheet(board, "a5"), UsageError);
+  EXPECT_THROW(LayOutSheet(board, "a4"), Refusal);
+  EXPECT_THROW(LayOutSheet(board, "a5"), Refusal);
   const SheetLayout own = LayOutSheet(board, "board");
   EXPECT_GE(own.page_width_mm, 8 * 60 + 20);
 }

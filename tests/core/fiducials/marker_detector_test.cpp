@@ -1,4 +1,4 @@
-// Tests: core/fiducials/marker_detector, core/fiducials/marker_corners.
+// Tests: core/fiducials/marker_detector.
 #include "core/fiducials/marker_detector.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ TEST(MarkerDetector, FindsTheNumberAndTheCornersToAFractionOfAPixel) {
   // Pixel centres are at integer + 0.5: the edges of the marker's pixels are whole numbers.
   const MarkerImage truth{{{100, 60}, {190, 60}, {190, 150}, {100, 150}}};
   for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((found[0].second[i] - truth[i]).norm(), 0.2) << i;
-  EXPECT_THROW(DetectMarkers("DICT_9X9", page), UsageError);
+  EXPECT_THROW(DetectMarkers("DICT_9X9", page), Refusal);
   EXPECT_TRUE(DetectMarkers("DICT_4X4_50", cv::Mat(240, 320, CV_8UC1, cv::Scalar(255))).empty());
 }
 

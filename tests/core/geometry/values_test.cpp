@@ -1,5 +1,5 @@
 // Tests: core/geometry/rigid3, core/geometry/camera_model, core/image/image, core/base/device_uri,
-// core/light_field/view_numbers, core/geometry/small_matrices.
+// core/light_field/findings, core/geometry/small_matrices.
 //
 // Poses, cameras, images: the values everything else is made of.
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@
 #include "core/geometry/small_matrices.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/view_numbers.h"
+#include "core/light_field/findings.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -220,9 +220,9 @@ TEST(DeviceUri, TakesApartAndRefuses) {
   EXPECT_EQ(uri.Option("width"), std::nullopt);
   EXPECT_EQ(uri.Text(), "sim:studio?seed=7&fps=15");
   EXPECT_EQ(DeviceUri::Parse("replay:/a/b?glob=*.color.jpg").Option("glob"), "*.color.jpg");
-  EXPECT_THAT([&] { uri.AllowOnly({"seed"}); }, ThrowsMessage<UsageError>(HasSubstr("'fps'")));
-  EXPECT_THROW(DeviceUri::Parse("studio"), UsageError);
-  EXPECT_THROW(DeviceUri::Parse("sim:studio?seed"), UsageError);
+  EXPECT_THAT([&] { uri.AllowOnly({"seed"}); }, ThrowsMessage<Refusal>(HasSubstr("'fps'")));
+  EXPECT_THROW(DeviceUri::Parse("studio"), Refusal);
+  EXPECT_THROW(DeviceUri::Parse("sim:studio?seed"), Refusal);
 }
 
 TEST(SmallMatrices, AreTakenApartAndPutTogetherAgain) {

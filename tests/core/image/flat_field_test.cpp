@@ -1,4 +1,4 @@
-// Tests: core/image/flat_field, core/geometry/sensor_window, core/light_field/view_images.
+// Tests: core/image/flat_field, core/geometry/sensor_window, core/light_field/folder/view_images.
 #include "core/image/flat_field.h"
 
 #include <gmock/gmock.h>
@@ -8,7 +8,9 @@
 
 #include "acquisition/simulator/simulated_board.h"
 #include "core/geometry/sensor_window.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

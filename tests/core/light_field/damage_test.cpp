@@ -1,5 +1,6 @@
-// Tests: core/light_field/newer_format, core/light_field/journal, core/light_field/repair_plan,
-// core/light_field/folder_repair, core/light_field/exchange/transforms_json.
+// Tests: core/light_field/journal_stamp, core/light_field/folder/journal,
+// core/light_field/folder/repair_plan, core/light_field/folder/folder_repair,
+// core/light_field/formats/transforms_json.
 //
 // What a damaged light field keeps, and what happens to one by a newer version, counted: rows of docs/reliability.md.
 #include <gmock/gmock.h>
@@ -11,8 +12,11 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/host_time.h"
-#include "core/light_field/folder_repair.h"
-#include "core/light_field/newer_format.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/repair_plan.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/journal_stamp.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"

@@ -1,4 +1,4 @@
-// Tests: core/light_field/findings, core/light_field/kept_findings, core/light_field/quick_checks.
+// Tests: core/light_field/findings, core/light_field/folder/kept_findings, core/light_field/folder/quick_checks.
 //
 // What checks find wrong: what is kept in the journal, how long it stands, and what every reader sees by itself.
 #include "core/light_field/findings.h"
@@ -14,10 +14,13 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/folder_repair.h"
-#include "core/light_field/kept_findings.h"
-#include "core/light_field/quick_checks.h"
+#include "core/light_field/folder/kept_findings.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/quick_checks.h"
+#include "core/light_field/folder/repair_plan.h"
+#include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"

@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf {
 

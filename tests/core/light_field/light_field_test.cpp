@@ -1,6 +1,7 @@
-// Tests: core/light_field/light_field_io, core/light_field/light_field_writer, core/light_field/writer_state,
-// core/light_field/light_field, core/light_field/new_camera, core/light_field/journal, core/light_field/journal_writer,
-// core/light_field/view_files, core/light_field/view_images, core/light_field/view_json, core/image/frame.
+// Tests: core/light_field/folder/light_field_io, core/light_field/folder/light_field_writer,
+// core/light_field/folder/writer_state, core/light_field/light_field, core/light_field/folder/journal,
+// core/light_field/folder/journal_writer, core/light_field/folder/view_files,
+// core/light_field/folder/view_images, core/light_field/formats/view_json, core/frames/frame.
 //
 // The light field on disk: what is written is read back, what is damaged is named, what is killed survives.
 #include <gmock/gmock.h>
@@ -20,10 +21,12 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/folder_repair.h"
-#include "core/light_field/journal.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/journal.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/repair_plan.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
@@ -222,7 +225,7 @@ TEST(LightFieldOnDisk, RefusesASecondWriterAndAFullFolder) {
               ThrowsMessage<Error>(HasSubstr("another process")));
   writer.AddView(NoiseFrame(7), ViewNumber(0));
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
-              ThrowsMessage<Error>(HasSubstr("--resume")));
+              ThrowsMessage<Error>(HasSubstr("(resume)")));
   std::ofstream(scratch / "notes.txt") << "mine";
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch.path(), Header()); },
               ThrowsMessage<Error>(HasSubstr("not empty")));
@@ -240,7 +243,7 @@ TEST(LightFieldOnDisk, AFolderWithoutAViewIsBegunAnew) {
   }
   EXPECT_EQ(ReadLightField(scratch / "lf").taken_back.size(), 1u);
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
-              ThrowsMessage<Error>(HasSubstr("--resume")));
+              ThrowsMessage<Error>(HasSubstr("(resume)")));
 }
 
 TEST(LightFieldOnDisk, ATornLastLineIsIgnoredAndCutOffByTheNextWriter) {

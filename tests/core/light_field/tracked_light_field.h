@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/atomic_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/points/point_tracks.h"
 
 namespace ulf::test {

@@ -1,5 +1,5 @@
-// Tests: core/light_field/view_exposures.
-#include "core/light_field/view_exposures.h"
+// Tests: core/light_field/light_field.
+#include "core/light_field/light_field.h"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,9 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

@@ -1,4 +1,4 @@
-// Tests: core/video/ffmpeg_calls, core/video/video_reader, core/video/video_light, core/video/container_end, core/video/ffmpeg.
+// Tests: core/ffmpeg/ffmpeg_calls, core/video/video_reader, core/video/video_light, core/video/container_end.
 //
 // The expected colours are computed from the recommendations' own numbers, and not by FFmpeg.
 #include "core/video/video_reader.h"

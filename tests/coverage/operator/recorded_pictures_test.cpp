@@ -10,7 +10,8 @@
 #include <filesystem>
 #include <thread>
 
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"

@@ -11,7 +11,8 @@
 #include <random>
 #include <thread>
 
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/live_geometry.h"
 #include "render/proxy/proxy.h"
 #include "tests/coverage/operator/display_stage.h"

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "acquisition/simulator/simulated_board.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/coverage/operator/display_stage.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"

@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"

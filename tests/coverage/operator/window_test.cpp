@@ -13,7 +13,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/operator/operator_display.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"

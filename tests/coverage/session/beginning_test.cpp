@@ -8,6 +8,7 @@
 #include <random>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/session/light_and_focus.h"
 #include "coverage/session/subject_anchors.h"
 #include "coverage/session/subject_proposal.h"

@@ -11,6 +11,8 @@
 
 #include "core/geometry/similarity3.h"
 #include "core/geometry/small_matrices.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/capture_session.h"
 #include "coverage/session/capture_subject.h"
 #include "coverage/session/preflight.h"

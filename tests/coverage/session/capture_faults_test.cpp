@@ -1,5 +1,5 @@
 // Tests: coverage/session/capture_session, coverage/session/record/view_spool, acquisition/device/reconnecting_device,
-// core/light_field/light_field_writer, core/light_field/folder/opened_folder.
+// core/light_field/folder/light_field_writer, core/light_field/folder/opened_folder.
 //
 // What a capture keeps through each fault, counted: rows of docs/reliability.md.
 #include <gmock/gmock.h>
@@ -17,6 +17,8 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/image/files/picture_file.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/coverage/session/kept_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/fault_row.h"

@@ -1,5 +1,5 @@
-// Tests: coverage/session/capture_session, coverage/session/record/view_spool, core/light_field/light_field_writer,
-// core/light_field/folder_repair.
+// Tests: coverage/session/capture_session, coverage/session/record/view_spool, core/light_field/folder/light_field_writer,
+// core/light_field/folder/folder_repair.
 //
 // SIGKILL at every stage of a capture: rows of docs/reliability.md.
 #include <gmock/gmock.h>
@@ -16,7 +16,9 @@
 
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/host_time.h"
-#include "core/light_field/folder_repair.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/repair_plan.h"
 #include "tests/coverage/session/kept_views.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/slow_disk.h"

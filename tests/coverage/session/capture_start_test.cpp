@@ -9,6 +9,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

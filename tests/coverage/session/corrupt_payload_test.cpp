@@ -9,6 +9,7 @@
 #include <set>
 
 #include "acquisition/v4l2/v4l2_device.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/coverage/session/kept_views.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"

@@ -6,6 +6,7 @@
 
 #include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/simulated_device.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
 

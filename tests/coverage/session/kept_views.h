@@ -5,7 +5,10 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/light_field.h"
 #include "tests/coverage/session/planar_capture.h"
 
 namespace ulf::test {

@@ -9,7 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
 #include "tests/support/planar_device.h"

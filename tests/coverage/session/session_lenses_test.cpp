@@ -8,6 +8,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

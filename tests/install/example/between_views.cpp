@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "core/image/files/picture_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/gl/make_renderer.h"
 
 int main(int argc, char** argv) {

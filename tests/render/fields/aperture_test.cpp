@@ -12,7 +12,7 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/fields/aperture_field.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/path_files.h"

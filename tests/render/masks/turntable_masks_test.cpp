@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/image/image.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/masks/background_cut.h"
 #include "render/masks/silhouette_hull.h"
 #include "render/masks/still_background.h"

@@ -7,7 +7,8 @@
 #include <string>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/available_memory.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/output/picture_files.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"

@@ -1,4 +1,4 @@
-// Tests: core/image/clipped, core/light_field/light_at_points, render/photographs/photograph, render/scene/exposure_scales,
+// Tests: core/image/clipped, core/light_field/folder/light_at_points, render/photographs/photograph, render/scene/exposure_scales,
 // render/scene/scene.
 //
 // Views of different exposures: what clips in the long ones, and what is not known of some.
@@ -7,7 +7,9 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/gl/make_renderer.h"
 #include "render/scene/exposure_scales.h"
 #include "tests/render/scenes/agreement.h"

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/gl/gl_renderer.h"
 #include "render/photographs/photograph_loader.h"
 #include "tests/render/scenes/synthetic_views.h"

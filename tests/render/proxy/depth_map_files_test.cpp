@@ -14,7 +14,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/leftovers.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"

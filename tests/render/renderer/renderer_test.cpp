@@ -11,7 +11,7 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer.h"
 #include "render/gl/gl_triangles.h"

@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/light_field.h"
 #include "render/proxy/points_proxy.h"
 #include "tests/support/floors.h"
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/light_field/folder/light_field_io.h"
 #include "render/scene/scene.h"
 #include "tests/support/floors.h"
 

@@ -1,4 +1,4 @@
-// Tests: render/stereo/bracket_merge, core/light_field/view_colors.
+// Tests: render/stereo/bracket_merge, core/light_field/light_field.
 #include "render/stereo/bracket_merge.h"
 
 #include <gmock/gmock.h>
@@ -9,8 +9,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 #include "tests/render/scenes/bracketed_view.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

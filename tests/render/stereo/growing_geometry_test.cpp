@@ -1,5 +1,5 @@
 // Tests: render/stereo/growing_geometry, render/stereo/mesh_of_maps, render/stereo/stereo_view,
-// core/base/stopwatch.
+// core/base/host_time.
 //
 // Geometry that grows with the views, against the depth that is right.
 #include "render/stereo/growing_geometry.h"
@@ -10,8 +10,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/stopwatch.h"
 #include "render/proxy/depth_raster.h"
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"

@@ -12,7 +12,6 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/base/thread_clock.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
 #include "tracking/sources/pose_source.h"

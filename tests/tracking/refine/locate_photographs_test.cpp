@@ -9,8 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/unposed_photographs.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/unposed_photographs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"

@@ -17,7 +17,7 @@
 #include "core/geometry/trajectory.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/read_posed_set.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"

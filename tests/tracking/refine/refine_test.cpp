@@ -13,7 +13,8 @@
 
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"

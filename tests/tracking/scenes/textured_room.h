@@ -6,9 +6,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "core/image/frame.h"
 
 namespace ulf::test {
 

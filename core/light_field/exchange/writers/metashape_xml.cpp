@@ -1,11 +1,11 @@
-#include "core/light_field/exchange/writers/metashape_xml.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <iterator>
 
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
 namespace {

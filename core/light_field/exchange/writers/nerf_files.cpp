@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/writers/nerf_files.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/camera_json.h"
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {
 namespace {
@@ -92,8 +92,8 @@ std::vector<std::string> NerfSyntheticDoubts(const LightField& light_field, cons
   if (cut_off > 0)
     doubts.push_back(
         fmt::format("{} of {} views stand so near to the subject, or so far from it, that readers with the "
-                    "usual near 2 and far 6 cut it off: raise their limits, or give a smaller --subject",
-                    cut_off, distances.size()));
+                    "usual near 2 and far 6 cut it off: raise their limits, or give a smaller {}",
+                    cut_off, distances.size(), Parameter("subject")));
   return doubts;
 }
 

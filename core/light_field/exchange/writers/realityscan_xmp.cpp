@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/writers/realityscan_xmp.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 
 #include <fmt/format.h>
 
@@ -17,9 +17,9 @@ constexpr double kLargerSideOf35mm = 36;  // millimetres
 void RequireRealityScanLenses(const LightField& light_field) {
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i)
     if (light_field.cameras[i].distortion == Distortion::kFisheye)
-      throw UsageError(
-          "{}: camera {} is a fisheye, which RealityScan's XMP files cannot say; give --undistort",
-          light_field.root.string(), i + 1);
+      throw Refusal(light_field.root.string(), "",
+                    fmt::format("camera {} is a fisheye, which RealityScan's XMP files cannot say", i + 1),
+                    "give " + Parameter("undistort"));
 }
 
 std::string RealityScanXmpText(const CameraModel& camera, int camera_group, const Rigid3& cam_from_world) {

@@ -35,10 +35,8 @@ std::optional<Subject> MiddleOfPoints(const LightField& light_field) {
 Subject SubjectForExport(const LightField& light_field, const char* form) {
   if (light_field.subject) return *light_field.subject;
   if (const auto subject = SubjectFromAxes(light_field)) return *subject;
-  throw UsageError(
-      "{}: has no subject, and its optical axes do not meet; {} wants one in the middle: give --subject "
-      "x,y,z,radius",
-      light_field.root.string(), form);
+  throw Refusal(light_field.root.string(), "", "has no subject, and its optical axes do not meet",
+                fmt::format("{} wants one in the middle: give {} x,y,z,radius", form, Parameter("subject")));
 }
 
 UnitCube UnitCubeOf(const LightField& light_field) {

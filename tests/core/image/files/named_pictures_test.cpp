@@ -1,4 +1,4 @@
-// Tests: core/image/files/float_numbers, core/image/files/picture_projection, core/image/files/picture_folder, core/image/files/picture_kind, core/image/files/tiff_numbers.
+// Tests: core/image/files/stored_picture, core/image/files/picture_projection, core/image/files/picture_folder, core/image/files/picture_kind, core/image/files/tiff_numbers.
 //
 // Pictures that are valid and do not mean what their pixels seem to: what is doubtful is named, what no lens made is refused.
 #include <fmt/format.h>
@@ -19,11 +19,11 @@
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/jpeg_codec.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/tiff_numbers.h"
-#include "core/image/files/webp_picture.h"
 #include "tests/support/pictures/sample_exr.h"
 #include "tests/support/pictures/sample_pictures.h"
 #include "tests/support/test_paths.h"

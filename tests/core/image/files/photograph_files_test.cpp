@@ -1,4 +1,5 @@
-// Tests: core/image/files/claimed_size, core/image/files/exr_file, core/image/files/exr_header, core/image/files/image_header, core/image/files/jpeg_file.
+// Tests: core/image/files/image_header, core/image/files/exr_file, core/image/files/exr_header,
+// core/image/files/exif.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -9,11 +10,11 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/files/claimed_size.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/exr_header.h"
 #include "core/image/files/image_header.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "tests/support/test_paths.h"

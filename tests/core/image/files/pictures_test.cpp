@@ -1,4 +1,7 @@
-// Tests: core/image/files/picture_file, core/image/files/tiff_picture, core/image/files/png_picture, core/image/files/webp_picture, core/image/files/rare_pictures, core/image/files/picture_colors, core/image/files/picture_end, core/image/files/stored_picture, core/image/files/jpeg_codec.
+// Tests: core/image/files/picture_file, core/image/files/tiff_picture, core/image/files/png_picture,
+// core/image/files/webp_picture, core/image/files/rare_pictures, core/image/files/picture_colors,
+// core/image/files/picture_end, core/image/files/stored_picture, core/image/files/jpeg_codec,
+// core/image/files/picture_codecs.
 //
 // Valid pictures of many layouts, each with six patches of known colours: they are read right, or what is not understood is named.
 #include "core/image/files/picture_file.h"
@@ -15,9 +18,9 @@
 #include "core/image/files/exr_file.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/jpeg_codec.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/image/files/picture_end.h"
 #include "core/image/files/png_picture.h"
-#include "core/image/files/webp_picture.h"
 #include "tests/support/pictures/sample_exr.h"
 #include "tests/support/pictures/sample_pictures.h"
 #include "tests/support/test_paths.h"

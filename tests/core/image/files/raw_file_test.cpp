@@ -7,8 +7,10 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/image.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"

@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/bundler_set.h"
+#include "core/light_field/exchange/set_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -310,9 +310,9 @@ TEST_F(BundlerSet, ListsAndPhotographsMustBelongToIt) {
   Write(scratch_ / "list.txt", List() + "another.png\n");
   ExpectError("list.txt: names 5 photographs", "bundle.out has 4 cameras");
   Write(scratch_ / "list.txt", "photo_0.png\nx/photo_0.png\nphoto_2.png\nphoto_3.png\n");
-  ExpectError("'photo_0.png' and 'x/photo_0.png'", "--images");
+  ExpectError("'photo_0.png' and 'x/photo_0.png'", "with images");
   Write(scratch_ / "list.txt", "a.png\nb.png\nc.png\nd.png\n");
-  ExpectError("'a.png'", "--images");
+  ExpectError("'a.png'", "with images");
   Write(scratch_ / "list.txt", List());
   for (BundledCamera& camera : cameras_) camera.f = 0;
   Write(scratch_ / "bundle.out", Bundle());

@@ -1,6 +1,6 @@
-// Tests: core/light_field/exchange/export_light_field, core/light_field/exchange/colmap_model,
-// core/light_field/exchange/colmap_binary, core/light_field/exchange/colmap_text,
-// core/light_field/exchange/image_names, core/light_field/exchange/staged_folder, core/image/undistortion,
+// Tests: core/light_field/exchange/export_light_field, core/light_field/formats/colmap_model,
+// core/light_field/formats/colmap_binary, core/light_field/formats/colmap_text,
+// core/light_field/formats/image_names, core/light_field/exchange/staged_folder, core/image/undistortion,
 // core/light_field/exchange/conversions.
 //
 // A light field for other programs: what stays exactly as it is, what is undistorted, and that each program's
@@ -18,9 +18,10 @@
 
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/exchange/colmap_model.h"
 #include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/colmap_model.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/pictures/sample_pictures.h"
@@ -249,7 +250,7 @@ TEST(Export, ReadersRefuseWhatIsNotUndistorted) {
               ThrowsMessage<std::runtime_error>(HasSubstr("FULL_OPENCV")));
   const LightField mixed = TrackedLightField(scratch / "mixed", {test::Lens(), test::Fisheye()});
   EXPECT_THAT([&] { Export(mixed, scratch / "mixed_out", ExportForm::kNerfstudio, false); },
-              ThrowsMessage<UsageError>(HasSubstr("--undistort")));
+              ThrowsMessage<Refusal>(HasSubstr("give undistort")));
   EXPECT_FALSE(fs::exists(scratch / "mixed_out"));
 }
 
@@ -407,7 +408,7 @@ TEST(Undistortion, AFisheyeBeyondAHalfSphereIsLimited) {
   CameraModel off = wide;
   off.cx = -20;
   EXPECT_THAT([&] { UndistortionOf(off, "camera 3"); },
-              ThrowsMessage<Error>(testing::AllOf(HasSubstr("camera 3"), HasSubstr("without --undistort"))));
+              ThrowsMessage<Error>(testing::AllOf(HasSubstr("camera 3"), HasSubstr("without undistort"))));
 }
 
 // ---- All of it or nothing. ----

@@ -1,6 +1,7 @@
 // Tests: core/light_field/exchange/writers/nerf_files, core/light_field/exchange/writers/unit_cube,
 // core/light_field/exchange/writers/metashape_xml, core/light_field/exchange/writers/realityscan_xmp,
-// core/light_field/exchange/export_light_field, core/image/undistortion.
+// core/light_field/exchange/export_light_field, core/image/undistortion,
+// core/light_field/exchange/writers/set_writers.
 //
 // What nerfstudio, instant-ngp, the readers of NeRF's synthetic sets, RealityScan and Metashape make of an export, by their own
 // published rules, written here anew: poses and projections are the source's. Then our importer takes it back.
@@ -23,6 +24,8 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/set_format.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"
@@ -381,7 +384,7 @@ TEST(HandedOver, InstantNgpHasThePosesAndTheSubjectInItsCube) {
   }
   const LightField sixth = TrackedLightField(scratch / "sixth", {test::SixthOrder()});
   EXPECT_THAT([&] { HandOver(sixth, scratch / "no", ExportForm::kInstantNgp); },
-              ThrowsMessage<UsageError>(testing::AllOf(HasSubstr("k3"), HasSubstr("--undistort"))));
+              ThrowsMessage<Refusal>(testing::AllOf(HasSubstr("k3"), HasSubstr("give undistort"))));
   EXPECT_FALSE(fs::exists(scratch / "no"));
 }
 
@@ -399,7 +402,7 @@ TEST(HandedOver, InstantNgpTakesAPlaceWithoutASubject) {
   source.points.clear();
   for (View& view : source.views) view.cam_from_world.rotation.setIdentity();  // axes that never meet
   EXPECT_THAT([&] { HandOver(source, scratch / "no", ExportForm::kInstantNgp); },
-              ThrowsMessage<UsageError>(HasSubstr("--subject")));
+              ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
 }
 
 TEST(HandedOver, NerfsSyntheticSetIsTheSameSceneInItsOwnWorld) {
@@ -476,7 +479,7 @@ TEST(HandedOver, NerfsSyntheticSetSaysWhatItsReadersCutOff) {
   source.subject.reset();
   for (View& view : source.views) view.cam_from_world.rotation.setIdentity();
   EXPECT_THAT([&] { HandOver(source, scratch / "no", ExportForm::kNerfSynthetic); },
-              ThrowsMessage<UsageError>(HasSubstr("--subject")));
+              ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
   EXPECT_FALSE(fs::exists(scratch / "no"));
 }
 
@@ -493,7 +496,7 @@ TEST(HandedOver, RealityScanHasThePosesAndLenses) {
   }
   const LightField fisheye = TrackedLightField(scratch / "fisheye", {test::Lens(), test::Fisheye()});
   EXPECT_THAT([&] { HandOver(fisheye, scratch / "no", ExportForm::kRealityScan); },
-              ThrowsMessage<UsageError>(testing::AllOf(HasSubstr("camera 2"), HasSubstr("--undistort"))));
+              ThrowsMessage<Refusal>(testing::AllOf(HasSubstr("camera 2"), HasSubstr("give undistort"))));
   HandOver(fisheye, scratch / "straight", ExportForm::kRealityScan, true);
   ExpectTheSources(fisheye, AsRealityScan(scratch / "straight"), true);
 }

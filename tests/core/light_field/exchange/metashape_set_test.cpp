@@ -1,4 +1,4 @@
-// Tests: core/light_field/exchange/metashape_set, core/light_field/exchange/xml_file.
+// Tests: core/light_field/exchange/metashape_set, core/light_field/formats/xml_file.
 //
 // Metashape's cameras, written here after its manual: poses and lenses come back, and what is not supported,
 // damaged or left out is said.
@@ -15,8 +15,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/metashape_set.h"
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/formats/xml_file.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -385,7 +385,7 @@ TEST_F(MetashapeSet, FilesThatAreCutShortAreRefused) {
 
 TEST_F(MetashapeSet, WithoutCamerasOrPhotographsThereIsNoSet) {
   for (ShapeCamera& camera : cameras_) camera.label = "other_" + camera.label;
-  ExpectError(Xml(), "'other_DJI_0000'", "--images");
+  ExpectError(Xml(), "'other_DJI_0000'", "with images");
   for (ShapeCamera& camera : cameras_) camera.posed = false;
   ExpectError(Xml(), "no camera with a pose", "Agisoft XML");
   ExpectError(Document(""), "no camera with a pose", "Agisoft XML");

@@ -1,6 +1,6 @@
-// Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/frame_files,
+// Tests: core/light_field/formats/transforms_json, core/light_field/formats/frame_files,
 // core/light_field/exchange/nerf_synthetic_set,
-// core/light_field/exchange/posed_set, core/image/files/over_background.
+// core/light_field/formats/posed_set, core/image/files/picture_file.
 //
 // Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those whose photographs lie
 // elsewhere, because the set comes from another computer or its photographs were made smaller.
@@ -14,12 +14,12 @@
 
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/image/files/over_background.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
 
@@ -102,9 +102,9 @@ TEST_F(NerfSet, IsFoundByTheEndsOfItsNames) {
   EXPECT_EQ(set.light_field.views[5].image_path, "test/r_2.png");
   EXPECT_EQ(set.light_field.root, scratch_ / "elsewhere");
   // In the folder of one part the names of the other lead to the same photographs.
-  EXPECT_THAT(
-      [&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
-      ThrowsMessage<Error>(AllOf(HasSubstr("'r_0.png', and so it is with 2 more"), HasSubstr("--images"))));
+  EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
+              ThrowsMessage<Error>(
+                  AllOf(HasSubstr("'r_0.png', and so it is with 2 more"), HasSubstr("with images"))));
 }
 
 TEST(OverBackground, SixteenBitsStaySixteen) {
@@ -230,7 +230,8 @@ TEST_F(SetNamedElsewhere, AFocalLengthInPixelsIsThatOfTheSetsOwnPhotographs) {
   fs::remove_all(scratch_ / "set/images");
   const LightField guessed = Read();
   EXPECT_EQ(guessed.cameras[0].fx, whole.fx);
-  EXPECT_THAT(guessed.doubts, Contains(AllOf(HasSubstr("'fl_x' is in pixels"), HasSubstr("--images"))));
+  EXPECT_THAT(guessed.doubts,
+              Contains(AllOf(HasSubstr("'fl_x' is in pixels"), HasSubstr("those of images"))));
 }
 
 TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
@@ -374,9 +375,9 @@ TEST(WrongAxes, InvertedPosesAreSaidToBe) {
   WriteSetWith(scratch / "opencv", true,
                [&](const Eigen::Matrix4d& matrix) { return (matrix * half_turn).inverse(); });
   for (const char* set : {"set", "opencv"})
-    EXPECT_THAT(
-        [&] { Import(scratch / set, scratch / "lf", {}); },
-        ThrowsMessage<UsageError>(AllOf(HasSubstr("those of the inverted poses do"), HasSubstr("--subject"))))
+    EXPECT_THAT([&] { Import(scratch / set, scratch / "lf", {}); },
+                ThrowsMessage<Refusal>(
+                    AllOf(HasSubstr("those of the inverted poses do"), HasSubstr("subject x,y,z,radius"))))
         << set;
 }
 
@@ -386,7 +387,7 @@ TEST(WrongAxes, CamerasThatLookAwayAreSaidToHaveOtherAxes) {
   WriteSetWith(scratch / "set", false, [&](const Eigen::Matrix4d& matrix) { return matrix * half_turn; });
   EXPECT_THAT(
       [&] { Import(scratch / "set", scratch / "lf", {}); },
-      ThrowsMessage<UsageError>(AllOf(HasSubstr("meet behind the cameras"), HasSubstr("y up and z back"))));
+      ThrowsMessage<Refusal>(AllOf(HasSubstr("meet behind the cameras"), HasSubstr("y up and z back"))));
   const auto run = test::RunUlf("import " + (scratch / "set").string() +
                                 " --no-check --subject 100,0,0,1 -o " + (scratch / "lf").string());
   EXPECT_EQ(run.exit_code, 0) << run.errors;
@@ -396,7 +397,7 @@ TEST(WrongAxes, CamerasThatLookAwayAreSaidToHaveOtherAxes) {
 TEST_F(SetNamedElsewhere, ALightFieldHoldsItsOwn) {
   WriteSample(scratch_ / "lf", 3);
   EXPECT_THAT([&] { ReadPosedSet(scratch_ / "lf", {}, scratch_ / "shots"); },
-              ThrowsMessage<UsageError>(AllOf(HasSubstr("--images"), HasSubstr("leave the option out"))));
+              ThrowsMessage<Refusal>(AllOf(HasSubstr("images: "), HasSubstr("leave the option out"))));
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
-// Tests: core/light_field/exchange/read_posed_set, core/light_field/exchange/posed_set,
-// core/light_field/exchange/colmap_set, core/light_field/exchange/llff_set, core/light_field/exchange/npy_file,
-// core/light_field/exchange/subject_of_set.
+// Tests: core/light_field/exchange/read_posed_set, core/light_field/formats/posed_set,
+// core/light_field/exchange/colmap_set, core/light_field/exchange/llff_set,
+// core/light_field/exchange/npy_file, core/light_field/exchange/subject_of_set,
+// core/light_field/exchange/set_readers, core/light_field/formats/colmap_files,
+// core/light_field/formats/set_format.
 //
 // The same cameras before the same wall in every format: what is read is what was written, and what is damaged is
 // refused by name.
@@ -24,12 +26,13 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
-#include "core/image/files/over_background.h"
-#include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/npy_file.h"
 #include "core/light_field/exchange/subject_of_set.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/colmap_files.h"
+#include "core/light_field/formats/set_format.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"
@@ -315,7 +318,7 @@ TEST_F(LlffSet, DamageIsRefusedByName) {
   ExpectRefused("4 poses");
   Write(whole);
   fs::remove_all(set() / "images");
-  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("--images")));
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("with images")));
 }
 
 // ---- COLMAP ----
@@ -365,7 +368,7 @@ TEST_P(ColmapSet, TwoNamesOfOnePhotographAreRefused) {
   WriteModel(GetParam());
   EXPECT_THAT([&] { Read(); },
               ThrowsMessage<Error>(AllOf(HasSubstr("number 1 and 2, lead to the photograph 'shot1.png'"),
-                                         HasSubstr("--images"))));
+                                         HasSubstr("with images"))));
   for (const char* folder : {"left", "right"}) {
     fs::create_directories(set() / "images" / folder);
     fs::copy(set() / "images/shot1.png", set() / "images" / folder / "shot1.png");
@@ -430,7 +433,7 @@ TEST_P(ColmapSet, MasksAreTakenAndPhotographsThatLackSomethingAreSaid) {
   const LightField imported = Import(set(), scratch_ / "lf", {}).light_field;
   EXPECT_EQ(cv::countNonZero(ReadViewMask(imported, imported.views[1]) == 0), 1);
   for (const View& view : read.views) fs::remove(set() / "images" / view.image_path);
-  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("--images")));
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("with images")));
 }
 
 TEST_P(ColmapSet, ACutFileIsRefusedByName) {
@@ -513,11 +516,11 @@ TEST(PosedSets, WhatIsThereTwiceIsSaidAndCanBeChosen) {
   EXPECT_THAT(FormatsIn(scratch.path()), ElementsAre(SetFormat::kColmap, SetFormat::kLlff));
   const PosedSet first = ReadPosedSet(scratch.path(), {}, {});
   EXPECT_EQ(first.format, "COLMAP, text");
-  EXPECT_THAT(first.light_field.doubts, ElementsAre(HasSubstr("--format llff")));
+  EXPECT_THAT(first.light_field.doubts, ElementsAre(HasSubstr("(format llff)")));
   EXPECT_EQ(ReadPosedSet(scratch.path(), SetFormat::kLlff, {}).format, "LLFF");
   EXPECT_THAT([&] { ReadPosedSet(scratch.path(), SetFormat::kBundler, {}); },
               ThrowsMessage<Error>(AllOf(HasSubstr("bundler"), HasSubstr("colmap"))));
-  EXPECT_THROW(SetFormatFromName("nerf"), UsageError);
+  EXPECT_THROW(SetFormatFromName("nerf"), Refusal);
   for (const char* name : {"colmap", "llff", "nerf-synthetic", "realityscan"})
     EXPECT_STREQ(Name(*SetFormatFromName(name)), name);
 }

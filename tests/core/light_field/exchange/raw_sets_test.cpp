@@ -1,6 +1,6 @@
-// Tests: core/light_field/exchange/raw_beside, core/light_field/exchange/import_light_field, core/light_field/view_files.
+// Tests: core/light_field/formats/raw_beside, core/light_field/exchange/import_light_field, core/light_field/folder/view_files.
 #include "core/base/json_text.h"
-#include "core/light_field/exchange/raw_beside.h"
+#include "core/light_field/formats/raw_beside.h"
 
 #include <gmock/gmock.h>
 
@@ -13,10 +13,12 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
-#include "core/light_field/exchange/posed_set.h"
-#include "core/light_field/folder_check.h"
-#include "core/light_field/light_field_io.h"
-#include "core/light_field/view_json.h"
+#include "core/light_field/folder/folder_check.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/posed_set.h"
+#include "core/light_field/formats/view_json.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"
 

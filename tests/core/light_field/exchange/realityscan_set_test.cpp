@@ -15,7 +15,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/realityscan_set.h"
+#include "core/light_field/exchange/set_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -291,12 +291,12 @@ TEST_F(RealityScanSet, WithoutPosesOrPhotographsThereIsNoSet) {
   for (const ScannedPhotograph& photograph : photographs_)
     fs::remove(scratch_ / fs::path(photograph.name).replace_extension(".xmp").string());
   EXPECT_THAT([&] { Read(); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("no XMP file with a pose"), HasSubstr("--images"))));
+              ThrowsMessage<Error>(AllOf(HasSubstr("no XMP file with a pose"), HasSubstr("with images"))));
   EXPECT_THAT([&] { ReadRealityScanSet(scratch_ / "gone", {}); },
               ThrowsMessage<Error>(HasSubstr("is no folder")));
   fs::create_directories(scratch_ / "empty/inside");
   EXPECT_THAT([&] { ReadRealityScanSet(scratch_ / "empty/inside", {}); },
-              ThrowsMessage<Error>(HasSubstr("--images")));
+              ThrowsMessage<Error>(HasSubstr("with images")));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/transforms_camera,
+// Tests: core/light_field/formats/transforms_json, core/light_field/formats/transforms_camera,
 // core/light_field/exchange/import_light_field, core/light_field/exchange/staged_folder,
-// core/light_field/points/ply_reader, core/light_field/points/point_ply, core/base/json_fields,
+// core/light_field/points/ply_reader, core/light_field/points/point_io, core/base/json_fields,
 // commands/light_field/import_command.
 //
 // Light fields of others: transforms.json that is damaged or of another dialect, and what import makes of
@@ -22,8 +22,10 @@
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/support/sanitizers/is_sanitized.h"
@@ -253,7 +255,7 @@ TEST(Import, ParallelCamerasNeedASubject) {
     writer.Close(1);
   }
   EXPECT_THAT([&] { Import(scratch / "source", scratch / "lf", {}); },
-              ThrowsMessage<UsageError>(HasSubstr("--subject")));
+              ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
   EXPECT_EQ(Import(scratch / "source", scratch / "lf", {.subject = Subject{{0, 0, 5}, 1}})
                 .light_field.subject->radius,
             1);
@@ -263,7 +265,7 @@ TEST(Import, ParallelCamerasNeedASubject) {
   EXPECT_EQ(ParseSubject("0,0,-8.12,1.5").center_in_world.z(), -8.12);
   for (const char* bad :
        {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
-    EXPECT_THROW(ParseSubject(bad), UsageError) << bad;
+    EXPECT_THROW(ParseSubject(bad), Refusal) << bad;
 }
 
 // A set as another program leaves it: three views, a picture each of its own kind.

@@ -2,7 +2,7 @@
 //
 // Sets in the layout of the TUM RGB-D benchmark, written here: that poses are those of the photographs' times, whose
 // intrinsics are whose, and what is said of files that are damaged or belong to other photographs.
-#include "core/light_field/exchange/tum_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -15,6 +15,9 @@
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/exchange/import_light_field.h"
+#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/set_format.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
 
@@ -166,7 +169,7 @@ TEST_F(TumSet, WhatIsNotUsedIsSaid) {
   fs::remove(set() / NameAt(kStartS));
   fs::remove(set() / NameAt(kStartS + 0.2));
   WritePhotograph("rgb/another.png");
-  ExpectRefused("none of its photographs is in", "--images");
+  ExpectRefused("none of its photographs is in", "with images");
 }
 
 TEST_F(TumSet, PhotographsMayLieElsewhereOrBeResized) {
@@ -189,11 +192,11 @@ TEST_F(TumSet, OneGivesTheIntrinsics) {
   WriteMotion({0, 0.1}, {0, 0.1});
   EXPECT_THAT(FormatsIn(set()), ElementsAre(SetFormat::kTum));
   EXPECT_THAT([&] { ReadPosedSet(set(), {}, {}); },
-              ThrowsMessage<UsageError>(AllOf(HasSubstr("--calibration"), HasSubstr("ulf calibrate"))));
+              ThrowsMessage<Refusal>(AllOf(HasSubstr("calibration FILE"), HasSubstr("ulf calibrate"))));
   EXPECT_EQ(test::RunUlf("import " + set().string() + " -o " + (scratch_ / "lf").string()).exit_code, 2);
   Write("poses_bounds.npy", "");
   EXPECT_THAT([&] { Read(); },
-              ThrowsMessage<UsageError>(AllOf(HasSubstr("read as llff"), HasSubstr("leave the option out"))));
+              ThrowsMessage<Refusal>(AllOf(HasSubstr("read as llff"), HasSubstr("leave the option out"))));
   EXPECT_THAT(ReadPosedSet(set(), SetFormat::kTum, {}, camera_).light_field.views.size(), 2u);
   fs::remove(set() / "poses_bounds.npy");
   fs::remove(set() / "groundtruth.txt");

@@ -1,5 +1,5 @@
 // Tests: core/light_field/folder/followed_links, core/light_field/folder/leftovers, core/light_field/folder/opened_folder,
-// core/light_field/journal_writer, core/base/atomic_file.
+// core/light_field/folder/journal_writer, core/base/atomic_file.
 //
 // Ordinary accidents of a light field's folder: photographs moved to another disk, a copy by hard links, a pipe in the place
 // of a file, lines that this version does not read, a kill between two files that belong together.
@@ -18,9 +18,11 @@
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/folder/leftovers.h"
-#include "core/light_field/folder_repair.h"
-#include "core/light_field/journal.h"
-#include "core/light_field/points/point_ply.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/repair_plan.h"
+#include "core/light_field/journal_stamp.h"
+#include "core/light_field/points/point_io.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/slow_disk.h"
@@ -67,7 +69,7 @@ TEST_F(FolderAccident, LinkedPhotographsLoseNoLine) {
   const std::string before = ReadWholeFile(journal());
   MoveImagesTo(scratch_ / "large disk/images");
   const auto says_how =
-      ThrowsMessage<Error>(AllOf(HasSubstr("'images' leads to"), HasSubstr("--follow-links once")));
+      ThrowsMessage<Error>(AllOf(HasSubstr("'images' leads to"), HasSubstr("follow_links once")));
   int tried = 0, changed = 0;
   const auto after = [&](const char* what) {
     ++tried;
@@ -78,13 +80,13 @@ TEST_F(FolderAccident, LinkedPhotographsLoseNoLine) {
   after("read");
   EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, says_how);
   after("resumed");
-  EXPECT_THAT(PlanRepair(dir()).found, testing::Contains(HasSubstr("--follow-links once")));
+  EXPECT_THAT(PlanRepair(dir()).found, testing::Contains(HasSubstr("follow_links once")));
   EXPECT_FALSE(PlanRepair(dir()).any());
   EXPECT_EQ(Repair(dir()).views_after, 30u);
   after("repaired");
   EXPECT_FALSE(fs::exists(dir() / kLinksFile)) << "nobody has said yes";
   test::PrintFaultRow("`images/` moved elsewhere, a link in its place: read, resumed, repaired", tried,
-                      fmt::format("{} times the journal was changed; refused until --follow-links", changed),
+                      fmt::format("{} times the journal was changed; refused until follow_links", changed),
                       std::nullopt);
 }
 
@@ -101,12 +103,12 @@ TEST_F(FolderAccident, FollowedLinksAreKeptForThisFolder) {
   EXPECT_FALSE(PlanRepair(dir()).any() && PlanRepair(dir()).views_after < 5);
   // What was said of this folder counts for no copy of it, whoever made the copy.
   fs::copy(dir(), scratch_ / "copy", fs::copy_options::recursive | fs::copy_options::copy_symlinks);
-  EXPECT_THAT([&] { ReadLightField(scratch_ / "copy"); }, ThrowsMessage<Error>(HasSubstr("--follow-links")));
+  EXPECT_THAT([&] { ReadLightField(scratch_ / "copy"); }, ThrowsMessage<Error>(HasSubstr("follow_links")));
   // Another place behind the same name asks again.
   fs::remove(dir() / "images");
   fs::create_directories(scratch_ / "other");
   fs::create_directory_symlink(scratch_ / "other", dir() / "images");
-  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("--follow-links")));
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("follow_links")));
 }
 
 TEST_F(FolderAccident, AnotherUsersFolderIsNotFollowed) {
@@ -122,7 +124,7 @@ TEST_F(FolderAccident, AnotherUsersFolderIsNotFollowed) {
               ThrowsMessage<Error>(HasSubstr("unplugged, outside of the light field, which is not there")));
   fs::remove(dir() / "images");
   fs::create_directory_symlink("images", dir() / "images");
-  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(Not(HasSubstr("--follow-links"))));
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(Not(HasSubstr("follow_links"))));
 }
 
 TEST_F(FolderAccident, EveryEntryThatLeadsOutIsRefused) {

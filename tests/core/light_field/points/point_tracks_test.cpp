@@ -1,6 +1,5 @@
-// Tests: core/light_field/points/point_tracks, core/light_field/points/point_fit,
-// core/light_field/points/point_file, core/light_field/points/point_io,
-// core/light_field/exchange/colmap_text, core/geometry/digest, core/geometry/byte_stream.
+// Tests: core/light_field/points/point_tracks, core/light_field/points/point_io,
+// core/light_field/formats/colmap_text, core/geometry/digest, core/geometry/byte_stream.
 //
 // Points and what views show of them: put where the poses have them, kept beside the positions, never older
 // than the poses.
@@ -11,8 +10,10 @@
 
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
-#include "core/light_field/points/point_file.h"
-#include "core/light_field/points/point_fit.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/points/point_io.h"
+#include "core/light_field/points/point_tracks.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"

@@ -8,6 +8,8 @@
 #include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

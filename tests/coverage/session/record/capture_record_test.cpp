@@ -6,6 +6,8 @@
 #include <fstream>
 #include <thread>
 
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/capture_state.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/slow_disk.h"

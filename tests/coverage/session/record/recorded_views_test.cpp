@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
 

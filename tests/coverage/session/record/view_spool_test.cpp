@@ -22,7 +22,10 @@
 
 #include "core/base/atomic_file.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/folder_repair.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/repair_plan.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/sanitizers/is_sanitized.h"

@@ -1,0 +1,87 @@
+// Converts the bytes that a camera sends to an ulf::Image. Formats have the names and numbers of GenICam's
+// Pixel Format Naming Convention (PFNC); formats that only webcams have, have their usual names. A mosaic
+// stays a mosaic, with its pattern.
+//
+// Values of 10 to 14 bits are spread over 16 so that full scale is exactly 65535 (unpack.h). Machine-vision
+// cameras are taken as linear; luma with chroma and JPEG are display-encoded.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/image/image.h"
+
+namespace ulf {
+
+enum class PixelPacking {
+  kWholeBytes,  // 8 bits, or 16 with the value in the low bits, little-endian
+  kLsbPacked,   // PFNC's "p": a stream of bits, lowest first
+  kGvspPacked,  // GigE Vision's "Packed": two pixels in three bytes, the low bits of both in the middle one
+  kYuyv,        // two pixels in four bytes: Y0 U Y1 V
+  kUyvy,        // U Y0 V Y1
+  kNv12,        // a plane of Y, then one of U V pairs, each for two by two pixels
+  kJpeg,        // a whole JPEG of any length
+};
+
+// How luma and chroma encode colour: the matrix, and the range: all 256 levels, or Y from 16 to 235 and U, V
+// from 16 to 240.
+enum class YuvMatrix { kBt601, kBt709, kBt2020 };
+struct YuvEncoding {
+  YuvMatrix matrix = YuvMatrix::kBt601;
+  bool full_range = false;
+  bool operator==(const YuvEncoding&) const = default;
+};
+
+struct PixelFormat {
+  std::string_view name;   // "BayerRG12p"
+  std::uint32_t code = 0;  // PFNC's 32-bit number; 0: it has none
+  int bits = 8;            // per value
+  int channels = 1;
+  Mosaic mosaic = Mosaic::kNone;
+  PixelPacking packing = PixelPacking::kWholeBytes;
+  bool red_first = false;  // R, G, B in memory
+  YuvEncoding yuv = {};
+};
+
+// What the format alone does not tell.
+struct BytesLayout {
+  std::size_t row_bytes = 0;  // with padding; 0: none
+  std::optional<YuvEncoding> yuv = {};
+};
+
+std::optional<PixelFormat> PixelFormatByCode(std::uint32_t code);
+std::optional<PixelFormat> PixelFormatByName(std::string_view name);
+// The names of all formats, "Mono8, Mono10, ...", for error messages.
+std::string SupportedPixelFormats();
+
+// The bytes of one image without padding at the end of rows; for JPEG the least possible number.
+std::size_t ImageBytes(const PixelFormat& format, int width, int height);
+
+// Copies and unpacks, or decodes. Throws Error when the image has no pixels or `size` is smaller than it,
+// when luma and chroma cannot have that size, or when a JPEG cannot be decoded or has another size.
+Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
+                     const BytesLayout& layout = {});
+
+// The best of the formats that a camera offers, for a light field: colour before grey, the raw mosaic before
+// colours that the camera interpolated, full colour before subsampled chroma, 8 bits before more (less
+// bandwidth; users name deeper formats). None: no format is supported.
+std::optional<PixelFormat> PreferredPixelFormat(const std::vector<std::string>& offered);
+
+// Unpacks values of 10 to 16 bits as cameras pack them and spreads them over 16 bits: full scale becomes
+// exactly 65535 (v * 65535 / (2^n - 1), by repeating the high bits), which is monotone and reversible.
+// `count` values from `bytes` to `out`; four at a time in a 64-bit word.
+
+// PFNC's "p": a stream of bits, lowest first. `bits` 10, 12 or 14.
+void UnpackLsb(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
+
+// GigE Vision's "Packed": two values in three bytes, the low bits of both in the middle one. `bits` 10 or 12.
+void UnpackGvsp(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
+
+// 16-bit little-endian words with the value in the low bits; the bits above are ignored.
+void UnpackWords(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
+
+}  // namespace ulf

@@ -1,0 +1,22 @@
+// Keeps what costly checks found in a light field's journal, so that every command that opens the light field
+// can repeat it. A finding lapses for a view whose photograph or pose is no longer the one that was judged.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/light_field/findings.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+// What of `kept` still holds for the light field.
+std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightField& light_field);
+
+// Notes in the journal of the light field in DIR what `check` found, in place of what it found before.
+// Returns an empty string, or why it cannot be noted: DIR has no journal, cannot be written, is being
+// recorded into or must be repaired first.
+std::string Keep(const std::filesystem::path& dir, Check check, const std::vector<Finding>& found);
+
+}  // namespace ulf

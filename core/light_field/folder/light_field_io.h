@@ -1,0 +1,26 @@
+// The light field on disk: a folder with the files that nerfstudio, instant-ngp and COLMAP's readers open.
+// The append-only journal is authoritative; Close(), Resume() and `ulf repair` derive transforms.json and
+// sparse/0 from it. Reading never writes.
+//
+//   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ulf  points.ply  unposed/
+//   kept/  cache/
+//
+// docs/disk_format.md has every file and key; docs/light_field.md says what is promised about them.
+#pragma once
+
+#include <filesystem>
+
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+// Reads DIR from its journal, else from transforms.json (keys of nerfstudio and instant-ngp). Throws Error
+// that names file, frame and key for a value that is missing, of the wrong type, not finite, not a rotation,
+// or a path outside DIR. Damaged journal lines are left out. These and all differences between the files
+// (folder_check.h) are reported in LightField::doubts and as warnings.
+LightField ReadLightField(const std::filesystem::path& dir);
+
+// Writes a closed light field at light_field.root, whose images exist already: journal and derived files.
+void WriteLightField(const LightField& light_field);
+
+}  // namespace ulf

@@ -1,0 +1,56 @@
+// Plans the repair of a light field's folder (`ulf repair`) from the content of its files, and does it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/light_field/folder/journal.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+// The step that Repair() removes from `steps` when it fails.
+inline constexpr const char* kMakePicturesStep = "make the photographs that are missing from their masters";
+
+struct RepairPlan {
+  std::vector<std::string> found;     // problems
+  std::vector<std::string> steps;     // what Repair() does; empty: nothing can or need be done
+  std::vector<std::string> not_done;  // steps that Repair() could not do
+  std::size_t views_before = 0, views_after = 0, damaged_lines = 0;
+
+  // The content of the steps.
+  std::optional<LightField> header;      // when the journal has none,
+  std::string header_from;               // and the file that it is from
+  std::map<int, View> recovered;         // views for the journal, by id
+  std::vector<NewCamera> new_cameras;    // of some of these views, that the journal has lost: behind its own
+  std::map<int, Rigid3> poses;           // of views in the journal
+  std::map<int, CorrectedLens> cameras;  // of the journal, by index
+  std::set<int> taken_out;               // views whose photograph is missing
+  std::set<int> pictures_of_others;      // views whose photograph differs from its master
+  std::optional<LightField> settings;    // lost subject, up, goal, capture time
+  std::uint64_t longest_stamp = 0;       // bytes of the journal that a derived file was made from
+  bool new_journal = false, new_derived = false, missing_pictures = false;
+  bool damaged_points = false, other_transforms = false, other_model = false;  // files that go to kept/
+  bool any() const { return !steps.empty(); }
+};
+
+// Only reads. Throws Error when the folder contains no light field, or a writer is active.
+RepairPlan PlanRepair(const std::filesystem::path& dir);
+
+// The readable part of the journal, with a header from transforms.json or sparse/0 if its own is lost. Throws
+// Error when none of them contains the cameras.
+JournalContents ReadDamagedJournal(const std::filesystem::path& dir);
+
+// Repairs the folder of a light field: restores views that the journal has lost from transforms.json or
+// sparse/0, makes photographs that differ from their masters again, and writes all derived files. Nothing is
+// deleted: replaced files go to kept/, files of removed views to unposed/.
+// Repair() executes the plan of PlanRepair() under the lock of the journal and returns it. A process killed
+// at any moment leaves the old journal or the new one. Throws DiskFullError, Error; files that were moved to
+// kept/ stay there.
+RepairPlan Repair(const std::filesystem::path& dir);
+
+}  // namespace ulf

@@ -1,0 +1,183 @@
+#include "core/light_field/formats/colmap_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <unordered_map>
+
+#include "core/base/error.h"
+#include "core/light_field/formats/image_names.h"
+
+namespace ulf {
+namespace {
+
+struct ColmapLens {
+  int number;
+  const char* name;
+  bool one_focal;
+  Distortion distortion;
+  std::vector<int> coefficients;  // index into CameraModel's for each further parameter; -1: it must be 0
+};
+
+const std::vector<ColmapLens>& ColmapLenses() {
+  constexpr Distortion kNone = Distortion::kNone, kRadial = Distortion::kRadialTangential,
+                       kFish = Distortion::kFisheye;
+  static const std::vector<ColmapLens> lenses = {
+      {0, "SIMPLE_PINHOLE", true, kNone, {}},
+      {1, "PINHOLE", false, kNone, {}},
+      {2, "SIMPLE_RADIAL", true, kRadial, {0}},
+      {3, "RADIAL", true, kRadial, {0, 1}},
+      {4, "OPENCV", false, kRadial, {0, 1, 2, 3}},
+      {5, "OPENCV_FISHEYE", false, kFish, {0, 1, 2, 3}},
+      {6, "FULL_OPENCV", false, kRadial, {0, 1, 2, 3, 4, -1, -1, -1}},
+      {8, "SIMPLE_RADIAL_FISHEYE", true, kFish, {0}},
+      {9, "RADIAL_FISHEYE", true, kFish, {0, 1}}};
+  return lenses;
+}
+
+// The names of the models that ulf has no lens for, by COLMAP's number.
+constexpr std::array<std::pair<int, const char*>, 3> kOtherLenses{
+    {{7, "FOV"}, {10, "THIN_PRISM_FISHEYE"}, {11, "RAD_TAN_THIN_PRISM_FISHEYE"}}};
+
+const ColmapLens& LensThat(const std::function<bool(const ColmapLens&)>& is_meant, const std::string& what,
+                           const std::string& where) {
+  std::vector<std::string_view> known;
+  for (const ColmapLens& lens : ColmapLenses()) {
+    if (is_meant(lens)) return lens;
+    known.emplace_back(lens.name);
+  }
+  throw Error(
+      "{}: camera model {} is not supported; supported are {}: convert the set with 'colmap "
+      "image_undistorter'",
+      where, what, fmt::join(known, ", "));
+}
+
+CameraModel CameraOf(const ColmapLens& lens, const ColmapReconstruction::Camera& from,
+                     const std::string& where) {
+  constexpr std::uint64_t kMostPx = 1 << 20;
+  if (from.width < 1 || from.height < 1 || from.width > kMostPx || from.height > kMostPx)
+    throw Error("{}: a camera of {}x{} pixels; an image has 1 to {} on a side", where, from.width,
+                from.height, kMostPx);
+  CameraModel camera;
+  camera.width = static_cast<int>(from.width);
+  camera.height = static_cast<int>(from.height);
+  const std::vector<double>& p = from.parameters;
+  const std::size_t first = lens.one_focal ? 3 : 4;
+  if (p.size() != first + lens.coefficients.size())
+    throw Error("{}: {} has {} parameters, not {}", where, lens.name, first + lens.coefficients.size(),
+                p.size());
+  camera.fx = p[0];
+  camera.fy = lens.one_focal ? p[0] : p[1];
+  camera.cx = p[first - 2];
+  camera.cy = p[first - 1];
+  camera.distortion = lens.distortion;
+  for (std::size_t i = 0; i < lens.coefficients.size(); ++i) {
+    const int which = lens.coefficients[i];
+    if (which >= 0)
+      camera.coefficients[static_cast<std::size_t>(which)] = p[first + i];
+    else if (p[first + i] != 0)
+      throw Error(
+          "{}: {} with k4 k5 k6, a rational model, is not supported; convert the set with 'colmap "
+          "image_undistorter'",
+          where, lens.name);
+  }
+  camera.Validate(where);
+  return camera;
+}
+
+}  // namespace
+
+CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
+  std::string name;
+  ColmapReconstruction::Camera camera;
+  if (!(row >> name >> camera.width >> camera.height))
+    throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
+  const ColmapLens lens =
+      LensThat([&](const ColmapLens& known) { return known.name == name; }, fmt::format("'{}'", name), where);
+  for (double parameter; row >> parameter;) camera.parameters.push_back(parameter);
+  row.clear();
+  if (std::string word; row >> word && word[0] != '#')
+    throw Error("{}: '{}' is no number that a lens has; correct the row, or export the cameras again", where,
+                word);
+  return CameraOf(lens, camera, where);
+}
+
+std::size_t ColmapParameters(int model, const std::string& where) {
+  const auto other = std::ranges::find(kOtherLenses, model, &std::pair<int, const char*>::first);
+  const ColmapLens lens = LensThat(
+      [&](const ColmapLens& known) { return known.number == model; },
+      other == kOtherLenses.end() ? fmt::format("number {}", model) : fmt::format("'{}'", other->second),
+      where);
+  return (lens.one_focal ? 3u : 4u) + lens.coefficients.size();
+}
+
+CameraModel FromColmapCamera(const ColmapReconstruction::Camera& camera, const std::string& where) {
+  ColmapParameters(camera.model, where);
+  return CameraOf(*std::ranges::find(ColmapLenses(), camera.model, &ColmapLens::number), camera, where);
+}
+
+ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera) {
+  ColmapReconstruction::Camera model;
+  model.width = static_cast<std::uint64_t>(camera.width);
+  model.height = static_cast<std::uint64_t>(camera.height);
+  model.parameters = {camera.fx, camera.fy, camera.cx, camera.cy};
+  const auto& c = camera.coefficients;
+  const auto set = [&](int number, const char* name, std::initializer_list<double> more) {
+    model.model = number;
+    model.name = name;
+    model.parameters.insert(model.parameters.end(), more);
+  };
+  const bool straight = camera.distortion == Distortion::kRadialTangential && c == std::array<double, 5>{};
+  if (camera.distortion == Distortion::kNone || straight)
+    set(1, "PINHOLE", {});
+  else if (camera.distortion == Distortion::kFisheye)
+    set(5, "OPENCV_FISHEYE", {c[0], c[1], c[2], c[3]});
+  else if (c[4] == 0)
+    set(4, "OPENCV", {c[0], c[1], c[2], c[3]});
+  else
+    set(6, "FULL_OPENCV", {c[0], c[1], c[2], c[3], c[4], 0, 0, 0});
+  return model;
+}
+
+ColmapReconstruction ToColmap(const LightField& light_field) {
+  ColmapReconstruction model;
+  for (const CameraModel& camera : light_field.cameras) {
+    model.cameras.push_back(ToColmapCamera(camera));
+    model.cameras.back().id = static_cast<std::uint32_t>(model.cameras.size());
+  }
+  std::unordered_map<int, std::size_t> image_of_view;
+  for (const View& view : light_field.views) {
+    image_of_view[view.id] = model.images.size();
+    model.images.push_back({static_cast<std::uint32_t>(view.id),
+                            static_cast<std::uint32_t>(view.camera) + 1,
+                            view.cam_from_world,
+                            SafeName(NameInImagesFolder(view.image_path)),
+                            {}});
+  }
+  const bool some_are_tracked =
+      std::ranges::any_of(light_field.points, [](const ScenePoint& point) { return !point.track.empty(); });
+  for (const ScenePoint& from : light_field.points) {
+    if (some_are_tracked && from.track.empty()) continue;
+    ColmapReconstruction::Point& point = model.points.emplace_back();
+    point.id = model.points.size();
+    point.position = from.position_in_world;
+    point.rgb = from.rgb;
+    point.error_px = from.error_px;
+    for (const ViewObservation& seen : from.track) {
+      const auto at = image_of_view.find(seen.view_id);
+      if (at == image_of_view.end()) continue;
+      ColmapReconstruction::Image& image = model.images[at->second];
+      point.track.push_back({image.id, static_cast<std::uint32_t>(image.points.size())});
+      image.points.push_back({seen.in_img, point.id});
+    }
+  }
+  for (std::size_t i = 0; i < model.images.size(); ++i) {
+    const CameraModel& camera = light_field.CameraOf(light_field.views[i]);
+    if (model.images[i].points.empty()) model.images[i].points.push_back({{camera.cx, camera.cy}});
+  }
+  return model;
+}
+
+}  // namespace ulf

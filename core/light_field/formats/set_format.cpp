@@ -1,0 +1,164 @@
+#include "core/light_field/formats/set_format.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+#include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::pair<SetFormat, const char*>, 9> kSetFormats{
+    {{SetFormat::kUlf, "ulf"},
+     {SetFormat::kTransforms, "nerfstudio"},
+     {SetFormat::kNerfSynthetic, "nerf-synthetic"},
+     {SetFormat::kColmap, "colmap"},
+     {SetFormat::kLlff, "llff"},
+     {SetFormat::kBundler, "bundler"},
+     {SetFormat::kMetashape, "metashape"},
+     {SetFormat::kRealityScan, "realityscan"},
+     {SetFormat::kTum, "tum"}}};
+
+std::string BeginningOf(const fs::path& file) {
+  constexpr std::size_t kEnough = 4096;
+  if (std::error_code unknown; !fs::is_regular_file(file, unknown)) return {};
+  std::string text(kEnough, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+bool IsMetashapeFile(const fs::path& file) {
+  if (Lowercase(file.extension().string()) != ".xml") return false;
+  const std::string text = BeginningOf(file);
+  return text.find("<document") != std::string::npos && text.find("<chunk") != std::string::npos;
+}
+
+bool IsRealityScanFile(const fs::path& file) {
+  return Lowercase(file.extension().string()) == ".xmp" &&
+         BeginningOf(file).find("capturingreality") != std::string::npos;
+}
+
+bool IsBundlerFile(const fs::path& file) {
+  return Lowercase(file.extension().string()) == ".out" && BeginningOf(file).starts_with("# Bundle file");
+}
+
+// The first file, by name, in the folder or in one of its `below` for which `is_one` is true; empty: none.
+fs::path FirstFileIn(const fs::path& folder, std::initializer_list<const char*> below,
+                     bool (*is_one)(const fs::path&)) {
+  std::error_code unknown;
+  for (const char* inside : below) {
+    fs::path first;
+    for (const auto& entry : fs::directory_iterator((folder / inside).lexically_normal(), unknown))
+      if (entry.is_regular_file(unknown) && is_one(entry.path()) && (first.empty() || entry.path() < first))
+        first = entry.path();
+    if (!first.empty()) return first;
+  }
+  return {};
+}
+
+}  // namespace
+
+const char* Name(SetFormat format) {
+  return std::ranges::find(kSetFormats, format, &std::pair<SetFormat, const char*>::first)->second;
+}
+
+std::optional<SetFormat> SetFormatFromName(const std::string& name) {
+  if (name == "auto") return std::nullopt;
+  std::vector<std::string> names;
+  for (const auto& [format, known] : kSetFormats) {
+    if (name == known) return format;
+    names.emplace_back(known);
+  }
+  throw Refusal(Parameter("format"), name, "there is no such format",
+                fmt::format("there are auto, {}", fmt::join(names, ", ")));
+}
+
+std::vector<SetFormat> FormatsIn(const fs::path& source) {
+  std::vector<SetFormat> formats;
+  for (const auto& [format, name] : kSetFormats)
+    if (!PlaceOf(format, source).empty()) formats.push_back(format);
+  return formats;
+}
+
+fs::path PlaceOf(SetFormat format, const fs::path& source) {
+  std::error_code unknown;
+  const bool is_file = fs::is_regular_file(source, unknown);
+  const auto has = [&](const char* name) { return fs::is_regular_file(source / name, unknown); };
+  const std::string name = source.filename().string();
+  switch (format) {
+    case SetFormat::kUlf:
+      return has(kJournalFile) ? source : fs::path();
+    case SetFormat::kTransforms:
+      if (is_file)
+        return Lowercase(source.extension().string()) == ".json" && !name.starts_with("transforms_")
+                   ? source
+                   : fs::path();
+      return has(kTransformsFile) && !has(kJournalFile) ? source / kTransformsFile : fs::path();
+    case SetFormat::kNerfSynthetic:
+      if (is_file) return name == kNerfSyntheticFile ? source.parent_path() : fs::path();
+      return fs::exists(source / kNerfSyntheticFile, unknown) ? source : fs::path();
+    case SetFormat::kColmap: {
+      const bool is_part = name.starts_with("cameras.") || name.starts_with("images.");
+      const fs::path folder = is_file && is_part ? source.parent_path() : source;
+      // A light field holds such a model of itself.
+      return !(has(kJournalFile) || ColmapModelIn(folder).empty()) ? folder : fs::path();
+    }
+    case SetFormat::kLlff:
+      if (is_file) return Lowercase(source.extension().string()) == ".npy" ? source : fs::path();
+      return has(kLlffFile) ? source / kLlffFile : fs::path();
+    case SetFormat::kBundler:
+      if (is_file) return IsBundlerFile(source) ? source : fs::path();
+      return FirstFileIn(source, {".", "bundle", "bundler"}, IsBundlerFile);
+    case SetFormat::kMetashape:
+      if (is_file) return IsMetashapeFile(source) ? source : fs::path();
+      return FirstFileIn(source, {"."}, IsMetashapeFile);
+    case SetFormat::kRealityScan: {
+      if (is_file) return IsRealityScanFile(source) ? source.parent_path() : fs::path();
+      const fs::path first = FirstFileIn(source, {".", "images"}, IsRealityScanFile);
+      return first.empty() ? first : first.parent_path();
+    }
+    case SetFormat::kTum: {
+      const fs::path list = is_file && name == kTumListFile ? source : source / kTumListFile;
+      return fs::is_regular_file(list, unknown) &&
+                     fs::is_regular_file(list.parent_path() / kTumPosesFile, unknown)
+                 ? list
+                 : fs::path();
+    }
+  }
+  return {};
+}
+
+bool HoldsColmapPart(const fs::path& folder, const std::string& part, const char* ending) {
+  std::error_code unknown;
+  return fs::exists(folder / (part + "." + ending), unknown);
+}
+
+fs::path ColmapModelIn(const fs::path& source) {
+  // A model that has lost its images is one still, so that its reader can name the missing file.
+  for (const char* named_by : {"images", "cameras"})
+    for (const char* folder : {".", "sparse/0", "sparse", "colmap/sparse/0", "0"}) {
+      const fs::path model = (source / folder).lexically_normal();
+      for (const char* ending : {"bin", "txt"}) {
+        // A list images.txt or cameras.txt beside photographs need not be COLMAP's.
+        const bool may_be_another = folder == std::string(".") && ending == std::string("txt");
+        const std::string other = named_by == std::string("images") ? "cameras" : "points3D";
+        if (HoldsColmapPart(model, named_by, ending) &&
+            (!may_be_another || HoldsColmapPart(model, other, ending)))
+          return model;
+      }
+    }
+  return {};
+}
+
+}  // namespace ulf

@@ -1,0 +1,47 @@
+// The formats of sets of posed photographs, and where the files of each lie.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ulf {
+
+inline constexpr char kNerfSyntheticFile[] = "transforms_train.json";
+inline constexpr char kLlffFile[] = "poses_bounds.npy";
+inline constexpr char kTumListFile[] = "rgb.txt";
+inline constexpr char kTumPosesFile[] = "groundtruth.txt";
+
+// In the order in which they are looked for: what knows more comes first.
+enum class SetFormat {
+  kUlf,            // a light field: journal.jsonl
+  kTransforms,     // nerfstudio, instant-ngp: transforms.json
+  kNerfSynthetic,  // transforms_train.json
+  kColmap,         // cameras and images, .bin or .txt, here or in sparse/0
+  kLlff,           // poses_bounds.npy
+  kBundler,        // bundle.out
+  kMetashape,      // cameras .xml
+  kRealityScan,    // .xmp beside the photographs
+  kTum             // rgb.txt and groundtruth.txt
+};
+// As on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
+const char* Name(SetFormat format);
+// "auto" is none. Throws Refusal that lists the names.
+std::optional<SetFormat> SetFormatFromName(const std::string& name);
+
+// The formats in which `source`, a folder or a file, holds a set.
+std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
+
+// The file, or the folder, that the reader of the format wants; empty: `source` holds no such set.
+std::filesystem::path PlaceOf(SetFormat format, const std::filesystem::path& source);
+
+// The folder of a model in `source`: the folder itself, sparse/0, sparse, colmap/sparse/0 or 0; empty: there
+// is none.
+std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
+
+// Whether the folder holds this part of a COLMAP model ("images", "cameras", "points3D") with this ending
+// ("bin", "txt").
+bool HoldsColmapPart(const std::filesystem::path& folder, const std::string& part, const char* ending);
+
+}  // namespace ulf

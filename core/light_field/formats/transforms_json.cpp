@@ -1,0 +1,445 @@
+#include "core/light_field/formats/transforms_json.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/json_fields.h"
+#include "core/base/json_text.h"
+#include "core/base/lowercase.h"
+#include "core/base/shell_word.h"
+#include "core/geometry/camera_json.h"
+#include "core/image/files/image_header.h"
+#include "core/light_field/formats/frame_files.h"
+#include "core/light_field/formats/transforms_camera.h"
+#include "core/light_field/formats/view_json.h"
+#include "core/light_field/journal_stamp.h"
+#include "core/light_field/light_field.h"
+#include "core/light_field/points/point_io.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kFormatVersion = 1;
+constexpr const char* kPointsFile = "points.ply";
+
+// Between camera axes with y up, z back (OpenGL) and y down, z forward (ours); its own inverse.
+Eigen::Matrix4d OpenGlFromOurs() { return Eigen::Vector4d(1, -1, -1, 1).asDiagonal(); }
+
+Rigid3 CamFromWorld(const JsonPlace& frame) {
+  const json& rows = frame.Raw("transform_matrix");
+  if (!rows.is_array() || (rows.size() != 4 && rows.size() != 3))
+    throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+  Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    if (!rows[r].is_array() || rows[r].size() != 4)
+      throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+    for (std::size_t c = 0; c < 4; ++c) {
+      if (!rows[r][c].is_number() || !std::isfinite(rows[r][c].get<double>()))
+        throw Error("{}: 'transform_matrix' holds {} in row {}, which is not a finite number", frame.where,
+                    JsonText(rows[r][c]), r);
+      world_from_cam(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
+    }
+  }
+  return CamFromOpenGl(world_from_cam, frame.where, "transform_matrix");
+}
+
+void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
+  const int version = ours.Integer("format_version", kFormatVersion);
+  if (version > kFormatVersion)
+    throw NewerFormatError("{}: format version {} is newer than this program's {}; use a newer ulf",
+                           ours.where, version, kFormatVersion);
+  if (ours.Has("subject")) {
+    const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
+    light_field.subject = Subject{Vector3FromJson(subject, "center"), subject.Positive("radius")};
+  }
+  if (ours.Has("up")) light_field.up_in_world = Vector3FromJson(ours, "up").normalized();
+  if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
+  if (ours.Has("readout"))
+    light_field.readout = ReadoutFromJson({ours.Raw("readout"), ours.where + ", readout"});
+  if (ours.Has("turntable"))
+    light_field.turntable =
+        Turntable{JsonPlace{ours.Raw("turntable"), ours.where + ", turntable"}.Text("board", "")};
+  if (ours.Has("measured"))
+    light_field.measured = MeasuredFromJson({ours.Raw("measured"), ours.where + ", measured"});
+  ReadCaptureJson(ours, light_field);
+  light_field.capture_s = ours.Number("capture_s", 0);
+  if (ours.Has("reasons"))
+    light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
+}
+
+template <std::size_t N>
+bool Among(const std::string_view (&keys)[N], const std::string& key) {
+  return std::ranges::find(keys, key) != std::end(keys);
+}
+
+// Keys that are read here, and keys that only trainers need; all others are reported as not used.
+constexpr std::string_view kSetKeys[] = {"frames",
+                                         "ulf",
+                                         "ply_file_path",
+                                         "aabb_scale",
+                                         "scale",
+                                         "offset",
+                                         "up",
+                                         "from_na",
+                                         "enable_depth_loading",
+                                         "n_extra_learnable_dims",
+                                         "render_aabb",
+                                         "train_filenames",
+                                         "val_filenames",
+                                         "test_filenames",
+                                         "orientation_override",
+                                         "auto_scale_poses_override",
+                                         "applied_transform",
+                                         "applied_scale",
+                                         "name"};
+constexpr std::string_view kFrameKeys[] = {"file_path", "transform_matrix", "mask_path", "ulf",
+                                           "sharpness", "colmap_im_id",     "rotation"};
+
+// The set's values without its frames, then each frame, so that only one of them is in memory at a time.
+class Document {
+ public:
+  explicit Document(const fs::path& file) : file_(file) {
+    top_ = Parse([](json&&, std::size_t) {});
+    if (!top_.is_object()) throw Error("{}: expected an object with the key 'frames'", file.string());
+    if (!top_.contains("frames"))
+      throw Error("{}: the key 'frames' is missing; add it or export the set again", file.string());
+    if (!top_["frames"].is_array()) throw Error("{}: 'frames' must be a list", file.string());
+  }
+  const json& top() const { return top_; }
+  void ForEachFrame(const std::function<void(json&&, std::size_t)>& use) const { Parse(use); }
+
+ private:
+  json Parse(const std::function<void(json&&, std::size_t)>& use) const {
+    RequireRegularFile(file_);
+    std::ifstream stream(file_, std::ios::binary);
+    if (!stream) throw Error("{}: cannot be read: {}", file_.string(), std::strerror(errno));
+    std::size_t count = 0;
+    bool in_frames = false;
+    const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
+      constexpr int kMostLevels = 100;  // the library copies and prints by recursion
+      if (depth > kMostLevels) throw Error("{}: values are nested too deeply{}", file_.string(), WayOut());
+      if (depth == 1 && event == json::parse_event_t::key) in_frames = parsed == "frames";
+      if (!in_frames || depth != 2) return true;
+      // A frame that is no object is passed on, too: its reader reports it.
+      if (event != json::parse_event_t::object_end && event != json::parse_event_t::value) return true;
+      use(std::move(parsed), count++);
+      return false;
+    };
+    try {
+      return json::parse(stream, keep);
+    } catch (const json::exception& error) {
+      if (Lowercase(file_.extension().string()) != ".json")
+        throw Error(
+            "{}: is no light field: give its folder, or a transforms.json; other programs' poses and "
+            "photographs are read by 'ulf import'",
+            file_.string());
+      throw Error("{}, {}{}", file_.string(), FaultOf(error), WayOut());
+    }
+  }
+
+  std::string FaultOf(const json::exception& error) const {
+    const auto* fault = dynamic_cast<const json::parse_error*>(&error);
+    return fault ? JsonFault(ReadWholeFile(file_), fault->byte)
+                 : std::string("not valid JSON: a number is too large");
+  }
+
+  // Beside a journal whoever reads the light field says that this file follows from it.
+  std::string WayOut() const {
+    return fs::exists(file_.parent_path() / "journal.jsonl")
+               ? ""
+               : "; copy it again from where it came, or export the set again";
+  }
+
+  fs::path file_;
+  json top_;
+};
+
+// The number that an image is named by; none where it is none, or too large for an id.
+std::optional<int> NumberOfName(const std::string& path) {
+  const std::string stem = fs::path(path).stem().string();
+  if (stem.empty() || stem.size() > 9 || stem.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  const int number = std::stoi(stem);
+  return number > 0 ? std::optional(number) : std::nullopt;
+}
+
+// The cameras of a set, each once: many sets repeat the camera in every frame.
+class Cameras {
+ public:
+  explicit Cameras(std::vector<CameraModel>& cameras) : cameras_(cameras) {}
+  int IndexOf(const CameraModel& camera) {
+    const auto [found, is_new] = indices_.try_emplace(Values(camera), static_cast<int>(cameras_.size()));
+    if (is_new) cameras_.push_back(camera);
+    return found->second;
+  }
+
+ private:
+  static std::vector<double> Values(const CameraModel& camera) {
+    std::vector<double> values = {static_cast<double>(camera.width),
+                                  static_cast<double>(camera.height),
+                                  static_cast<double>(camera.distortion),
+                                  camera.fx,
+                                  camera.fy,
+                                  camera.cx,
+                                  camera.cy};
+    values.insert(values.end(), camera.coefficients.begin(), camera.coefficients.end());
+    return values;
+  }
+
+  std::vector<CameraModel>& cameras_;
+  std::map<std::vector<double>, int> indices_;
+};
+
+void AddOnce(const std::string& doubt, std::vector<std::string>& doubts) {
+  if (std::ranges::find(doubts, doubt) == doubts.end()) doubts.push_back(doubt);
+}
+
+// Masters and exposures show what the set's own photographs show, and belong to no others.
+void ReadOurView(const FrameFiles& files, const JsonPlace& ours, View& view) {
+  const std::string mask = view.mask_path;
+  ReadViewJson(ours, view);
+  if (files.images) {
+    view.mask_path =
+        mask.empty() && !view.mask_path.empty() ? MaskElsewhere(files, view.mask_path, ours.where) : mask;
+    view.master_path.clear();
+    view.exposures.clear();
+    view.merged.reset();
+  } else {
+    RequirePathsBelow(ours.where, view);
+    if (!files.are_read) return;
+    for (const std::string& path : FilesOf(view)) PathInside(files.root, path, ours.where);
+    if (!view.mask_path.empty()) PathInside(files.root, view.mask_path, ours.where);
+  }
+}
+
+// Where files are read, there must be frames, and the images and masks that they name.
+LightField ReadFrames(const Document& document, const fs::path& file, const FrameFiles& files) {
+  LightField light_field;
+  light_field.root = files.images ? files.images->folder() : files.root;
+  const JsonPlace top{document.top(), file.string()};
+  const json shared_keys = CameraKeysOf(document.top());
+  Cameras cameras(light_field.cameras);
+  std::optional<CameraModel> shared_camera;
+  MissingPhotographs missing;
+  std::map<std::string, std::size_t> unused;
+  // A camera without size has that of the photograph that was measured.
+  const auto camera_of = [&](const json& object, const JsonPlace& frame, const std::string& given,
+                             const fs::path& image) {
+    const json own_keys = CameraKeysOf(object);
+    if (own_keys.empty() && shared_camera) return *shared_camera;
+    const json keys = MergedCameraKeys(shared_keys, own_keys);
+    const JsonPlace place{keys, frame.where};
+    if (!HasIntrinsics(place))
+      throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
+                  frame.where);
+    const fs::path measured =
+        files.images && !HasSize(place) ? MeasuredPhotograph(files, given, frame.where) : image;
+    if (measured.empty() && place.Has("fl_x"))
+      AddOnce(fmt::format(
+                  "{}: 'fl_x' is in pixels of photographs whose size ('w' and 'h') it does not say: they are "
+                  "taken to have been as large as those of {}",
+                  file.string(), Parameter("images")),
+              light_field.doubts);
+    const CameraModel camera = ReadCamera(place, measured.empty() ? image : measured);
+    if (own_keys.empty()) shared_camera = camera;
+    return camera;
+  };
+  const auto add = [&](json&& object, std::size_t i) {
+    JsonPlace frame{object, fmt::format("{}, frame {}", file.string(), i)};
+    View view;
+    view.id = static_cast<int>(i) + 1;
+    const std::string given = frame.Text("file_path");
+    frame.where += " (" + given + ")";
+    if (!files.are_read) view.id = NumberOfName(given).value_or(view.id);
+    view.image_path = PathOfPhotograph(files, given, frame.where);
+    if (view.image_path.empty() && files.are_read) return missing.Add(frame.where, given);
+    view.mask_path = PathOfMask(files, frame, view.image_path);
+    view.cam_from_world = CamFromWorld(frame);
+    const fs::path image = light_field.root / view.image_path;
+    CameraModel camera = camera_of(object, frame, given, image);
+    if (files.may_be_resized) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
+    view.camera = cameras.IndexOf(camera);
+    if (frame.Has("ulf")) {
+      const JsonPlace ours{frame.Raw("ulf"), frame.where + ", ulf"};
+      ReadOurView(files, ours, view);
+      NoteCalibrationSource(ours, view.camera, light_field);
+    }
+    for (const auto& [key, value] : object.items())
+      if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];
+    light_field.views.push_back(std::move(view));
+  };
+  document.ForEachFrame(add);
+  missing.RequireNone(files);
+  if (files.are_read && light_field.views.empty())
+    throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
+  std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
+  for (std::size_t i = 1; i < light_field.views.size(); ++i)
+    if (light_field.views[i].id == light_field.views[i - 1].id)
+      throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
+                  light_field.views[i].id);
+  if (top.Has("ulf")) {
+    const JsonPlace ours{top.Raw("ulf"), file.string() + ", ulf"};
+    ReadOurKeys(ours, light_field);
+    if (light_field.cameras.size() == 1) NoteCalibrationSource(ours, 0, light_field);
+  }
+  for (const auto& [key, value] : document.top().items())
+    if (!Among(kSetKeys, key) && !IsCameraKey(key))
+      light_field.doubts.push_back(fmt::format("{}: '{}' is not used", file.string(), key));
+  for (const auto& [key, count] : unused)
+    light_field.doubts.push_back(
+        fmt::format("{}: '{}' of {} is not used", file.string(), key, Counted(count, "frame")));
+  return light_field;
+}
+
+void ReadPointsOf(const JsonPlace& top, const fs::path& root, LightField& light_field) {
+  const std::string given = top.Text("ply_file_path", "");
+  const std::string path = given.empty() ? kPointsFile : FileWithin(root, given, top.where);
+  if (!ReadPointPositions(root / path, light_field) && !given.empty())
+    light_field.doubts.push_back(
+        fmt::format("{}: the points '{}' are missing: the set is read without points", top.where, given));
+}
+
+std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
+  if (!top.Has("ulf") || !top.Raw("ulf").contains("journal")) return std::nullopt;
+  const json& stamp = top.Raw("ulf").at("journal");
+  const auto whole = [&](const char* key) {
+    return stamp.is_object() && stamp.contains(key) && stamp[key].is_number_unsigned();
+  };
+  if (!whole("bytes") || !whole("crc32") || stamp["crc32"].get<std::uint64_t>() > 0xFFFFFFFFu)
+    return std::nullopt;
+  return JournalStamp{stamp["bytes"].get<std::uint64_t>(), stamp["crc32"].get<std::uint32_t>()};
+}
+
+json OurKeys(const LightField& light_field) {
+  json ours = {{"format_version", kFormatVersion},
+               {"units", light_field.units},
+               {"coverage_width_px", light_field.coverage_width_px},
+               {"capture_s", light_field.capture_s}};
+  ours["up"] = Vector3ToJson(light_field.UpInWorld());
+  if (light_field.subject)
+    ours["subject"] = {{"center", Vector3ToJson(light_field.subject->center_in_world)},
+                       {"radius", light_field.subject->radius}};
+  if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
+  if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
+  if (light_field.readout) ours["readout"] = ReadoutToJson(*light_field.readout);
+  if (light_field.turntable) ours["turntable"] = {{"board", light_field.turntable->board}};
+  if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
+  if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
+  if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;
+  if (!light_field.device_model.empty()) ours["device_model"] = light_field.device_model;
+  if (light_field.window) ours["sensor"] = WindowToJson(*light_field.window);
+  if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
+  if (light_field.measured) ours["measured"] = MeasuredToJson(*light_field.measured);
+  return ours;
+}
+
+}  // namespace
+
+void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key) {
+  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
+    throw Error("{}: the last row of '{}' must be 0 0 0 1", where, key);
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  constexpr double kMaxNonOrthogonality = 1e-3;
+  if ((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
+          kMaxNonOrthogonality ||
+      rotation.determinant() < 0)
+    throw Error(
+        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); export the set again "
+        "without scale or mirroring",
+        where, key);
+}
+
+Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key) {
+  RequireRotation(world_from_cam, where, key);
+  return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
+}
+
+namespace {
+
+LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
+  const Document document(file);
+  LightField light_field = ReadFrames(document, file, files);
+  const JsonPlace top{document.top(), file.string()};
+  ReadPointsOf(top, files.root, light_field);
+  if (StampFrom(top) && !fs::exists(files.root / kJournalFile))
+    light_field.doubts.push_back(fmt::format(
+        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
+        files.root.string(), file.filename().string(), ShellWord(files.root.string())));
+  return light_field;
+}
+
+}  // namespace
+
+LightField ReadTransformsJson(const fs::path& file) { return ReadDocument(file, {.root = FolderOf(file)}); }
+
+LightField ReadTransformsSet(const fs::path& file, const fs::path& images) {
+  FrameFiles files{.may_be_resized = true, .root = FolderOf(file)};
+  if (!images.empty()) files.images.emplace(files.root, images, std::vector<fs::path>());
+  return ReadDocument(file, files);
+}
+
+TransformsText ReadTransformsText(const fs::path& file) {
+  const Document document(file);
+  return {ReadFrames(document, file, {.are_read = false, .root = FolderOf(file)}),
+          StampFrom({document.top(), file.string()}), document.top().contains("ulf")};
+}
+
+json OpenGlRows(const Eigen::Matrix4d& ours) {
+  const Eigen::Matrix4d world_from_cam = ours * OpenGlFromOurs();
+  json rows = json::array();
+  for (int r = 0; r < 4; ++r)
+    rows.push_back({world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
+  return rows;
+}
+
+json TransformsDocument(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
+  json document;
+  const bool one_camera = light_field.cameras.size() == 1;
+  if (one_camera) WriteCamera(light_field.cameras.front(), document);
+  document["aabb_scale"] = 16;  // instant-ngp: the cube that it renders, in unit cubes; others ignore it
+  if (!light_field.points.empty()) document["ply_file_path"] = kPointsFile;
+  json& ours = document["ulf"] = OurKeys(light_field);
+  if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
+  if (!one_camera) WriteCameraKind(light_field.cameras, document);
+  const auto note_source = [&](int camera, json& object) {
+    const std::string source = light_field.CalibrationSource(camera);
+    if (!source.empty()) object["calibration_source"] = source;
+  };
+  if (one_camera) note_source(0, ours);
+  // nerfstudio takes masks of all frames or of none.
+  const bool all_masked =
+      std::ranges::none_of(light_field.views, [](const View& view) { return view.mask_path.empty(); });
+  json& frames = document["frames"] = json::array();
+  for (const View& view : light_field.views) {
+    json frame = {{"file_path", view.image_path},
+                  {"transform_matrix", OpenGlRows(view.cam_from_world.Inverse().Matrix())},
+                  {"ulf", ViewToJson(view)}};
+    if (all_masked) frame["mask_path"] = view.mask_path;
+    if (!one_camera) {
+      WriteCamera(light_field.CameraOf(view), frame);
+      note_source(view.camera, frame["ulf"]);
+    }
+    frames.push_back(std::move(frame));
+  }
+  return document;
+}
+
+std::string TransformsJsonText(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
+  return JsonText(TransformsDocument(light_field, made_from), 1) + "\n";
+}
+
+}  // namespace ulf

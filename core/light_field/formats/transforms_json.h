@@ -1,0 +1,58 @@
+// Reads and writes transforms.json of nerfstudio and instant-ngp, with the values of ulf under the key "ulf".
+//
+// Their poses are camera-to-world in OpenGL's axes (x right, y up, z back); those of ulf are cam_from_world
+// with y down and z forward. World coordinates are unchanged. Pixel centres are at integer + 0.5 in both.
+// Intrinsics are at the top level or in every frame: fl_x fl_y cx cy w h, camera_angle_x/y, k1..k4 p1 p2,
+// camera_model, is_fisheye. "mask_path" of frames and "ply_file_path" of the set are read too. Other keys are
+// listed in LightField::doubts.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "core/light_field/journal_stamp.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+inline constexpr const char* kTransformsFile = "transforms.json";
+
+// Reads FILE with its points; image paths are taken relative to its folder (`/` or `\` between folders), must
+// exist and must not leave it. Frames are parsed one at a time, so that a file of a million frames needs no
+// more memory than their views. Throws Error that names file, frame and key for a value that is missing, of
+// the wrong type, not finite or not a rotation.
+LightField ReadTransformsJson(const std::filesystem::path& file);
+
+// The same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf).
+// `images`: the folder in which photographs are looked for by their names instead (SetImages::Find); the
+// light field's paths then count from there, and masters and exposures under "ulf" are left out. Empty: where
+// FILE says.
+LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {});
+
+// Reads FILE only, not the images and points that it names; they need not exist. A frame without an id under
+// "ulf" gets the number in its image's name, else its position in the list.
+struct TransformsText {
+  LightField light_field;
+  std::optional<JournalStamp> made_from;  // none: written by another program or an older version
+  bool ours = false;                      // it has values under "ulf"
+};
+TransformsText ReadTransformsText(const std::filesystem::path& file);
+
+// `made_from`: the journal of the values.
+nlohmann::json TransformsDocument(const LightField& light_field,
+                                  const std::optional<JournalStamp>& made_from = std::nullopt);
+// The document as a file.
+std::string TransformsJsonText(const LightField& light_field,
+                               const std::optional<JournalStamp>& made_from = std::nullopt);
+
+// The rows of "transform_matrix" for a camera-to-world matrix with our axes.
+nlohmann::json OpenGlRows(const Eigen::Matrix4d& world_from_cam);
+
+// Throws Error naming `where` and `key` unless the matrix is a rotation and a translation.
+void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key);
+// cam_from_world from a camera-to-world matrix with OpenGL's axes, with the same check.
+Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key);
+
+}  // namespace ulf
