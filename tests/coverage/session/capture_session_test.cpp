@@ -270,8 +270,7 @@ std::map<std::string, std::string> AllBytes(const fs::path& dir) {
   std::map<std::string, std::string> bytes;
   for (const auto& entry : fs::recursive_directory_iterator(dir)) {
     if (!entry.is_regular_file()) continue;
-    std::ifstream file(entry.path(), std::ios::binary);
-    bytes[fs::relative(entry.path(), dir).generic_string()].assign(std::istreambuf_iterator<char>(file), {});
+    bytes[fs::relative(entry.path(), dir).generic_string()] = ReadWholeFile(entry.path());
   }
   return bytes;
 }
