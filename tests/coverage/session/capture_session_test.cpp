@@ -6,9 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <fstream>
-#include <iterator>
 #include <map>
-#include <numeric>
 
 #include "commands/light_field/light_field_report.h"
 #include "core/base/atomic_file.h"
