@@ -8,7 +8,6 @@
 #include <sys/resource.h>
 
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <string>
 

@@ -5,7 +5,6 @@
 // and what it returns is finite and names no file outside its folder. What breaks that ends the process.
 #pragma once
 
-#include <cstddef>
 #include <span>
 #include <string_view>
 

@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <set>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "core/base/atomic_file.h"
 
 namespace ulf::test::fault_matrix {
 namespace {
@@ -19,18 +19,13 @@ using ::testing::IsEmpty;
 
 fs::path Checkout() { return CHECKOUT; }
 
-std::string TextOf(const fs::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 // "Suite.Name" of every TEST, TEST_F and TEST_P under the folder.
 std::set<std::string> TestsUnder(const fs::path& folder) {
   static const std::regex macro(R"(\bTEST(?:_F|_P)?\s*\(\s*(\w+)\s*,\s*(\w+)\s*\))");
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".cpp") continue;
-    const std::string text = TextOf(entry.path());
+    const std::string text = ReadWholeFile(entry.path());
     for (std::sregex_iterator it(text.begin(), text.end(), macro), end; it != end; ++it)
       names.insert((*it)[1].str() + "." + (*it)[2].str());
   }
@@ -94,13 +89,13 @@ std::vector<std::string> Faults(const std::string& page, const Matrix& matrix,
 
 TEST(FaultMatrix, EveryRowNamesATestThatExists) {
   const std::set<std::string> tests = TestsUnder(Checkout() / "tests");
-  const std::string devices = TextOf(Checkout() / "docs" / "devices_measured.md");
+  const std::string devices = ReadWholeFile(Checkout() / "docs" / "devices_measured.md");
   ASSERT_GT(RowsOf(devices, kFaults).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(devices, kFaults, tests), IsEmpty());
-  const std::string reliability = TextOf(Checkout() / "docs" / "reliability.md");
+  const std::string reliability = ReadWholeFile(Checkout() / "docs" / "reliability.md");
   ASSERT_GT(RowsOf(reliability, kCounted).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(reliability, kCounted, tests), IsEmpty());
-  const std::string tracking = TextOf(Checkout() / "docs" / "tracking_measured.md");
+  const std::string tracking = ReadWholeFile(Checkout() / "docs" / "tracking_measured.md");
   ASSERT_GT(RowsOf(tracking, kSituations).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(tracking, kSituations, tests), IsEmpty());
 }

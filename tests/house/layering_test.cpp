@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
-#include <optional>
 #include <regex>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "core/base/atomic_file.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -27,11 +26,6 @@ using ::testing::UnorderedElementsAre;
 constexpr std::size_t kMostInAFolder = 25;
 
 fs::path Checkout() { return CHECKOUT; }
-
-std::string TextOf(const fs::path& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 // ---- The page ----
 
@@ -396,7 +390,7 @@ std::vector<std::string> PagesOfNothing(const fs::path& root, std::string source
     if (!fs::exists(root / page)) {
       found.push_back(page);
     } else if (!section.empty()) {
-      const std::string text = "\n" + TextOf(root / page);
+      const std::string text = "\n" + ReadWholeFile(root / page);
       bool exists = false;
       for (std::size_t line = text.find("\n#"); line != std::string::npos && !exists;
            line = text.find("\n#", line + 1))
@@ -407,7 +401,7 @@ std::vector<std::string> PagesOfNothing(const fs::path& root, std::string source
   return found;
 }
 
-House OurHouse() { return House::Read(TextOf(Checkout() / "docs" / "architecture.md")); }
+House OurHouse() { return House::Read(ReadWholeFile(Checkout() / "docs" / "architecture.md")); }
 
 void Plant(const fs::path& root, const std::string& path, const std::string& text = {}) {
   fs::create_directories((root / path).parent_path());
@@ -442,13 +436,13 @@ TEST(Layering, NoFolderIsCrowded) { EXPECT_THAT(CrowdedFolders(Checkout()), IsEm
 
 TEST(Layering, PagesNameWhatIsThere) {
   for (const char* page : {"docs/architecture.md", "CONTRIBUTING.md"})
-    EXPECT_THAT(NamesOfNothing(Checkout(), House::Read(TextOf(Checkout() / page))), IsEmpty()) << page;
+    EXPECT_THAT(NamesOfNothing(Checkout(), House::Read(ReadWholeFile(Checkout() / page))), IsEmpty()) << page;
 }
 
 TEST(Layering, EveryPageNamesFilesThatAreThere) {
   for (const std::string& page : FilesUnder(Checkout()))
     if (page.ends_with(".md") && page != "CHANGELOG.md") {
-      EXPECT_THAT(FilesOfNothing(Checkout(), House::Read(TextOf(Checkout() / page)).prose), IsEmpty())
+      EXPECT_THAT(FilesOfNothing(Checkout(), House::Read(ReadWholeFile(Checkout() / page)).prose), IsEmpty())
           << page;
     }
 }
@@ -456,7 +450,7 @@ TEST(Layering, EveryPageNamesFilesThatAreThere) {
 TEST(Layering, SourcesNamePagesAndSectionsThatAreThere) {
   for (const std::string& source : FilesUnder(Checkout()))
     if (IsSource(source) && source != "tests/house/layering_test.cpp") {
-      EXPECT_THAT(PagesOfNothing(Checkout(), TextOf(Checkout() / source)), IsEmpty()) << source;
+      EXPECT_THAT(PagesOfNothing(Checkout(), ReadWholeFile(Checkout() / source)), IsEmpty()) << source;
     }
 }
 

@@ -2,7 +2,6 @@
 // Cheap enough for hundreds of frames in a test; every fault of a capture can be asked for by frame.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <vector>
 

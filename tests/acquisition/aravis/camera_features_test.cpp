@@ -5,12 +5,10 @@
 // A camera's own settings by name: the tree, its errors, and files of settings that depend on each other.
 #include <gmock/gmock.h>
 
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
-#include <thread>
 
 #include "acquisition/device/feature_file.h"
 #include "acquisition/device/features.h"

@@ -5,8 +5,6 @@
 // is and said once, and what was asked for by name and cannot be had is refused by name.
 #include <gmock/gmock.h>
 
-#include <cmath>
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>

@@ -5,10 +5,8 @@
 // the types, units and names of other makers, served by the fake camera and driven as any other.
 #include <gmock/gmock.h>
 
-#include <cmath>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "acquisition/opening/open_device.h"
 #include "tests/acquisition/aravis/edited_camera.h"

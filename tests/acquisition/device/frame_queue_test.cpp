@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <numeric>
 #include <set>
 #include <thread>
 

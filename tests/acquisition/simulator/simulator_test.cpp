@@ -11,7 +11,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <numeric>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 

@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/atomic_file.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/without_opengl.h"
@@ -51,11 +52,6 @@ std::vector<std::string> LinesOf(const std::string& text) {
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;
-}
-
-std::string TextOf(const fs::path& path) {
-  std::ifstream in(path);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 // "-o,--output TEXT REQUIRED   Folder" gives -o and --output.
@@ -180,7 +176,7 @@ TEST(Manual, HasAPageForEveryCommandWithEveryOptionOfItsHelp) {
   EXPECT_THAT(commands,
               AllOf(Contains(Key("capture")), Contains(Key("export colmap")), Not(Contains(Key("manual")))));
   for (const auto& [command, help] : commands) {
-    std::string page = TextOf(PageOf(folder, command));
+    std::string page = ReadWholeFile(PageOf(folder, command));
     ASSERT_FALSE(page.empty()) << PageOf(folder, command);
     for (const char* section : {"NAME", "SYNOPSIS", "DESCRIPTION", "OPTIONS", "EXIT STATUS", "SEE ALSO"})
       EXPECT_THAT(page, HasSubstr(std::string(".SH ") + section + "\n")) << command;

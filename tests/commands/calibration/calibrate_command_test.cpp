@@ -4,7 +4,6 @@
 // `ulf calibrate` from outside, and live collection from devices with their faults.
 #include <gmock/gmock.h>
 
-#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>

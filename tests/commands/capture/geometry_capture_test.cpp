@@ -21,6 +21,7 @@
 
 #include "acquisition/simulator/scene/scene.h"
 #include "acquisition/simulator/simulated_camera.h"
+#include "core/base/atomic_file.h"
 #include "core/base/device_uri.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
@@ -56,16 +57,11 @@ CommandResult Capture(const fs::path& dir, const std::string& more) {
       dir.string() + " " + more);
 }
 
-std::string BytesOf(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 std::map<std::string, std::string> FilesIn(const fs::path& folder) {
   std::map<std::string, std::string> files;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none))
-    files[entry.path().filename().string()] = BytesOf(entry.path());
+    files[entry.path().filename().string()] = ReadWholeFile(entry.path());
   return files;
 }
 
@@ -151,7 +147,7 @@ TEST(GeometryCapture, SoftFieldTakesTheDepthMapsOfCorrectedPoses) {
                                 std::regex("of ([0-9]+) depth maps, .*: proxy.ply, ([0-9]+) in depth/\n")))
       << run.output;
   EXPECT_EQ(counts[1], counts[2]) << "none was made under poses that are not the light field's";
-  EXPECT_THAT(BytesOf(dir / "journal.jsonl"), HasSubstr("pose_update"));
+  EXPECT_THAT(ReadWholeFile(dir / "journal.jsonl"), HasSubstr("pose_update"));
   const DepthMapReading reading = MapsOf(dir);
   EXPECT_EQ(reading.stale, 0u);
   ASSERT_GE(reading.maps.size(), 4u);
@@ -195,7 +191,7 @@ TEST(GeometryCapture, OlderMeshIsKept) {
   std::ofstream(dir / "proxy.ply") << "of another program";
   const CommandResult run = Capture(dir, "--resume --frames 60");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_EQ(BytesOf(dir / "kept" / "proxy.ply"), "of another program");
+  EXPECT_EQ(ReadWholeFile(dir / "kept" / "proxy.ply"), "of another program");
   EXPECT_THAT(run.errors, HasSubstr("kept"));
   EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty()) << "earlier views and new ones";
 }
@@ -205,7 +201,8 @@ TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMapsAndKeepsThem) {
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 30 --deterministic").exit_code, 0);
   const std::size_t before = MapsOf(dir).maps.size();
-  const std::string index = BytesOf(dir / "depth" / "maps.json"), mesh = BytesOf(dir / "proxy.ply");
+  const std::string index = ReadWholeFile(dir / "depth" / "maps.json"),
+                    mesh = ReadWholeFile(dir / "proxy.ply");
   const auto files = FilesIn(dir / "depth");
   ASSERT_GE(before, 2u);
   const CommandResult run = Capture(dir, "--resume --frames 45 --deterministic");
@@ -215,7 +212,7 @@ TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMapsAndKeepsThem) {
   EXPECT_GT(reading.maps.size(), before) << "earlier views and new ones";
   EXPECT_EQ(reading.maps.size(), JsonFromText(run.output)["geometry"]["written_maps"]);
   EXPECT_EQ(FilesIn(dir / "depth").size(), reading.maps.size() + 1) << "no old ones beside them";
-  EXPECT_TRUE(BytesOf(dir / "kept" / "proxy.ply") == mesh);
+  EXPECT_TRUE(ReadWholeFile(dir / "kept" / "proxy.ply") == mesh);
   EXPECT_TRUE(FilesIn(dir / "kept" / "depth") == files) << "they may be finer ones, as the mesh";
   EXPECT_THAT(run.errors,
               ::testing::ContainsRegex("views were added: a new mesh of [0-9]+ triangles, .*the one that "
@@ -237,11 +234,11 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   const std::size_t views = ReadLightField(dir).views.size();
   const auto maps = FilesIn(dir / "depth");
   render::WriteMeshPly(dir / "proxy.ply", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
-  const std::string finer = BytesOf(dir / "proxy.ply");
+  const std::string finer = ReadWholeFile(dir / "proxy.ply");
   const CommandResult run = Capture(dir, "--resume --frames 1");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   ASSERT_EQ(ReadLightField(dir).views.size(), views);
-  EXPECT_EQ(BytesOf(dir / "proxy.ply"), finer);
+  EXPECT_EQ(ReadWholeFile(dir / "proxy.ply"), finer);
   EXPECT_TRUE(FilesIn(dir / "depth") == maps);
   EXPECT_FALSE(fs::exists(dir / "kept" / "proxy.ply"));
   EXPECT_THAT(run.errors, HasSubstr("the mesh that is there stays"));
@@ -264,7 +261,7 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
       Capture(dir, "--resume --frames 1 --requests " + (scratch / "requests.txt").string());
   ASSERT_EQ(less.exit_code, 0) << less.errors;
   ASSERT_EQ(ReadLightField(dir).views.size(), views - 1) << less.errors;
-  EXPECT_TRUE(BytesOf(dir / "proxy.ply") == finer);
+  EXPECT_TRUE(ReadWholeFile(dir / "proxy.ply") == finer);
   EXPECT_THAT(
       less.errors,
       HasSubstr("no view was added: the mesh that is there stays, though it is not of the views as they are "
@@ -360,11 +357,11 @@ TEST(GeometryCapture, ResumeGoesOnFromTheMapsThatAreThere) {
   for (int i = 0; i < 20; ++i)
     large.triangles.insert(large.triangles.end(), triangles.begin(), triangles.end());
   render::WriteMeshPly(dir / "proxy.ply", large, {});
-  const std::string bytes = BytesOf(dir / "proxy.ply");
+  const std::string bytes = ReadWholeFile(dir / "proxy.ply");
   const CommandResult run = Capture(dir, "--resume --frames 70 --deterministic");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_GT(ReadLightField(dir).views.size(), light_field.views.size());
-  EXPECT_TRUE(BytesOf(dir / "proxy.ply") == bytes);
+  EXPECT_TRUE(ReadWholeFile(dir / "proxy.ply") == bytes);
   EXPECT_FALSE(fs::exists(dir / "kept/proxy.ply"));
   EXPECT_THAT(run.errors, HasSubstr("views were added: the mesh that is there stays, because a new one would "
                                     "not be as good everywhere ("));
@@ -432,7 +429,7 @@ TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("ulf proxy"));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
-  EXPECT_EQ(BytesOf(dir / "proxy.ply"), "of another program");
+  EXPECT_EQ(ReadWholeFile(dir / "proxy.ply"), "of another program");
   EXPECT_FALSE(fs::exists(dir / "depth"));
 }
 
@@ -447,7 +444,7 @@ TEST(GeometryCapture, DepthMapsThatCannotBeWrittenCostNothingElse) {
   const auto json = JsonFromText(run.output);
   EXPECT_EQ(json["geometry"]["written_maps"], 0);
   EXPECT_EQ(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), json["geometry"]["triangles"]);
-  EXPECT_EQ(BytesOf(dir / "depth"), "not a folder");
+  EXPECT_EQ(ReadWholeFile(dir / "depth"), "not a folder");
 }
 
 // A disk that has room for the capture and none for its mesh: the views are all there, and that is said.
@@ -483,7 +480,7 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheDepthMapsAreWrittenItCostsThemAlone
   if (const auto why = test::MountSmallDisk(disk, kBytes)) GTEST_SKIP() << *why;
   ASSERT_EQ(Capture(dir, "--frames 90 --deterministic").exit_code, 0);
   const std::size_t before = ReadLightField(dir).views.size();
-  const std::string mesh = BytesOf(dir / "proxy.ply");
+  const std::string mesh = ReadWholeFile(dir / "proxy.ply");
   std::uint64_t of_maps = 0;
   for (const auto& [name, bytes] : FilesIn(dir / "depth")) of_maps += bytes.size();
   ASSERT_GT(of_maps, 3 * kLeft);
@@ -533,9 +530,9 @@ TEST(GeometryCapture, DeterministicGeometryIsTheSameTwice) {
   const ScratchFolder scratch;
   for (const char* name : {"a", "b"})
     ASSERT_EQ(Capture(scratch / name, "--frames 50 --deterministic").exit_code, 0);
-  const std::string bytes = BytesOf(scratch / "a" / "proxy.ply");
+  const std::string bytes = ReadWholeFile(scratch / "a" / "proxy.ply");
   EXPECT_GT(bytes.size(), 10000u);
-  EXPECT_TRUE(bytes == BytesOf(scratch / "b" / "proxy.ply"));
+  EXPECT_TRUE(bytes == ReadWholeFile(scratch / "b" / "proxy.ply"));
   EXPECT_GT(FilesIn(scratch / "a" / "depth").size(), 3u);
   EXPECT_TRUE(FilesIn(scratch / "a" / "depth") == FilesIn(scratch / "b" / "depth"));
 }

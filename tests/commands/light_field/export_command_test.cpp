@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <regex>
 
+#include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/undistortion.h"
@@ -248,8 +249,7 @@ ByColmap Colmap(const std::string& arguments) {
   const std::string file = (scratch / "output").string();
   const int status =
       std::system(("QT_QPA_PLATFORM=offscreen colmap " + arguments + " >" + file + " 2>&1").c_str());
-  std::ifstream in(file);
-  return {WEXITSTATUS(status), {std::istreambuf_iterator<char>(in), {}}};
+  return {WEXITSTATUS(status), ReadWholeFile(file)};
 }
 
 double Said(const ByColmap& run, const std::string& what) {

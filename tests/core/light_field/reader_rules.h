@@ -21,7 +21,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>

@@ -36,8 +36,10 @@ CameraModel WithFocal(double factor, CameraModel camera) {
   return camera;
 }
 
-// ---- A tracker that is imagined: its cameras look straight at the plane z = 0, and under a lens that is too long they
-// stand too far from it by the same share, as in any map of parallax.
+// ---- An imagined tracker ----
+
+// Its cameras look straight at the plane z = 0, and under a lens that is too long they stand too far from it
+// by the same share, as in any map of parallax.
 
 constexpr double kTooLong = 1.05;
 

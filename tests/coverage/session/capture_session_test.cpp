@@ -6,9 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <fstream>
-#include <iterator>
 #include <map>
-#include <numeric>
 
 #include "commands/light_field/light_field_report.h"
 #include "core/base/atomic_file.h"
@@ -273,8 +271,7 @@ std::map<std::string, std::string> AllBytes(const fs::path& dir) {
   std::map<std::string, std::string> bytes;
   for (const auto& entry : fs::recursive_directory_iterator(dir)) {
     if (!entry.is_regular_file()) continue;
-    std::ifstream file(entry.path(), std::ios::binary);
-    bytes[fs::relative(entry.path(), dir).generic_string()].assign(std::istreambuf_iterator<char>(file), {});
+    bytes[fs::relative(entry.path(), dir).generic_string()] = ReadWholeFile(entry.path());
   }
   return bytes;
 }

@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
-#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/host_time.h"

@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <limits>
 #include <map>
 #include <set>
 #include <thread>

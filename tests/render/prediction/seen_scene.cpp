@@ -1,7 +1,6 @@
 #include "tests/render/prediction/seen_scene.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <random>
 
 #include "core/geometry/angles.h"

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_field_io.h"
@@ -389,8 +390,7 @@ TEST(Viewer, PicturesAndKeyframesGoToFiles) {
   std::ofstream(scratch / kKeyframeFile) << "{\"frames\": []}";
   stage.Press("k,Left");
   EXPECT_FALSE(std::filesystem::exists(scratch / "ulf_view_002.png"));
-  std::ifstream file(scratch / kKeyframeFile);
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "{\"frames\": []}");
+  EXPECT_EQ(ReadWholeFile(scratch / kKeyframeFile), "{\"frames\": []}");
 }
 
 // What the views' masks leave out is grey, whatever the photographs show there, and the rest is as without masks;

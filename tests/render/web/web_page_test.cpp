@@ -194,8 +194,7 @@ TEST_F(ExportWeb, MeetsItsBudget) {
 TEST_F(ExportWeb, TitleIsTextOfThePage) {
   const fs::path out = *scratch_ / "titled";
   Export(out, "--budget 500kB --title '<b>Vase & \"jar\"</b>'");
-  std::ifstream stream(out / "index.html");
-  const std::string html{std::istreambuf_iterator<char>(stream), {}};
+  const std::string html = ReadWholeFile(out / "index.html");
   EXPECT_THAT(html, HasSubstr("<title>&lt;b&gt;Vase &amp; &quot;jar&quot;&lt;/b&gt;</title>"));
   EXPECT_THAT(html, Not(HasSubstr("{{")));
 }
@@ -277,9 +276,7 @@ std::string Browse(const fs::path& site, json plan, const fs::path& out) {
   char buffer[4096];
   while (const std::size_t count = std::fread(buffer, 1, sizeof(buffer), pipe)) printed.append(buffer, count);
   const int status = pclose(pipe);
-  std::ifstream errors(out / "errors.txt");
-  EXPECT_EQ(status, 0) << "is everything there? ./run web installs it\n"
-                       << std::string{std::istreambuf_iterator<char>(errors), {}};
+  EXPECT_EQ(status, 0) << "is everything there? ./run web installs it\n" << ReadWholeFile(out / "errors.txt");
   return status == 0 ? printed : "{}";
 }
 
@@ -416,8 +413,7 @@ TEST_F(ExportWeb, WhatIsWrongIsSeenInTheComparison) {
   const auto spoilt = [&](const std::string& name, const std::string& what, const std::string& by) {
     const fs::path wrong = *scratch_ / name;
     fs::copy(site, wrong, fs::copy_options::recursive);
-    std::ifstream stream(wrong / "page.js");
-    std::string program{std::istreambuf_iterator<char>(stream), {}};
+    std::string program = ReadWholeFile(wrong / "page.js");
     const std::size_t at = program.find(what);
     EXPECT_NE(at, std::string::npos) << what;
     program.replace(at, what.size(), by);
@@ -506,15 +502,8 @@ TEST(WebPageProgram, IsBundledFromItsSources) {
                          (scratch / "said.txt").string() + " 2>&1")
                             .c_str()),
             0)
-      << [&] {
-           std::ifstream said(scratch / "said.txt");
-           return std::string{std::istreambuf_iterator<char>(said), {}};
-         }();
-  const auto text = [](const fs::path& file) {
-    std::ifstream stream(file);
-    return std::string{std::istreambuf_iterator<char>(stream), {}};
-  };
-  EXPECT_TRUE(text(bundled) == text(CHECKOUT "/render/web/page/built/page.js"))
+      << ReadWholeFile(scratch / "said.txt");
+  EXPECT_TRUE(ReadWholeFile(bundled) == ReadWholeFile(CHECKOUT "/render/web/page/built/page.js"))
       << "bundle the page again: ./run web";
 }
 

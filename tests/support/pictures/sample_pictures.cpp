@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 

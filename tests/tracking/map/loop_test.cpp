@@ -2,7 +2,6 @@
 // Loops, from the algebra up to a map whose drift is known.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/geometry/similarity3.h"

@@ -2,8 +2,6 @@
 // Found again, at once and never wrong: after shakes and occlusions, and where things look alike.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
 #include <opencv2/imgproc.hpp>
 

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdio>
 
 #include "acquisition/simulator/simulated_camera.h"

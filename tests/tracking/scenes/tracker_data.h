@@ -1,7 +1,6 @@
 // Real sequences through the tracker, as the command does it.
 #pragma once
 
-#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <string>
 
 #include "acquisition/calibration/lens_files/lens_files.h"

@@ -8,7 +8,6 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <map>
 
 #include "acquisition/device/device.h"
 #include "acquisition/link/link_facts.h"

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <thread>
 
 #include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"

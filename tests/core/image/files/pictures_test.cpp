@@ -9,11 +9,11 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
-#include <functional>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/image_header.h"
@@ -139,8 +139,7 @@ TEST_F(PictureFiles, WhatIsNoPictureInATiffIsRefusedByName) {
 // Floating point has no claim of memory: what the file says is checked before anything is read.
 TEST_F(PictureFiles, ATiffThatClaimsMoreThanItHoldsIsRefusedBeforeItIsDecoded) {
   WriteTiffSample(In("a.tif"), {.photometric = 1});
-  std::ifstream stream(In("a.tif"), std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  std::string bytes = ReadWholeFile(In("a.tif"));
   // The directory's entries of ImageWidth (256) and ImageLength (257): their value is the last four of twelve bytes.
   for (const char low : {'\x00', '\x01'}) {
     const std::size_t at =
@@ -301,8 +300,7 @@ TEST_F(PictureFiles, ProfilesOfAnotherSpaceAreNamedAndThePixelsStay) {
   }
   WritePngSample(In("a.png"), {.icc = IccProfile("P3")});
   EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(HasSubstr("converted to sRGB")));
-  std::ifstream stream(In("a.png"), std::ios::binary);
-  const std::string png((std::istreambuf_iterator<char>(stream)), {}), plain = PngBytes(PatchPicture());
+  const std::string png = ReadWholeFile(In("a.png")), plain = PngBytes(PatchPicture());
   Write("grey.png", WithPngChunk(plain, "iCCP", std::string("grey\0\0", 6) + "no compressed profile"));
   EXPECT_THAT(ReadPicture(In("grey.png")).warnings, Contains(HasSubstr("profile cannot be used")));
   WriteTiffSample(In("a.tif"), {.icc = std::string(200, 'x')});
@@ -365,8 +363,7 @@ TEST_F(PictureFiles, RarerKindsShowTheirColours) {
     EXPECT_EQ(ReadImageSize(In(name)), cv::Size(60, 40)) << name;
   }
   for (const char* name : {"a.bmp", "deep.ppm", "a.pgm", "a.hdr", "a.webp"}) {
-    std::ifstream stream(In(name), std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+    const std::string bytes = ReadWholeFile(In(name));
     Write(std::string("cut.") + name, bytes.substr(0, bytes.size() / 2));
     ExpectRefused(std::string("cut.") + name, "");
   }

@@ -52,8 +52,8 @@ TEST(RawFile, IsTheLightBehindTheMosaic) {
   struct Case {
     const char* pattern;
     int bits, black, white;
-    double
-        tolerance;  // a step of the sensor, amplified by white balance and colour matrix, and the interpolation
+    // A step of the sensor, amplified by white balance and colour matrix, and the interpolation.
+    double tolerance;
   };
   for (const Case& each : {Case{"RGGB", 12, 256, 4095, 0.0025}, Case{"BGGR", 12, 0, 4000, 0.0025},
                            Case{"GRBG", 14, 1024, 15871, 0.0015}, Case{"GBRG", 14, 600, 16383, 0.0015},

@@ -12,7 +12,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <climits>
 #include <fstream>
 
 #include "core/base/error.h"
