@@ -10,15 +10,15 @@
 #include "commands/help_text.h"
 #include "commands/rendering/protocol_command.h"
 #include "commands/rendering/scene_options.h"
-#include "commands/rendering/temporal_command.h"
+#include "tests/charts/temporal/temporal_program.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/gnuplot.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
-#include "render/quality/quality_chart.h"
+#include "tests/charts/plot/quality_chart.h"
 
 namespace ulf::commands {
 namespace {

@@ -34,7 +34,7 @@
 #include "core/base/stop_signal.h"
 #include "core/base/thread_clock.h"
 #include "core/geometry/trajectory.h"
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/gnuplot.h"
 #include "tracking/sources/pose_source.h"
 #include "tracking/tracker/track_words.h"
 

@@ -10,7 +10,7 @@
 
 #include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/gnuplot.h"
 
 namespace ulf::commands {
 namespace {

@@ -1,4 +1,4 @@
-// Tests: core/plot/chart, core/plot/chart_layout, core/plot/gnuplot.
+// Tests: tests/charts/plot/chart, tests/charts/plot/chart_layout, tests/charts/plot/gnuplot.
 //
 // The room that draws: which rows are the front and which is ringed, that tables come back as they were, and
 // that names lie on nothing.
@@ -12,7 +12,7 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "core/plot/chart_layout.h"
+#include "tests/charts/plot/chart_layout.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

@@ -27,7 +27,7 @@
 #include "render/proxy/mesh_file.h"
 #include "render/quality/choice.h"
 #include "render/quality/evaluate.h"
-#include "render/quality/quality_chart.h"
+#include "tests/charts/plot/quality_chart.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"

@@ -23,7 +23,7 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/light_field_io.h"
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/gnuplot.h"
 #include "tests/support/floors.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/small_disk.h"

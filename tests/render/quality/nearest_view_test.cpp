@@ -1,4 +1,4 @@
-// Tests: render/quality/nearest_view, render/quality/quality_chart.
+// Tests: render/quality/nearest_view, tests/charts/plot/quality_chart.
 #include "render/quality/nearest_view.h"
 
 #include <gmock/gmock.h>
@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "render/quality/quality.h"
-#include "render/quality/quality_chart.h"
+#include "tests/charts/plot/quality_chart.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 

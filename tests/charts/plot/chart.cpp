@@ -1,6 +1,6 @@
 // The only gnuplot text of all charts.
 
-#include "core/plot/chart.h"
+#include "tests/charts/plot/chart.h"
 
 #include <fmt/core.h>
 
@@ -10,8 +10,8 @@
 #include <limits>
 
 #include "core/base/quantile.h"
-#include "core/plot/chart_layout.h"
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/chart_layout.h"
+#include "tests/charts/plot/gnuplot.h"
 
 namespace ulf {
 namespace {

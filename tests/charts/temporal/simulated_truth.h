@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "render/quality/truth.h"
+#include "tests/charts/temporal/truth.h"
 
 namespace ulf::commands {
 

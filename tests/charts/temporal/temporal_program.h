@@ -6,7 +6,7 @@
 #include <string>
 
 #include "commands/rendering/scene_options.h"
-#include "render/quality/temporal_evaluation.h"
+#include "tests/charts/temporal/temporal_evaluation.h"
 
 namespace ulf::commands {
 

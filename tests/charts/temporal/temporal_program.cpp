@@ -1,4 +1,4 @@
-#include "commands/rendering/temporal_command.h"
+#include "tests/charts/temporal/temporal_program.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/command_line.h"
-#include "commands/rendering/simulated_truth.h"
+#include "tests/charts/temporal/simulated_truth.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

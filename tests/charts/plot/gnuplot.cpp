@@ -1,4 +1,4 @@
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/gnuplot.h"
 
 #include <fmt/core.h>
 #include <spawn.h>

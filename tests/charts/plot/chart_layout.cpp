@@ -1,4 +1,4 @@
-#include "core/plot/chart_layout.h"
+#include "tests/charts/plot/chart_layout.h"
 
 #include <algorithm>
 #include <array>

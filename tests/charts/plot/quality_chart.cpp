@@ -1,4 +1,4 @@
-#include "render/quality/quality_chart.h"
+#include "tests/charts/plot/quality_chart.h"
 
 #include <fmt/core.h>
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plot/chart.h"
+#include "tests/charts/plot/chart.h"
 #include "render/quality/evaluate.h"
 
 namespace ulf::render {

@@ -1,4 +1,4 @@
-#include "render/quality/truth.h"
+#include "tests/charts/temporal/truth.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plot/chart.h"
+#include "tests/charts/plot/chart.h"
 
 namespace ulf {
 

@@ -8,7 +8,7 @@
 
 #include "core/base/progress.h"
 #include "render/output/camera_path.h"
-#include "render/quality/truth.h"
+#include "tests/charts/temporal/truth.h"
 #include "render/renderer/renderer.h"
 
 namespace ulf::render {

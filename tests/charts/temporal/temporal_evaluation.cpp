@@ -1,4 +1,4 @@
-#include "render/quality/temporal_evaluation.h"
+#include "tests/charts/temporal/temporal_evaluation.h"
 
 #include <fmt/format.h>
 
@@ -11,11 +11,11 @@
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/gnuplot.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
-#include "render/quality/step_error.h"
-#include "render/quality/temporal_error.h"
+#include "tests/charts/temporal/step_error.h"
+#include "tests/charts/temporal/temporal_error.h"
 
 namespace ulf::render {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/quality/step_error.h"
+#include "tests/charts/temporal/step_error.h"
 
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "commands/rendering/simulated_truth.h"
+#include "tests/charts/temporal/simulated_truth.h"
 
 #include <filesystem>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "render/quality/temporal_error.h"
+#include "tests/charts/temporal/temporal_error.h"
 
 #include <algorithm>
 #include <cmath>

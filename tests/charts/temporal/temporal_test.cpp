@@ -1,5 +1,5 @@
-// Tests: render/quality/temporal_error, render/quality/step_error, render/quality/temporal_evaluation,
-// render/quality/truth, commands/rendering/temporal_command, commands/rendering/simulated_truth.
+// Tests: tests/charts/temporal/temporal_error, tests/charts/temporal/step_error, tests/charts/temporal/temporal_evaluation,
+// tests/charts/temporal/truth, tests/charts/temporal/temporal_program, tests/charts/temporal/simulated_truth.
 //
 // How restless a rendering is: what the number punishes, and the command that measures it.
 #include <gmock/gmock.h>
@@ -16,9 +16,9 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
-#include "render/quality/step_error.h"
-#include "render/quality/temporal_error.h"
-#include "render/quality/temporal_evaluation.h"
+#include "tests/charts/temporal/step_error.h"
+#include "tests/charts/temporal/temporal_error.h"
+#include "tests/charts/temporal/temporal_evaluation.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
