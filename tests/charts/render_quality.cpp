@@ -27,8 +27,8 @@
 #include "render/proxy/mesh_file.h"
 #include "render/quality/choice.h"
 #include "render/quality/evaluate.h"
-#include "tests/charts/plot/quality_chart.h"
 #include "render/stereo/proxy_builder.h"
+#include "tests/charts/plot/chart.h"
 #include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
@@ -47,7 +47,6 @@ const std::vector<std::pair<std::string, FieldOptions>>& Fields() {
       {"nearest", {.kind = FieldKind::kNearest}},
       {"linear", {.kind = FieldKind::kLinear}},
       {"subdivision 1", {.kind = FieldKind::kSubdivision, .level = 1}},
-      {"subdivision limit", {.kind = FieldKind::kSubdivision, .level = kLimitLevel}},
       {"lumigraph", {.kind = FieldKind::kLumigraph}},
       {"lumigraph 4", {.kind = FieldKind::kLumigraphPerPixel, .lumigraph_k = 4}},
       {"lumigraph 8", {.kind = FieldKind::kLumigraphPerPixel, .lumigraph_k = 8}}};
@@ -236,19 +235,28 @@ void PrintTargets(const std::string& set, const Table& table) {
 
 // Each set over each proxy a colour, what is chosen by --field auto ringed.
 void DrawQuality(const std::vector<std::pair<std::string, Table>>& tables, const std::string& path) {
-  std::vector<ChartRow> points;
+  std::vector<test::ChartRow> points;
   for (const auto& [set, table] : tables)
     for (const auto& [proxy, row] : table)
       for (const auto& [name, field] : Fields())
         if (const Cell& cell = row.at(name); cell.asked) {
-          points.push_back(QualityRow(set + ", " + proxy, name, cell.ms, cell.all_db));
-          points.back().is_default = cell.chosen;
+          points.push_back({set + ", " + proxy, name, test::ChartSpread::Exactly(cell.ms),
+                            test::ChartSpread::Exactly(cell.all_db), cell.chosen});
         }
-  Chart chart = QualityChart("How good pictures of left-out views are, and what they cost",
-                             "Means over all left-out views; the default is what --field auto takes.",
-                             std::move(points));
-  chart.panels.front().compared = tables.size() == 1;
-  DrawChartFile(path, chart);
+  test::Chart chart{.name = "quality",
+                    .title = "How good pictures of left-out views are, and what they cost",
+                    .about = "Means over all left-out views; the default is what --field auto takes.",
+                    .caption = {},
+                    .panels = {}};
+  chart.panels.push_back(
+      {.title = {},
+       .cost = {.label = "milliseconds a picture", .logarithmic = true},
+       .error = {.label = "PSNR of left-out views, dB", .logarithmic = false, .more_is_better = true},
+       .points = std::move(points),
+       .compared = tables.size() == 1,
+       .joined = false,
+       .all_named = true});
+  test::DrawChartFile(path, chart);
 }
 
 int Run(int argc, char** argv) {

@@ -13,7 +13,7 @@
 #include "tests/charts/plot/chart_layout.h"
 #include "tests/charts/plot/gnuplot.h"
 
-namespace ulf {
+namespace ulf::test {
 namespace {
 
 bool IsDrawn(const ChartRow& point) {
@@ -246,4 +246,4 @@ void DrawChartFile(const std::string& path, const Chart& chart) {
   DrawChart(path, picture.width, picture.height, picture.script);
 }
 
-}  // namespace ulf
+}  // namespace ulf::test

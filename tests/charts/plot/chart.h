@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf {
+namespace ulf::test {
 
 struct ChartSpread {
   double median = 0, low = 0, high = 0;
@@ -65,4 +65,4 @@ ChartPicture PictureOf(const Chart& chart);
 // Throws as DrawChart() of gnuplot.h.
 void DrawChartFile(const std::string& path, const Chart& chart);
 
-}  // namespace ulf
+}  // namespace ulf::test

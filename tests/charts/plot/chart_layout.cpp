@@ -8,7 +8,7 @@
 #include <optional>
 #include <sstream>
 
-namespace ulf {
+namespace ulf::test {
 namespace {
 
 constexpr double kPoint = 5;  // half a point's size, px
@@ -256,4 +256,4 @@ std::vector<std::string> Lines(const std::string& text, std::size_t characters) 
   return lines;
 }
 
-}  // namespace ulf
+}  // namespace ulf::test

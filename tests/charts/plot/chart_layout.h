@@ -7,7 +7,7 @@
 
 #include "tests/charts/plot/chart.h"
 
-namespace ulf {
+namespace ulf::test {
 
 struct ChartBox {
   double left = 0, top = 0, right = 0, bottom = 0;
@@ -50,4 +50,4 @@ inline constexpr double kNameHeight = 14, kNameCharacter = 6.2;  // px
 // The text in lines of at most so many characters, broken between words.
 std::vector<std::string> Lines(const std::string& text, std::size_t characters);
 
-}  // namespace ulf
+}  // namespace ulf::test

@@ -15,11 +15,10 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
-#include "core/base/output_path.h"
 
 extern char** environ;
 
-namespace ulf {
+namespace ulf::test {
 namespace {
 
 std::string EndingOf(const std::string& path) {
@@ -93,14 +92,6 @@ std::string QuotedForGnuplot(const std::string& text) {
   return quoted + "'";
 }
 
-void RequireChart(const std::string& path) {
-  const std::string ending = EndingOf(path);
-  if (ending != ".png" && ending != ".svg" && ending != ".pdf")
-    throw UsageError("{}: give a chart's name, ending in .png, .svg or .pdf", path);
-  RequireWritable(path);
-  RunGnuplot("");
-}
-
 void DrawChart(const std::string& path, int width, int height, const std::string& script) {
   const std::string setup =
       fmt::format("set encoding utf8\nset terminal {}\n", Terminal(EndingOf(path), width, height));
@@ -118,4 +109,4 @@ void DrawChart(const std::string& path, int width, int height, const std::string
               message.empty() ? fmt::format("it ended with status {}", finished.exit_code) : message);
 }
 
-}  // namespace ulf
+}  // namespace ulf::test

@@ -7,7 +7,7 @@
 #include "core/base/at.h"
 #include "core/geometry/pinhole.h"
 
-namespace ulf::render {
+namespace ulf::test {
 namespace {
 
 // Of the Gaussian that smooths errors, in pixels: over it sampling anew, which differs by a pixel's structure, is
@@ -109,4 +109,4 @@ void StepError::Add(const cv::Mat& rendered, const cv::Mat& truth, const TrueDep
 double StepError::FrameRms() const { return Rms(squares_, count_); }
 double StepError::DiscRms() const { return Rms(disc_squares_, disc_count_); }
 
-}  // namespace ulf::render
+}  // namespace ulf::test

@@ -20,7 +20,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 
-namespace ulf::render {
+namespace ulf::test {
 
 // A true picture's camera, and the depth along its optical axis: CV_32F.
 struct TrueDepth {
@@ -55,4 +55,4 @@ class StepError {
   std::vector<double> over_time_;
 };
 
-}  // namespace ulf::render
+}  // namespace ulf::test

@@ -5,7 +5,7 @@
 
 #include "core/image/image.h"
 
-namespace ulf::render {
+namespace ulf::test {
 
 cv::Mat DisplayLevels(const cv::Mat& linear) {
   cv::Mat levels(linear.size(), CV_32FC3);
@@ -50,4 +50,4 @@ double TemporalError::FrameRms() const { return frame_.Rms(); }
 double TemporalError::DiscRms() const { return disc_.Rms(); }
 double TemporalError::PsnrDb() const { return 20 * std::log10(255 / std::max(pictures_.Rms(), 1e-3)); }
 
-}  // namespace ulf::render
+}  // namespace ulf::test

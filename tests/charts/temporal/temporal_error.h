@@ -11,7 +11,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-namespace ulf::render {
+namespace ulf::test {
 
 class TemporalError {
  public:
@@ -42,4 +42,4 @@ class TemporalError {
 // Display levels, 0 to 255, in float: CV_32FC3.
 cv::Mat DisplayLevels(const cv::Mat& linear);
 
-}  // namespace ulf::render
+}  // namespace ulf::test

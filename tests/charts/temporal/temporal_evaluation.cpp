@@ -11,13 +11,14 @@
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "tests/charts/plot/gnuplot.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
+#include "tests/charts/plot/gnuplot.h"
 #include "tests/charts/temporal/step_error.h"
 #include "tests/charts/temporal/temporal_error.h"
+#include "tests/support/floors.h"
 
-namespace ulf::render {
+namespace ulf::test {
 namespace {
 
 // Each true picture is compared with many renderings: keep them all as display levels in 16 bits.
@@ -72,8 +73,7 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
                                  const TemporalOptions& options, TruthSource& truth, Progress* progress) {
   const CameraPath& path = options.path;
   const int frames = static_cast<int>(path.cam_from_world.size());
-  if (frames < 3)
-    throw Error("--temporal: a second difference needs three pictures; the path has {}", frames);
+  if (frames < 3) throw Error("a second difference needs three pictures; the path has {}", frames);
   truth.RequireSameWorld(*scene);
   TemporalSummary summary{.views = static_cast<int>(scene->views.size()),
                           .frames = frames,
@@ -171,4 +171,4 @@ void DrawTemporalChart(const TemporalSummary& summary, const std::string& path) 
   DrawChart(path, 1100, 620, script + "plot " + lines + "\n");
 }
 
-}  // namespace ulf::render
+}  // namespace ulf::test

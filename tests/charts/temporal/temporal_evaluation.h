@@ -8,21 +8,22 @@
 
 #include "core/base/progress.h"
 #include "render/output/camera_path.h"
-#include "tests/charts/temporal/truth.h"
 #include "render/renderer/renderer.h"
+#include "tests/charts/temporal/truth.h"
 
-namespace ulf::render {
+namespace ulf::test {
 
 struct TemporalOptions {
-  CameraPath path;  // with a camera for each pose, all with one image size
-  std::vector<FieldOptions> fields = {};
-  std::vector<std::shared_ptr<const Proxy>> proxies = {};  // each is combined with each field
-  RendererKind renderer = RendererKind::kGl;
-  double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
+  render::CameraPath path;  // with a camera for each pose, all with one image size
+  std::vector<render::FieldOptions> fields = {};
+  std::vector<std::shared_ptr<const render::Proxy>> proxies = {};  // each is combined with each field
+  render::RendererKind renderer = render::RendererKind::kGl;
+  double gpu_memory_mb = 0;  // render::RenderOptions::gpu_memory_mb
 };
 
 struct TemporalScore {
-  FieldOptions asked, used;  // they differ where the viewpoints do not allow the field that was asked for
+  render::FieldOptions asked,
+      used;  // they differ where the viewpoints do not allow the field that was asked for
   std::string proxy;
   // Levels of 255: on the full image, and in the silhouette of the subject's sphere.
   double temporal_error = 0, temporal_error_disc = 0;
@@ -42,7 +43,7 @@ struct TemporalSummary {
 };
 
 // Throws Error for a path of fewer than three pictures, and where the true pictures do not fit into memory.
-TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene,
+TemporalSummary EvaluateOverTime(const std::shared_ptr<const render::RenderScene>& scene,
                                  const TemporalOptions& options, TruthSource& truth,
                                  Progress* progress = nullptr);
 
@@ -52,4 +53,4 @@ cv::Mat StripPicture(const TemporalSummary& summary);
 // Writes a chart of the temporal error over time (gnuplot; .png, .svg or .pdf).
 void DrawTemporalChart(const TemporalSummary& summary, const std::string& path);
 
-}  // namespace ulf::render
+}  // namespace ulf::test

@@ -1,7 +1,7 @@
-// Tests: tests/charts/temporal/temporal_error, tests/charts/temporal/step_error, tests/charts/temporal/temporal_evaluation,
-// tests/charts/temporal/truth, tests/charts/temporal/temporal_program, tests/charts/temporal/simulated_truth.
+// Tests: tests/charts/temporal/temporal_error, tests/charts/temporal/step_error,
+// tests/charts/temporal/temporal_evaluation, tests/charts/temporal/truth, tests/charts/temporal/temporal_quality.
 //
-// How restless a rendering is: what the number punishes, and the command that measures it.
+// How restless a rendering is: what the number punishes, and the program that measures it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,13 +23,12 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::test {
 namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
-using test::RunUlf;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr int kFrames = 30;
 
@@ -202,7 +201,7 @@ TEST(StepError, FollowsPointsAndLeavesOutThoseThatArePassed) {
   EXPECT_EQ(places.at<cv::Vec2f>(10, 63)[0], -1) << "outside";
 }
 
-// ---- The command ----
+// ---- The program ----
 
 // A few clean photographs of the simulator's studio, from a small cap.
 void CaptureStudio(const fs::path& dir, const std::string& uri) {
@@ -230,13 +229,13 @@ void CaptureStudio(const fs::path& dir, const std::string& uri) {
   writer.Close(1.0);
 }
 
-TEST(TemporalCommand, ComparesFieldsWithTheSimulatorsTruth) {
+TEST(TemporalQuality, ComparesFieldsWithTheSimulatorsTruth) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string(), out = scratch.path().string();
   CaptureStudio(dir, "sim:studio?width=96&height=72&noise=0");
   const auto result =
-      RunUlf("evaluate " + dir + " --temporal orbit --frames 60 --fields nearest,subdivision" + " --strips " +
-             out + "/strips.png --json");
+      RunProgram(TEMPORAL_QUALITY, dir + " --path orbit --frames 60 --fields nearest,subdivision --strips " +
+                                       out + "/strips.png --plot " + out + "/restless.svg --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const auto report = JsonFromText(result.output);
   EXPECT_EQ(report["truth"], "sim:studio?width=96&height=72&noise=0");
@@ -250,40 +249,42 @@ TEST(TemporalCommand, ComparesFieldsWithTheSimulatorsTruth) {
   // It does at points of the scene, too, more so than pixel by pixel.
   EXPECT_GT(nearest["step_error_disc"], 1.5 * subdivision["step_error_disc"].get<double>());
   EXPECT_NEAR(nearest["step_energy"], std::pow(nearest["step_error"].get<double>(), 2), 1e-9);
+  EXPECT_TRUE(fs::exists(out + "/restless.svg"));
   const cv::Mat strips = cv::imread(out + "/strips.png");
   EXPECT_EQ(strips.cols, 480);
   EXPECT_EQ(strips.rows, 3 * (22 + 36));
 }
 
-TEST(TemporalCommand, SaysWhatItNeeds) {
+TEST(TemporalQuality, SaysWhatItNeeds) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string(), truth = (scratch / "truth").string();
   test::WriteLightField(dir, {.viewpoints = test::GridViewpoints(4, 4, 0.2, 2.0)}, true);
-  const std::string command = "evaluate " + dir + " --fields linear --temporal ";
-  const auto expect = [&](const std::string& options, int exit_code, const std::string& says) {
-    const auto result = RunUlf(command + options);
-    EXPECT_EQ(result.exit_code, exit_code) << options << result.errors;
+  const std::string arguments = dir + " --fields linear --path ";
+  const auto expect = [&](const std::string& options, const std::string& says) {
+    const auto result = RunProgram(TEMPORAL_QUALITY, arguments + options);
+    EXPECT_EQ(result.exit_code, 1) << options << result.errors;
     EXPECT_THAT(result.errors, HasSubstr(says)) << options;
   };
-  expect("orbit", 2, "--truth");
-  expect("orbit --truth " + truth, 2, "frame_00000.png");
-  expect("orbit --truth sim:studio", 1, "does not look like this scene");
-  expect("orbit --truth " + truth + " --strips strips.gif", 2, ".png");
+  expect("orbit", "--truth");
+  expect("orbit --truth " + truth, "frame_00000.png");
+  expect("orbit --truth sim:studio", "does not look like this scene");
+  expect("orbit --truth " + truth + " --strips strips.gif", ".png");
   fs::create_directory(truth);
-  expect("orbit --truth " + truth, 1, "frame_00000.png");
+  expect("orbit --truth " + truth, "frame_00000.png");
   // Its own pictures as truth: what is drawn again is no error, what differs is.
   ASSERT_EQ(RunUlf("render " + dir +
                    " --path spiral --frames 4 --zoom 1 --field linear --proxy plane --format exr -o " + truth)
                 .exit_code,
             0);
-  const auto same = RunUlf(command + "spiral --frames 4 --fields nearest --truth " + truth + " --json");
+  const auto same = RunProgram(TEMPORAL_QUALITY,
+                               arguments + "spiral --frames 4 --fields nearest --truth " + truth + " --json");
   ASSERT_EQ(same.exit_code, 0) << same.errors;
   const auto report = JsonFromText(same.output);
   EXPECT_LT(report["results"][0]["temporal_error"], 0.2) << "EXR rounds to half floats";
   EXPECT_GT(report["results"][1]["temporal_error"], 1);
   EXPECT_TRUE(report["results"][1]["step_error"].is_null()) << "pictures have no depth";
-  expect("spiral --frames 5 --truth " + truth, 1, "frame_00004.png");
+  expect("spiral --frames 5 --truth " + truth, "frame_00004.png");
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::test

@@ -10,7 +10,7 @@
 #include "core/geometry/rigid3.h"
 #include "render/scene/scene.h"
 
-namespace ulf::render {
+namespace ulf::test {
 
 class TruthSource {
  public:
@@ -21,11 +21,12 @@ class TruthSource {
   virtual cv::Mat Depth(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) { return {}; }
   virtual bool TakesAnyCamera() const = 0;  // else `camera` must be the one that made the pictures
   // Throws Error unless the light field's photographs show this truth in its own world.
-  virtual void RequireSameWorld(const RenderScene& scene) = 0;
+  virtual void RequireSameWorld(const render::RenderScene& scene) = 0;
 };
 
-// A folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear light), numbered as by `ulf render -o
-// FOLDER`.
-std::unique_ptr<TruthSource> TruthFromFolder(const std::string& folder);
+// `name`: "sim:studio?seed=7", the device of a light field that was captured with poses in the simulator's world, or a
+// folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear light), numbered as by `ulf render -o FOLDER`. Throws
+// Error for any other name.
+std::unique_ptr<TruthSource> TruthFromName(const std::string& name);
 
-}  // namespace ulf::render
+}  // namespace ulf::test

@@ -454,12 +454,6 @@ TEST_F(RenderToFiles, ANumberThatContradictsThePathIsRefused) {
       EXPECT_THAT(refused.errors, HasSubstr(fmt::format("--frames {}", frames)));
       EXPECT_THAT(refused.errors, HasSubstr(poses));
     }
-  const auto temporal =
-      RunUlf("evaluate " + dir_.string() + " --fields linear --proxy plane --renderer reference --truth " +
-             scratch_.path().string() + " --frames 7 --temporal " + Out("poses.txt"));
-  EXPECT_EQ(temporal.exit_code, 2);
-  EXPECT_THAT(temporal.errors, HasSubstr("3 poses"));
-
   const std::string poses = "--path " + Out("poses.txt") + with;
   EXPECT_EQ(RunUlf(Render(poses + "--frames 1:3/3 -o " + Out("part"))).exit_code, 0);
   EXPECT_EQ(Pictures(scratch_ / "part").size(), 2u);

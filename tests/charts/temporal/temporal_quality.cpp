@@ -1,65 +1,82 @@
-#include "tests/charts/temporal/temporal_program.h"
-
+// How restless pictures are along a camera path whose true pictures are known: blending fields and proxies of one light
+// field, as `ulf render` draws them.
+//
+//   temporal_quality DIR --path orbit [--frames 480] [--truth sim:studio?seed=7] [--strips F.png] [--plot F.svg] [--json]
+//
+// Options of the scene, the fields and the proxies are those of `ulf evaluate`. The table goes to standard output.
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
+#include <CLI/CLI.hpp>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
-#include "commands/command_line.h"
-#include "tests/charts/temporal/simulated_truth.h"
+#include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/make_renderer.h"
+#include "tests/charts/temporal/temporal_evaluation.h"
+#include "tests/charts/temporal/truth.h"
 
-namespace ulf::commands {
+namespace ulf::test {
 namespace {
 
-std::string TruthNameOf(const TemporalArgs& args, const std::string& dir) {
+struct TemporalArgs : commands::SceneArgs {
+  std::string path = "orbit";
+  std::string truth;  // empty: the light field's own device, if that is the simulator
+  int frames = 0, width = 0;
+  std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel",
+                                  "soft"};
+  commands::FieldArgs field_details;
+  std::string strips, plot;  // files to write
+  bool json = false;
+};
+
+std::string TruthNameOf(const TemporalArgs& args) {
   if (!args.truth.empty()) return args.truth;
-  const std::string uri = ReadLightField(dir).device_uri;
+  const std::string uri = ReadLightField(args.dir).device_uri;
   if (uri.starts_with("sim:")) return uri;
-  throw UsageError(
-      "--temporal: {} was not captured from the simulator, so that the true pictures of the path are "
-      "unknown; give them "
-      "as a folder with --truth",
-      dir);
+  throw Error(
+      "{} was not captured from the simulator, so that the true pictures of the path are unknown; give them "
+      "as a "
+      "folder with --truth",
+      args.dir);
 }
 
 // A path with a camera for each pose. Where the truth can take any camera, the lens zooms until photographs
 // fill the pictures.
-render::CameraPath PathOf(const TemporalArgs& args, const SceneArgs& scene_args,
+render::CameraPath PathOf(const TemporalArgs& args,
                           const std::shared_ptr<const render::RenderScene>& scene_pointer,
-                          const render::TruthSource& truth) {
+                          const TruthSource& truth) {
   const render::RenderScene& scene = *scene_pointer;
   CameraModel camera = scene.views.front().camera.WithoutDistortion();
   if (args.width > 0)
     camera = camera.ScaledTo(args.width, std::max(1, camera.height * args.width / camera.width));
   render::CameraPath path = render::MakePath(
-      {.path = args.path, .frames = args.frames, .camera = camera, .light_field = scene_args.dir}, scene);
+      {.path = args.path, .frames = args.frames, .camera = camera, .light_field = args.dir}, scene);
   render::RequireFrames(path, args.frames, std::to_string(args.frames));
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), camera);
   double zoom = 1;
   if (render::IsNamedPath(args.path) && truth.TakesAnyCamera())
     zoom = render::FillingZoom(
-        *render::MakeRenderer(scene_pointer, {.renderer = RendererFromName(scene_args.renderer)}), path,
+        *render::MakeRenderer(scene_pointer, {.renderer = commands::RendererFromName(args.renderer)}), path,
         path.cameras.front());
   for (CameraModel& each : path.cameras) {
     if (each.width != path.cameras.front().width || each.height != path.cameras.front().height)
-      throw Error("--temporal {}: its pictures differ in size; give a path with one size", args.path);
+      throw Error("--path {}: its pictures differ in size; give a path with one size", args.path);
     each.fx *= zoom;
     each.fy *= zoom;
   }
   return path;
 }
 
-nlohmann::json JsonOf(const render::TemporalSummary& summary, const TemporalArgs& args,
-                      const std::string& truth) {
+nlohmann::json JsonOf(const TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
   nlohmann::json report{{"views", summary.views},
                         {"frames", summary.frames},
                         {"width_px", summary.width},
@@ -71,7 +88,7 @@ nlohmann::json JsonOf(const render::TemporalSummary& summary, const TemporalArgs
   const auto or_null = [](const std::optional<double>& value, bool squared) {
     return value ? nlohmann::json(squared ? *value * *value : *value) : nlohmann::json();
   };
-  for (const render::TemporalScore& score : summary.results)
+  for (const TemporalScore& score : summary.results)
     report["results"].push_back(
         {{"field", render::FieldName(score.asked.kind)},
          {"field_used", render::FieldName(score.used.kind)},
@@ -91,7 +108,7 @@ nlohmann::json JsonOf(const render::TemporalSummary& summary, const TemporalArgs
   return report;
 }
 
-void PrintTable(const render::TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
+void PrintTable(const TemporalSummary& summary, const TemporalArgs& args, const std::string& truth) {
   fmt::print("{}, {} of {}x{} along {}, against {}, {}\n\n", Counted(summary.views, "view"),
              Counted(summary.frames, "picture"), summary.width, summary.height, args.path, truth,
              summary.renderer);
@@ -100,7 +117,7 @@ void PrintTable(const render::TemporalSummary& summary, const TemporalArgs& args
   const auto or_dash = [](const std::optional<double>& value) {
     return value ? fmt::format("{:.3f}", *value) : "-";
   };
-  for (const render::TemporalScore& score : summary.results)
+  for (const TemporalScore& score : summary.results)
     fmt::print(
         "{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:>9} {:>9}  {:7.2f}  {:8.1f}{}\n",
         render::FieldName(score.asked.kind), score.proxy,
@@ -115,57 +132,57 @@ void PrintTable(const render::TemporalSummary& summary, const TemporalArgs& args
                                                                     : " (not known: the truth has no depth)");
 }
 
-}  // namespace
-
-void AddTemporalOptions(CLI::App& sub, TemporalArgs& args) {
-  auto* path = sub.add_option(
-      "--temporal", args.path,
-      "Compare pictures over time along a camera path of ulf render, in place of left-out views");
-  sub.add_option("--truth", args.truth,
-                 "True pictures of the path: the simulator (sim:studio?seed=7) or a folder of "
-                 "frame_00000.png or .exr (the "
-                 "simulator that was captured)")
-      ->needs(path);
-  sub.add_option("--frames", args.frames,
-                 "Number of pictures of a named path (120) or of keyframes (by their times)")
-      ->check(CLI::Range(3, 100000))
-      ->needs(path);
-  sub.add_option("--width", args.width,
-                 "Width of the pictures in pixels; they keep their shape (the photographs')")
-      ->check(CLI::Range(16, 8192))
-      ->needs(path);
-  sub.add_option("--strips", args.strips, "PNG file to write: the middle column of the image over time")
-      ->needs(path);
-}
-
-void CheckTemporalOptions(const TemporalArgs& args) {
-  if (args.path.empty()) return;
-  if (!args.strips.empty()) {
-    if (!args.strips.ends_with(".png"))
-      throw UsageError("--strips {}: the picture is written as .png", args.strips);
-    RequireWritable(args.strips);
-  }
-}
-
-int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
-                const std::vector<render::FieldOptions>& fields, const std::string& plot, bool json) {
-  const std::string truth_name = TruthNameOf(args, scene_args.dir);
+int Run(TemporalArgs args) {
+  if (!args.strips.empty()) RequireWritable(args.strips);
+  const std::string truth_name = TruthNameOf(args);
   const auto truth = TruthFromName(truth_name);
-  const auto scene = Load(scene_args);
-  const render::TemporalOptions options{.path = PathOf(args, scene_args, scene, *truth),
-                                        .fields = fields,
-                                        .proxies = Proxies(scene_args, *scene, fields.front()),
-                                        .renderer = RendererFromName(scene_args.renderer),
-                                        .gpu_memory_mb = scene_args.gpu_memory_mb};
+  const auto scene = Load(args);
+  std::vector<render::FieldOptions> fields;
+  for (const std::string& name : args.fields) {
+    fields.push_back(FieldDetails(args.field_details));
+    fields.back().kind = render::FieldFromName(name);
+  }
+  const TemporalOptions options{.path = PathOf(args, scene, *truth),
+                                .fields = fields,
+                                .proxies = Proxies(args, *scene, fields.front()),
+                                .renderer = commands::RendererFromName(args.renderer),
+                                .gpu_memory_mb = args.gpu_memory_mb};
   Progress progress("evaluating");
-  const render::TemporalSummary summary = render::EvaluateOverTime(scene, options, *truth, &progress);
-  if (!args.strips.empty()) WritePictureFile(args.strips, render::StripPicture(summary));
-  if (!plot.empty()) render::DrawTemporalChart(summary, plot);
-  if (json)
+  const TemporalSummary summary = EvaluateOverTime(scene, options, *truth, &progress);
+  if (!args.strips.empty()) WritePictureFile(args.strips, StripPicture(summary));
+  if (!args.plot.empty()) DrawTemporalChart(summary, args.plot);
+  if (args.json)
     fmt::print("{}\n", JsonText(JsonOf(summary, args, truth_name), 1));
   else
     PrintTable(summary, args, truth_name);
-  return kOk;
+  return 0;
 }
 
-}  // namespace ulf::commands
+}  // namespace
+}  // namespace ulf::test
+
+int main(int argc, char** argv) {
+  CLI::App app("How restless pictures are along a camera path");
+  ulf::test::TemporalArgs args;
+  ulf::commands::AddSceneOptions(app, args);
+  app.add_option("--path", args.path, "Camera path of ulf render")->capture_default_str();
+  app.add_option("--truth", args.truth,
+                 "True pictures of the path: the simulator, or a folder of frame_00000.png or .exr");
+  app.add_option("--frames", args.frames, "Number of pictures of a named path (120)")
+      ->check(CLI::Range(3, 100000));
+  app.add_option("--width", args.width, "Width of the pictures in pixels")->check(CLI::Range(16, 8192));
+  app.add_option("--fields", args.fields, "Blending fields to compare, separated by commas")->delimiter(',');
+  ulf::commands::AddFieldDetails(app, args.field_details);
+  app.add_option("--proxy", args.proxies, "Geometry, as of ulf evaluate; may be given several times")
+      ->allow_extra_args(false);
+  app.add_option("--strips", args.strips, "PNG file to write: the middle column of the image over time");
+  app.add_option("--plot", args.plot, "Chart of the temporal error over time (.png, .svg, .pdf)");
+  app.add_flag("--json", args.json, "Report as one JSON object");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return ulf::test::Run(args);
+  } catch (const ulf::Error& error) {
+    fmt::print(stderr, "temporal_quality: {}\n", error.what());
+    return 1;
+  }
+}
