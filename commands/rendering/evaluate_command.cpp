@@ -58,7 +58,7 @@ nlohmann::json JsonOf(const render::FieldScore& result) {
                      {"ms", score.ms}});
   return {{"field", render::FieldName(result.asked.kind)},
           {"field_used", render::FieldName(result.used.kind)},
-          {"level", render::LevelName(result.used.level)},
+          {"level", std::to_string(result.used.level)},
           {"proxy", result.proxy},
           {"psnr_db", main.psnr_db},
           {"ssim", main.ssim},
@@ -108,7 +108,7 @@ void PrintTable(const render::EvaluateSummary& summary) {
     const std::string name = render::FieldName(result.asked.kind);
     fmt::print(
         "{:<22} {:<{}} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
-        result.proxy, proxy_width, has_level ? render::LevelName(result.used.level) : "", main.psnr_db,
+        result.proxy, proxy_width, has_level ? std::to_string(result.used.level) : "", main.psnr_db,
         main.ssim, main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px,
         result.empty_px,
         result.asked.kind == result.used.kind ? "" : "  (used: " + render::FieldName(result.used.kind) + ")");

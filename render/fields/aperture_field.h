@@ -55,13 +55,8 @@ struct ApertureFieldOptions {
   double share_of_stretch = 10;
 };
 
-// Of the mesh whose rings are warped: weights that are linear over its triangles. In place of the limit, whose
-// difference an aperture's blur hides, the finest level.
-inline int ApertureLevel(int level) { return std::min(level, kFinestLevel); }
-
 class ApertureField {
  public:
-  // Of a mesh at an ApertureLevel().
   explicit ApertureField(std::shared_ptr<const MeshField> field, const ApertureFieldOptions& options = {});
   // `placed`: the mesh as seen from the camera's centre.
   WarpedRings Warp(const PlacedMesh& placed, const Rigid3& cam_from_world, const Aperture& aperture) const;

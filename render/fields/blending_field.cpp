@@ -46,16 +46,8 @@ FieldKind FieldFromName(const std::string& name, const std::string& option) {
 std::string FieldText(const FieldOptions& field) {
   if (field.kind == FieldKind::kSoft) return fmt::format("{} {:g}", FieldName(field.kind), field.soft_width);
   if (field.kind != FieldKind::kSubdivision) return FieldName(field.kind);
-  return fmt::format("{} {}{}", FieldName(field.kind), LevelName(field.level),
+  return fmt::format("{} {}{}", FieldName(field.kind), field.level,
                      field.rules == SubdivisionRules::kLoop ? " (Loop)" : "");
-}
-
-std::string LevelName(int level) { return level == kLimitLevel ? "limit" : std::to_string(level); }
-
-int LevelFromName(const std::string& name) {
-  for (int level = 0; level <= kLimitLevel; ++level)
-    if (name == LevelName(level)) return level;
-  throw UsageError("--level {}: there are levels of subdivision 0, 1, 2, 3, and limit", name);
 }
 
 FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh) {

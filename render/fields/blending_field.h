@@ -40,12 +40,10 @@ bool UsesMesh(FieldKind kind);          // whether the weights come from the mes
 std::string FieldName(FieldKind kind);  // as on the command line
 // Throws UsageError that names `option` and lists the names.
 FieldKind FieldFromName(const std::string& name, const std::string& option = "--field");
-std::string LevelName(int level);            // "0" to "3", "limit"
-int LevelFromName(const std::string& name);  // throws UsageError that lists the names
 
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;
-  // Of subdivision: 0 to kFinestLevel, or kLimitLevel; 0 equals kLinear. Measured
+  // Of subdivision: 0 to kFinestLevel; 0 equals kLinear. Measured
   // (docs/speed_and_accuracy.md: further levels bring 0.01 to 0.04 dB).
   int level = 1;
   SubdivisionRules rules = SubdivisionRules::kDelaunay;

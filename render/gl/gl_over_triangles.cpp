@@ -79,7 +79,7 @@ void GlRenderer::State::ForResidentFans(const std::vector<GpuFan>& of_fans, cons
           const auto place = photographs.PlaceOf(view);
           return place ? std::optional(place->texture) : std::nullopt;
         },
-        programs.most_views_of_fan_batch(is_limit()));
+        programs.most_views_of_fan_batch());
     Upload(of_pass);
     draw(of_pass, done == 0 && end == of_views.size());
     done = end;
@@ -97,16 +97,15 @@ void GlRenderer::State::Upload(const FanBatches& some) {
 // much as used ones, so there are programs for different numbers.
 void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
                                        const PlaneInCamera& plane) {
-  if (is_limit()) limit_pieces.BindStorage(4);
   const auto kind_of = [&](const GpuFanBatch& batch) {
     const int views = static_cast<int>(batch.count | 1);
-    return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch(is_limit())));
+    return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch()));
   };
   std::set<int> are_set;  // programs whose uniforms are set
   for (std::size_t first = 0, end = 0; first < some.batches.size(); first = end) {
     const auto kind = kind_of(some.batches[first]);
     while (end < some.batches.size() && kind_of(some.batches[end]) == kind) ++end;
-    const GlProgram& program = programs.FanBatch(kind.second, direct, is_limit());
+    const GlProgram& program = programs.FanBatch(kind.second, direct);
     if (are_set.insert(kind.second).second) {
       SetCommon(program, camera, plane);
       SetResolve(program);
@@ -215,7 +214,8 @@ TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const C
     if (!triangle) continue;
     const Vector3d weights = rings.share * part.weights;
     batch.fans.push_back({static_cast<std::uint32_t>(batch.triangles.size()),
-                          static_cast<std::uint32_t>(placed.view_of_vertex[At(part.vertex)]), 0, 0,
+                          static_cast<std::uint32_t>(placed.view_of_vertex[At(part.vertex)]),
+                          {},
                           MakeVec4(weights.x(), weights.y(), weights.z(), 0)});
     batch.triangles.push_back(*triangle);
   }
@@ -230,15 +230,9 @@ TriangleBatch GlRenderer::State::MeshTriangles(const PlacedMesh& placed, const C
   TriangleBatch batch;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (placed.cone_from_ray[t].isZero(0)) continue;
-    Matrix3d place_from_ray = placed.cone_from_ray[t] * cam_from_world_r.transpose();
-    if (mesh.limit) place_from_ray = mesh.places[t].corners * place_from_ray;
-    if (AddTriangle(cam_from_world_r * placed.corners[t], place_from_ray, camera, mesh.confidence[t],
-                    static_cast<double>(t) / count, mesh_entries, t, placed.view_of_vertex, batch) &&
-        mesh.limit) {
-      const auto& has_rings = limit_rings[At(mesh.places[t].triangle)];  // of the corners, as bits
-      batch.triangles.back().row[1][3] =
-          static_cast<float>(int{has_rings[0]} + 2 * int{has_rings[1]} + 4 * int{has_rings[2]});
-    }
+    AddTriangle(cam_from_world_r * placed.corners[t], placed.cone_from_ray[t] * cam_from_world_r.transpose(),
+                camera, mesh.confidence[t], static_cast<double>(t) / count, mesh_entries, t,
+                placed.view_of_vertex, batch);
   }
   return batch;
 }

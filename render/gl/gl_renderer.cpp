@@ -82,8 +82,7 @@ GlRenderer::~GlRenderer() {
   s.show.Release();
   s.photographs.Release();
   s.views.Release();
-  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.batches, &s.tiles, &s.needed, &s.limit_pieces})
-    buffer->Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.batches, &s.tiles, &s.needed}) buffer->Release();
   s.nearest_first.Release();
   s.open_px.Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
@@ -106,37 +105,12 @@ void GlRenderer::State::MakeMeshField() {
   mesh_field.reset();
   aperture_field.reset();
   if (!UsesMesh(options.field.kind)) return;
-  const int level = options.aperture ? ApertureLevel(options.field.level) : options.field.level;
-  mesh_field = std::make_shared<MeshField>(plain, level, options.field.rules);
-  if (is_limit() && !UploadLimit())
-    mesh_field = std::make_shared<MeshField>(plain, kFinestLevel, options.field.rules);
+  mesh_field = std::make_shared<MeshField>(plain, options.field.level, options.field.rules);
   if (options.aperture) aperture_field = std::make_unique<ApertureField>(mesh_field);
-  if (is_limit()) return;
   const FieldMesh& mesh = mesh_field->field_mesh();
   mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {
     for (const auto& [of_vertex, weight] : mesh.weights[At(vertex)]) add(of_vertex, weight);
   });
-}
-
-// False where a driver has too little room for them: some 70 kB a view.
-bool GlRenderer::State::UploadLimit() {
-  constexpr std::size_t kMostPieces = 1u << 24;  // a float counts so far
-  const LimitPieces pieces = MakeLimitPieces(*mesh_field->field_mesh().limit);
-  GLint64 most_bytes = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
-  const std::size_t bytes = pieces.pieces.size() * sizeof(LimitPieces::Piece);
-  if (pieces.pieces.size() > kMostPieces || bytes > static_cast<std::uint64_t>(most_bytes)) {
-    spdlog::warn(
-        "subdivision in the limit: the weights of {} take {} MB, more than OpenGL has for them here; drawing "
-        "level {}",
-        Counted(plain->mesh.vertices.size(), "viewpoint"), bytes / 1000000, kFinestLevel);
-    return false;
-  }
-  mesh_entries = MakeLimitEntries(mesh_field->field_mesh(), pieces);
-  limit_pieces.Upload(pieces.pieces);
-  limit_rings.clear();
-  for (const LimitPieces::OfTriangle& of : pieces.triangles) limit_rings.push_back(of.has_rings);
-  return true;
 }
 
 void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {

@@ -3,7 +3,6 @@
 // views).
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -62,9 +61,7 @@ struct GlRenderer::State {
 
   std::shared_ptr<const MeshField> mesh_field;
   EntryTable mesh_entries;
-  GlBuffer limit_pieces;                              // at the limit of subdivision: its coefficients
-  std::vector<std::array<bool, 3>> limit_rings = {};  // and LimitPieces::OfTriangle::has_rings
-  std::unique_ptr<ApertureField> aperture_field;      // null without an aperture or a mesh
+  std::unique_ptr<ApertureField> aperture_field;  // null without an aperture or a mesh
 
   CameraModel last_camera;  // of the last frame
 
@@ -77,8 +74,6 @@ struct GlRenderer::State {
 
   void Build();
   void MakeMeshField();
-  bool UploadLimit();
-  bool is_limit() const { return mesh_field && mesh_field->field_mesh().limit; }
   void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   TriangleBatch MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
                               const Rigid3& cam_from_world) const;

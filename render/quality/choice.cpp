@@ -312,15 +312,13 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
 }
 
 std::vector<FieldOptions> EveryField(const FieldOptions& details) {
-  std::vector<FieldOptions> fields(6, details);
-  fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
+  std::vector<FieldOptions> fields(5, details);
+  fields[0].kind = FieldKind::kSubdivision;
   fields[1].kind = FieldKind::kLinear;
-  fields[2].level = kLimitLevel;
-  fields[3].kind = FieldKind::kLumigraph;
-  fields[4].kind = fields[5].kind = FieldKind::kSoft;
-  fields[4].soft_width = kNarrowSoft;
-  fields[5].soft_width = kWideSoft;
-  if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
+  fields[2].kind = FieldKind::kLumigraph;
+  fields[3].kind = fields[4].kind = FieldKind::kSoft;
+  fields[3].soft_width = kNarrowSoft;
+  fields[4].soft_width = kWideSoft;
   return fields;
 }
 

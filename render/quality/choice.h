@@ -119,7 +119,7 @@ std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene,
                                                        RendererKind renderer);
 
 // The choice by names of the command line, among these proxies. "auto" lets the evidence choose among subdivision (of
-// `details`' level), linear, subdivision in the limit, lumigraph weights and, over depth maps, the soft field, narrow
+// `details`' level), linear, lumigraph weights and, over depth maps, the soft field, narrow
 // and wide. Subdivision comes first because it is the calmest in motion, which left-out views do not show; then what
 // costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,

@@ -176,7 +176,7 @@ void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
   aperture_field_ = nullptr;
   if (aperture && UsesMesh(options_.field.kind))
     aperture_field_ = std::make_unique<ApertureField>(
-        std::make_shared<MeshField>(scene_, ApertureLevel(options_.field.level), options_.field.rules));
+        std::make_shared<MeshField>(scene_, options_.field.level, options_.field.rules));
 }
 
 std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const CameraModel& camera,

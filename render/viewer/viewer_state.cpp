@@ -153,8 +153,9 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
       state_.field.kind = NextField(state_.field.kind);
       return;
     case 'l':
-      state_.field.level = state_.field.kind == FieldKind::kSubdivision ? state_.field.level % kLimitLevel + 1
-                                                                        : state_.field.level;
+      state_.field.level = state_.field.kind == FieldKind::kSubdivision
+                               ? state_.field.level % kFinestLevel + 1
+                               : state_.field.level;
       state_.field.kind = FieldKind::kSubdivision;
       return;
     case 'p':

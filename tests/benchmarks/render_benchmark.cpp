@@ -36,9 +36,8 @@ namespace {
 
 constexpr FieldOptions kNearest{.kind = FieldKind::kNearest}, kLinear{.kind = FieldKind::kLinear},
     kSubdivision{.kind = FieldKind::kSubdivision, .level = 1},
-    kSubdivision2{.kind = FieldKind::kSubdivision, .level = 2},
-    kSubdivisionLimit{.kind = FieldKind::kSubdivision, .level = kLimitLevel},
-    kPerVertex{.kind = FieldKind::kLumigraph}, kPerPixel{.kind = FieldKind::kLumigraphPerPixel};
+    kSubdivision2{.kind = FieldKind::kSubdivision, .level = 2}, kPerVertex{.kind = FieldKind::kLumigraph},
+    kPerPixel{.kind = FieldKind::kLumigraphPerPixel};
 
 constexpr int kRepetitions = 3;
 constexpr double kGpuSeconds =
@@ -214,8 +213,7 @@ void GivenLightField(benchmark::State& state) {
   const std::vector<std::pair<const char*, FieldOptions>> fields{
       {"nearest", kNearest},           {"linear", kLinear},
       {"subdivision_1", kSubdivision}, {"subdivision_2", kSubdivision2},
-      {"limit", kSubdivisionLimit},    {"per_vertex", kPerVertex},
-      {"per_pixel", kPerPixel}};
+      {"per_vertex", kPerVertex},      {"per_pixel", kPerPixel}};
   std::vector<Contender> contenders;
   for (const auto& [name, field] : fields) contenders.push_back({&renderer, field});
   for (auto _ : state) {

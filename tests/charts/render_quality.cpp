@@ -135,12 +135,10 @@ void MarkChoices(const Set& set, const RenderScene& scene,
   for (int i = 0; i < static_cast<int>(set.light_field.views.size()); i += kEvery) left_out.push_back(i);
   const auto rest = Without(scene, left_out);
   for (const auto& proxy : proxies) {
-    const Choice choice = ChooseByEvidence(*rest,
-                                           {{.kind = FieldKind::kSubdivision},
-                                            {.kind = FieldKind::kLinear},
-                                            {.kind = FieldKind::kSubdivision, .level = kLimitLevel},
-                                            {.kind = FieldKind::kLumigraph}},
-                                           {proxy}, RendererKind::kGl);
+    const Choice choice = ChooseByEvidence(
+        *rest,
+        {{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}, {.kind = FieldKind::kLumigraph}},
+        {proxy}, RendererKind::kGl);
     for (const auto& [name, field] : Fields())
       if (field.kind == choice.field.kind && field.level == choice.field.level)
         table[proxy->Name()][name].chosen = true;

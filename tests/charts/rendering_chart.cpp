@@ -33,7 +33,6 @@ std::vector<NamedField> Fields(const ChartEffort& effort) {
           linear,
           once,
           {"2 levels", {.kind = FieldKind::kSubdivision, .level = 2}},
-          {"limit", {.kind = FieldKind::kSubdivision, .level = kLimitLevel}},
           lumigraph,
           {"per pixel", {.kind = FieldKind::kLumigraphPerPixel}}};
 }

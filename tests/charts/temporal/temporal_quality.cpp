@@ -92,7 +92,7 @@ nlohmann::json JsonOf(const TemporalSummary& summary, const TemporalArgs& args, 
     report["results"].push_back(
         {{"field", render::FieldName(score.asked.kind)},
          {"field_used", render::FieldName(score.used.kind)},
-         {"level", render::LevelName(score.used.level)},
+         {"level", std::to_string(score.used.level)},
          {"proxy", score.proxy},
          {"temporal_error", score.temporal_error},
          {"temporal_error_disc", score.temporal_error_disc},
@@ -121,7 +121,7 @@ void PrintTable(const TemporalSummary& summary, const TemporalArgs& args, const 
     fmt::print(
         "{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:>9} {:>9}  {:7.2f}  {:8.1f}{}\n",
         render::FieldName(score.asked.kind), score.proxy,
-        render::UsesMesh(score.used.kind) ? render::LevelName(score.used.level) : "", score.temporal_error,
+        render::UsesMesh(score.used.kind) ? std::to_string(score.used.level) : "", score.temporal_error,
         score.temporal_error_disc, or_dash(score.step_error), or_dash(score.step_error_disc), score.psnr_db,
         score.ms_per_frame,
         score.asked.kind == score.used.kind ? "" : "  (used: " + render::FieldName(score.used.kind) + ")");

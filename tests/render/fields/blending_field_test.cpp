@@ -68,7 +68,7 @@ const std::vector<double> kDistanceRatios{3.0, 1.4, 1.001, 1.0, 0.999, 0.5, 0.33
 TEST(MeshField, WeightsSumToOneInsideTheHull) {
   for (const Arrangement& arrangement : Arrangements()) {
     const auto scene = test::MakeScene({.viewpoints = arrangement.viewpoints, .width = 8, .height = 8});
-    for (const FieldOptions& options : {Linear(), Subdivision(1), Subdivision(2), Subdivision(kLimitLevel)}) {
+    for (const FieldOptions& options : {Linear(), Subdivision(1), Subdivision(2)}) {
       const auto field = MakeField(scene, options);
       for (const double ratio : kDistanceRatios)
         for (const Vector3d& direction :
@@ -84,65 +84,6 @@ TEST(MeshField, WeightsSumToOneInsideTheHull) {
         }
     }
   }
-}
-
-// Weights of the limit hardly change from one ray to the next, over vertices, edges, the rim and past it.
-TEST(MeshField, TheLimitIsContinuousAndGoesOnPastTheRim) {
-  const auto scene =
-      test::MakeScene({.viewpoints = test::CapViewpoints(60, 0.6, 2.0, 0.03), .width = 8, .height = 8});
-  for (const SubdivisionRules rules : {SubdivisionRules::kDelaunay, SubdivisionRules::kLoop}) {
-    FieldOptions options = Subdivision(kLimitLevel);
-    options.rules = rules;
-    const auto here = MakeField(scene, options)->From({0.1, 0.05, 4.0});
-    std::map<int, double> last;
-    int past_the_rim = 0;
-    double most = 0;
-    constexpr int kRays = 40000;
-    for (int i = 0; i <= kRays; ++i) {
-      const Vector3d ray = Vector3d(-0.7 + 1.4 * i / kRays, 0.03, -1).normalized();
-      FieldSample sample;
-      here->Weights({.ray_in_world = ray, .point_in_world = Vector3d::Zero()}, sample);
-      if (sample.weights.empty()) continue;
-      past_the_rim += sample.extrapolated;
-      std::map<int, double> weights;
-      double sum = 0;
-      for (const ViewWeight& entry : sample.weights) {
-        weights[entry.view] += entry.weight;
-        sum += entry.weight;
-      }
-      EXPECT_NEAR(sum, 1, 1e-9);
-      for (const auto& [view, weight] : weights)
-        if (!last.empty()) most = std::max(most, std::abs(weight - last[view]));
-      last = weights;
-    }
-    EXPECT_GT(past_the_rim, kRays / 20);
-    EXPECT_LT(most, 0.003);
-  }
-}
-
-// The definition itself: intersect the line with every triangle, take the sheet that the ray enters from
-// outside.
-std::map<int, double> WeightsByDefinition(const ViewpointMesh& mesh, const Vector3d& v, const Vector3d& ray) {
-  std::map<int, double> weights;
-  for (const Triangle& t : mesh.triangles) {
-    const Vector3d& a = mesh.vertices[At(t[0])].position_in_world;
-    const Vector3d& b = mesh.vertices[At(t[1])].position_in_world;
-    const Vector3d& c = mesh.vertices[At(t[2])].position_in_world;
-    const Vector3d normal = (b - a).cross(c - a);
-    if (!(ray.dot(normal) < 0)) continue;
-    const double along = normal.dot(a - v) / normal.dot(ray);
-    const Vector3d hit = v + along * ray;
-    const double area = normal.squaredNorm();
-    const double wa = (b - hit).cross(c - hit).dot(normal) / area;
-    const double wb = (c - hit).cross(a - hit).dot(normal) / area;
-    const double wc = (a - hit).cross(b - hit).dot(normal) / area;
-    if (std::min({wa, wb, wc}) < -1e-12) continue;
-    weights.clear();  // one crossing counts
-    weights[mesh.vertices[At(t[0])].views.front()] += wa;
-    weights[mesh.vertices[At(t[1])].views.front()] += wb;
-    weights[mesh.vertices[At(t[2])].views.front()] += wc;
-  }
-  return weights;
 }
 
 TEST(MeshField, EqualsTheLineTriangleIntersection) {

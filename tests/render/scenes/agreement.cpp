@@ -128,7 +128,7 @@ cv::Mat VisibilityBand(const RenderScene& scene, const RenderOptions& options, c
   if (!UsesMesh(options.field.kind))
     return BandOf(*focused, *MakeField(focused, options.field)->From(cam_from_world.OriginInSource()),
                   filling, camera, cam_from_world);
-  const ApertureField wide(std::make_shared<MeshField>(plain, ApertureLevel(options.field.level)));
+  const ApertureField wide(std::make_shared<MeshField>(plain, options.field.level));
   return BandOf(*focused, *wide.From(cam_from_world, *options.aperture), filling, camera, cam_from_world);
 }
 
