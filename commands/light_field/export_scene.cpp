@@ -27,6 +27,7 @@
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/transforms_camera.h"
 #include "core/light_field/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/output/gltf_file.h"
 #include "render/output/mesh_resolution.h"
 #include "render/output/quilt.h"

@@ -9,9 +9,8 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder_repair.h"
-#include "render/proxy/geometry_state.h"
+#include "render/proxy/geometry_names.h"
 #include "render/proxy/mesh_file.h"
-#include "render/proxy/proxy_choice.h"
 
 namespace ulf::commands {
 namespace {

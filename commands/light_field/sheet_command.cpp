@@ -16,6 +16,8 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/operator/coverage_drawing.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/proxy/proxy_choice.h"

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "core/base/progress.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/renderer/cut_out_renderer.h"
 

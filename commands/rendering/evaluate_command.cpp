@@ -16,6 +16,7 @@
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
 

@@ -25,6 +25,7 @@
 #include "core/image/image.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/fields/field_options.h"
 #include "render/quality/light_fit.h"
 #include "render/renderer/renderer.h"
 

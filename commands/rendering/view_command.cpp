@@ -28,6 +28,7 @@
 #include "core/image/image.h"
 #include "render/display/key_names.h"
 #include "render/display/surface.h"
+#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"

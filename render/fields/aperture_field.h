@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "render/fields/aperture.h"
+#include "render/fields/blending_field.h"
 #include "render/fields/mesh_field.h"
 
 namespace ulf::render {

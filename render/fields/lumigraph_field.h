@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 
 namespace ulf::render {
 

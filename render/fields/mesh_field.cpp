@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/at.h"
+#include "render/fields/blending_field.h"
 #include "render/fields/ray_cone.h"
 
 namespace ulf::render {

@@ -9,6 +9,9 @@
 #include "core/base/at.h"
 #include "core/base/error.h"
 #include "core/geometry/pinhole.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
+#include "render/fields/make_field.h"
 #include "render/gl/gl_renderer_state.h"
 
 namespace ulf::render {
@@ -19,7 +22,7 @@ using Eigen::Vector3d;
 
 }  // namespace
 
-int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
+int GlRendererState::NearestOf(std::span<const int> of_views) const {
   return *std::ranges::min_element(of_views, [&](int a, int b) {
     return (scene->views[At(a)].center_in_world - virtual_center).squaredNorm() <
            (scene->views[At(b)].center_in_world - virtual_center).squaredNorm();
@@ -27,7 +30,7 @@ int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
 }
 
 // Returns how many of the views, from the first on, can be drawn now; the caller asks again for the rest.
-std::size_t GlRenderer::State::MakeResident(std::span<const int> of_views) {
+std::size_t GlRendererState::MakeResident(std::span<const int> of_views) {
   if (options.show_field || of_views.empty()) return of_views.size();
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(of_views);
   if (options.complete) {
@@ -64,7 +67,7 @@ std::size_t GlRenderer::State::MakeResident(std::span<const int> of_views) {
 }
 
 // Calls draw() for the fans whose photographs are resident at the same time, until all fans are drawn.
-void GlRenderer::State::ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
+void GlRendererState::ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
   const std::vector<int> of_views = ViewsOf(of_fans);
   ProvideShadowMaps(of_views);
   for (std::size_t done = 0; done < of_views.size();) {
@@ -86,7 +89,7 @@ void GlRenderer::State::ForResidentFans(const std::vector<GpuFan>& of_fans, cons
   }
 }
 
-void GlRenderer::State::Upload(const FanBatches& some) {
+void GlRendererState::Upload(const FanBatches& some) {
   fans.Upload(some.fans);
   fans.BindStorage(2);
   batches.Upload(some.batches);
@@ -95,8 +98,8 @@ void GlRenderer::State::Upload(const FanBatches& some) {
 
 // Consecutive batches of one array and of about as many views are one draw. Unused views of a program cost as
 // much as used ones, so there are programs for different numbers.
-void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
-                                       const PlaneInCamera& plane) {
+void GlRendererState::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
+                                     const PlaneInCamera& plane) {
   const auto kind_of = [&](const GpuFanBatch& batch) {
     const int views = static_cast<int>(batch.count | 1);
     return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch()));
@@ -116,7 +119,7 @@ void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, cons
   }
 }
 
-void GlRenderer::State::BindForAdding() {
+void GlRendererState::BindForAdding() {
   drawn.Bind();
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
@@ -125,8 +128,8 @@ void GlRenderer::State::BindForAdding() {
 // Of overlapping triangles the last one counts. Where each triangle has all its views in one batch, drawing
 // the batches in their order finishes the picture, except for open pixels. Otherwise the batches are added up
 // at the pixels where their triangle is the last one, which the depth test decides.
-void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
-                                  const PlaneInCamera& plane, bool more_follow) {
+void GlRendererState::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
+                                const PlaneInCamera& plane, bool more_follow) {
   if (batch.triangles.empty()) return drawn.Clear(0);
   triangles.Upload(batch.triangles);
   triangles.BindStorage(1);
@@ -160,8 +163,8 @@ void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel&
   if (!is_resolved) cover();
 }
 
-void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& camera,
-                                 const PlaneInCamera& plane) {
+void GlRendererState::AddRings(const TriangleBatch& rings, const CameraModel& camera,
+                               const PlaneInCamera& plane) {
   triangles.Upload(rings.triangles);
   triangles.BindStorage(1);
   no_vertices.Bind();
@@ -179,8 +182,8 @@ void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& 
   glDisable(GL_BLEND);
 }
 
-void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
-                                 const PlaneInCamera& plane) {
+void GlRendererState::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
+                               const PlaneInCamera& plane) {
   const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
   const TriangleBatch rings = RingTriangles(placed, camera, cam_from_world);
   if (!rings.fans.empty()) confidence.Clear(0);
@@ -189,8 +192,8 @@ void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_fr
 }
 
 // The field on the processor, for the picture that has just been drawn; null: the soft field.
-std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& camera,
-                                                            const Rigid3& cam_from_world) const {
+std::unique_ptr<FieldFromHere> GlRendererState::FieldFrom(const CameraModel& camera,
+                                                          const Rigid3& cam_from_world) const {
   if (options.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
   if (options.field.kind == FieldKind::kLumigraph)
@@ -202,8 +205,8 @@ std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& c
 
 // The rings of a wide aperture, in no order, with weights times the rings' share; none where no ring has
 // grown.
-TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
-                                               const Rigid3& cam_from_world) const {
+TriangleBatch GlRendererState::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                             const Rigid3& cam_from_world) const {
   TriangleBatch batch;
   if (!aperture_field) return batch;
   const WarpedRings rings = aperture_field->Warp(placed, cam_from_world, *options.aperture);
@@ -222,8 +225,8 @@ TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const C
   return batch;
 }
 
-TriangleBatch GlRenderer::State::MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
-                                               const Rigid3& cam_from_world) const {
+TriangleBatch GlRendererState::MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                             const Rigid3& cam_from_world) const {
   const FieldMesh& mesh = mesh_field->field_mesh();
   const Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
   const double count = static_cast<double>(mesh.triangles.size());
@@ -237,12 +240,12 @@ TriangleBatch GlRenderer::State::MeshTriangles(const PlacedMesh& placed, const C
   return batch;
 }
 
-DepthAt GlRenderer::State::DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const {
+DepthAt GlRendererState::DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const {
   return DepthFromPicture(has_triangles ? proxy.ReadDepth() : cv::Mat(), plane, camera);
 }
 
-TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
-                                                    const PlaneInCamera& plane) const {
+TriangleBatch GlRendererState::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
+                                                  const PlaneInCamera& plane) const {
   const auto image =
       TriangulateLumigraph(*scene, camera, cam_from_world, DepthOfVertices(camera, plane), options.field);
   const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {

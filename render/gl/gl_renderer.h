@@ -23,6 +23,7 @@
 // need.
 #pragma once
 
+#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
 #include "render/gl/gl_photographs.h"
 #include "render/renderer/renderer.h"
@@ -68,8 +69,7 @@ class GlRenderer : public Renderer {
   void ShowField(bool show);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<struct GlRendererState> state_;
 };
 
 }  // namespace ulf::render

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/fields/aperture_field.h"
+#include "render/fields/blending_field.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/mesh_field.h"
 #include "render/gl/gl_context.h"
@@ -17,15 +18,15 @@
 #include "render/gl/gl_photographs.h"
 #include "render/gl/gl_programs.h"
 #include "render/gl/gl_proxy.h"
-#include "render/gl/gl_renderer.h"
 #include "render/gl/gl_shadow_maps.h"
 #include "render/gl/gl_triangles.h"
 #include "render/gl/gl_views.h"
+#include "render/renderer/renderer.h"
 #include "render/scene/view_tiles.h"
 
 namespace ulf::render {
 
-struct GlRenderer::State {
+struct GlRendererState {
   std::shared_ptr<const RenderScene> plain;  // with its own proxy
   std::shared_ptr<const RenderScene> scene;  // the same, or with the focal plane of the aperture
   RenderOptions options;
@@ -65,7 +66,8 @@ struct GlRenderer::State {
 
   CameraModel last_camera;  // of the last frame
 
-  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlContextKind kind)
+  GlRendererState(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options,
+                  GlContextKind kind)
       : plain(std::move(the_scene)),
         scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
         options(the_options),

@@ -8,7 +8,6 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
-#include "render/output/path_files.h"
 #include "render/viewpoints/subject_center.h"
 
 namespace ulf::render {
@@ -265,18 +264,6 @@ void RequireFrames(const CameraPath& path, int asked, const std::string& option)
         "--frames {}: the path has {}, one for each picture; only named paths and keyframes take another "
         "number. Leave the number out, or give a part, A:B",
         option, Counted(poses, "pose"));
-}
-
-CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
-  constexpr int kUsualFrames = 120;
-  const int frames = request.frames > 0 ? request.frames : kUsualFrames;
-  if (request.path == "orbit") return OrbitPath(scene, frames);
-  if (request.path == "dolly") return DollyPath(scene, frames);
-  if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
-  if (request.path == "spiral") return SpiralPath(scene, frames);
-  if (request.path == "rise") return RisePath(scene, frames);
-  if (request.path == "sweep") return SweepPath(scene, frames);
-  return PathFromFile(request.path, request, scene);
 }
 
 }  // namespace ulf::render

@@ -1,4 +1,4 @@
-// Camera paths: named ones around the subject, and those in files (path_files.h). Poses in the light field's
+// Camera paths, and the named ones around the subject (path_files.h has those in files). Poses in the light field's
 // world.
 #pragma once
 
@@ -62,20 +62,9 @@ struct ZoomOptions {
 double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
                    const ZoomOptions& options = {});
 
-struct PathRequest {
-  std::string path = "orbit";  // a name, or a file
-  int frames = 0;              // of a named or keyframed path; 0: 120, or by the keyframes' times
-  CameraModel camera = {};     // for paths without cameras
-  double fps = 30;             // of keyframed paths
-  // That is rendered: its transforms.json completes nerfstudio's files.
-  std::filesystem::path light_field = {};
-};
-
 bool IsNamedPath(const std::string& path);
 // Throws UsageError where `asked` pictures (0: any number) differ from the path's number of poses. `option`:
 // the option's text on the command line.
 void RequireFrames(const CameraPath& path, int asked, const std::string& option);
-// Throws PathFromFile()'s errors.
-CameraPath MakePath(const PathRequest& request, const RenderScene& scene);
 
 }  // namespace ulf::render

@@ -23,9 +23,8 @@
 #include "core/image/files/png_picture.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/opened_folder.h"
-#include "render/proxy/geometry_state.h"
+#include "render/proxy/geometry_names.h"
 #include "render/proxy/indexed_file.h"
-#include "render/proxy/proxy_choice.h"
 
 namespace ulf::render {
 namespace {

@@ -20,8 +20,6 @@
 
 namespace ulf::render {
 
-inline constexpr char kDepthMapsFolder[] = "depth";
-
 // What becomes of the geometry that is there.
 enum class FormerGeometry { kReplaced, kKept };
 

@@ -16,9 +16,8 @@
 #include <vector>
 
 #include "core/base/model_choice.h"
-#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy.h"
-#include "render/proxy/proxy_choice.h"
 #include "render/renderer/renderer.h"
 #include "render/scene/scene.h"
 

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/narrow_gaps.h"
 #include "render/renderer/reference_renderer.h"

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/progress.h"
+#include "render/fields/field_options.h"
 #include "render/quality/quality.h"
 #include "render/renderer/renderer.h"
 

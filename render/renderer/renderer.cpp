@@ -1,6 +1,7 @@
 #include "render/renderer/renderer.h"
 
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 
 namespace ulf::render {
 

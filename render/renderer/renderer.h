@@ -24,7 +24,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "render/fields/aperture.h"
-#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy.h"
 #include "render/scene/scene.h"
 

@@ -11,6 +11,7 @@
 
 #include "render/display/painter.h"
 #include "render/display/surface.h"
+#include "render/fields/field_options.h"
 #include "render/fields/mesh_field.h"
 #include "render/gl/gl_renderer.h"
 #include "render/viewer/moving_size.h"

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "render/fields/field_options.h"
+
 namespace ulf::render {
 namespace {
 

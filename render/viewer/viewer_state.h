@@ -11,7 +11,7 @@
 #include "render/display/plain_panels.h"
 #include "render/display/surface.h"
 #include "render/fields/aperture.h"
-#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/viewer/viewer_camera.h"
 
 namespace ulf::render {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/base/counted.h"
+#include "render/fields/field_options.h"
 
 namespace ulf::render {
 

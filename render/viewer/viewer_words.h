@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/display/plain_panels.h"
+#include "render/fields/field_options.h"
 #include "render/viewer/viewer_state.h"
 
 namespace ulf::render {

@@ -16,6 +16,7 @@
 #include "core/image/files/webp_picture.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/xml_file.h"
+#include "render/fields/field_options.h"
 #include "render/fields/mesh_field.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/web/embedded_page.h"

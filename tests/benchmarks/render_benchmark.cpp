@@ -19,6 +19,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/mesh_field.h"

@@ -1,6 +1,7 @@
 // Geometry by the size of the photographs it is made of: what it costs, and what pictures over it are worth.
 #include <map>
 
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/stereo/proxy_builder.h"

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "render/quality/choice.h"

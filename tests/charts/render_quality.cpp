@@ -24,6 +24,7 @@
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/light_field/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/mesh_file.h"
 #include "render/quality/choice.h"
 #include "render/quality/evaluate.h"

@@ -2,6 +2,7 @@
 // light field's own mesh, at two sizes.
 #include <map>
 
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/soft_proxy.h"

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/choice.h"
 #include "render/quality/quality.h"

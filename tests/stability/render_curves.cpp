@@ -9,6 +9,9 @@
 #include <set>
 
 #include "core/base/quantile.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
+#include "render/fields/make_field.h"
 #include "render/fields/mesh_field.h"
 #include "render/renderer/reference_renderer.h"
 #include "render/stereo/depth_fusion.h"

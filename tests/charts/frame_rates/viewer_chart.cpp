@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/stereo/proxy_builder.h"

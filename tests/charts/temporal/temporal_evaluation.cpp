@@ -11,6 +11,7 @@
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
 #include "tests/charts/plot/gnuplot.h"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/progress.h"
+#include "render/fields/field_options.h"
 #include "render/output/camera_path.h"
 #include "render/renderer/renderer.h"
 #include "tests/charts/temporal/truth.h"

@@ -20,7 +20,9 @@
 #include "core/base/progress.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
+#include "render/output/path_files.h"
 #include "tests/charts/temporal/temporal_evaluation.h"
 #include "tests/charts/temporal/truth.h"
 

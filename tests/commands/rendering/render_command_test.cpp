@@ -15,6 +15,7 @@
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/video/video_reader.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/mesh_file.h"
 #include "render/quality/evaluate.h"
 #include "tests/render/scenes/synthetic_views.h"

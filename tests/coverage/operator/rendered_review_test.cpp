@@ -13,6 +13,7 @@
 
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/record/live_geometry.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy.h"
 #include "tests/coverage/operator/display_stage.h"
 #include "tests/support/test_paths.h"

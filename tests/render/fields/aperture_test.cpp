@@ -14,6 +14,8 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/aperture_field.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/path_files.h"
 #include "render/renderer/renderer.h"

@@ -1,5 +1,5 @@
-// Tests: render/fields/blending_field, render/fields/mesh_field, render/fields/lumigraph_field,
-// render/fields/image_triangulation, render/fields/ray_cone.
+// Tests: render/fields/blending_field, render/fields/field_options, render/fields/make_field,
+// render/fields/mesh_field, render/fields/lumigraph_field, render/fields/image_triangulation, render/fields/ray_cone.
 #include "render/fields/blending_field.h"
 
 #include <gmock/gmock.h>
@@ -12,8 +12,10 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
+#include "render/fields/make_field.h"
 #include "render/fields/mesh_field.h"
 #include "render/fields/ray_cone.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -84,6 +86,31 @@ TEST(MeshField, WeightsSumToOneInsideTheHull) {
         }
     }
   }
+}
+
+// The definition itself: intersect the line with every triangle, take the sheet that the ray enters from
+// outside.
+std::map<int, double> WeightsByDefinition(const ViewpointMesh& mesh, const Vector3d& v, const Vector3d& ray) {
+  std::map<int, double> weights;
+  for (const Triangle& t : mesh.triangles) {
+    const Vector3d& a = mesh.vertices[At(t[0])].position_in_world;
+    const Vector3d& b = mesh.vertices[At(t[1])].position_in_world;
+    const Vector3d& c = mesh.vertices[At(t[2])].position_in_world;
+    const Vector3d normal = (b - a).cross(c - a);
+    if (!(ray.dot(normal) < 0)) continue;
+    const double along = normal.dot(a - v) / normal.dot(ray);
+    const Vector3d hit = v + along * ray;
+    const double area = normal.squaredNorm();
+    const double wa = (b - hit).cross(c - hit).dot(normal) / area;
+    const double wb = (c - hit).cross(a - hit).dot(normal) / area;
+    const double wc = (a - hit).cross(b - hit).dot(normal) / area;
+    if (std::min({wa, wb, wc}) < -1e-12) continue;
+    weights.clear();  // one crossing counts
+    weights[mesh.vertices[At(t[0])].views.front()] += wa;
+    weights[mesh.vertices[At(t[1])].views.front()] += wb;
+    weights[mesh.vertices[At(t[2])].views.front()] += wc;
+  }
+  return weights;
 }
 
 TEST(MeshField, EqualsTheLineTriangleIntersection) {

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/gl/make_renderer.h"
 #include "tests/render/scenes/held_photograph.h"

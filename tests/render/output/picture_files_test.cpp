@@ -29,6 +29,7 @@
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/video/video_reader.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/frame_range.h"
 #include "render/output/tiled_rendering.h"

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
+#include "render/fields/field_options.h"
 #include "render/output/quilt.h"
 #include "render/renderer/reference_renderer.h"
 #include "tests/render/scenes/synthetic_views.h"

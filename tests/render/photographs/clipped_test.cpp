@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/light_field/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/scene/exposure_scales.h"
 #include "tests/render/scenes/agreement.h"

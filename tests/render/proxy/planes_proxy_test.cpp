@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/points_proxy.h"

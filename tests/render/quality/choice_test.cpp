@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <map>
 
+#include "render/fields/field_options.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/proxy.h"
 #include "tests/render/scenes/synthetic_views.h"

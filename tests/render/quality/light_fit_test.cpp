@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/at.h"
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
 #include "tests/render/scenes/agreement.h"

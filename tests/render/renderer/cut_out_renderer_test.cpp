@@ -1,6 +1,7 @@
 // Tests: render/renderer/cut_out_renderer.
 #include <gtest/gtest.h>
 
+#include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/picture_files.h"
 #include "render/renderer/cut_out_renderer.h"

@@ -15,6 +15,7 @@
 #include <string>
 #include <tuple>
 
+#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/points_proxy.h"

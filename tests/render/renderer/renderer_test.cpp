@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer.h"
 #include "render/gl/gl_triangles.h"

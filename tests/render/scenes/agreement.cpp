@@ -5,7 +5,10 @@
 #include <optional>
 
 #include "render/fields/aperture_field.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
+#include "render/fields/make_field.h"
 #include "render/proxy/depth_raster.h"
 #include "render/renderer/reference_renderer.h"
 #include "tests/support/floors.h"

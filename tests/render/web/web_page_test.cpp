@@ -22,6 +22,7 @@
 #include "core/light_field/light_field_io.h"
 #include "render/fields/aperture.h"
 #include "render/gl/make_renderer.h"
+#include "render/proxy/geometry_names.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/viewer/viewer_camera.h"

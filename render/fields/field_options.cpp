@@ -1,4 +1,4 @@
-#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 
 #include <fmt/core.h>
 
@@ -6,8 +6,6 @@
 #include <array>
 
 #include "core/base/error.h"
-#include "render/fields/lumigraph_field.h"
-#include "render/fields/mesh_field.h"
 
 namespace ulf::render {
 namespace {
@@ -64,25 +62,6 @@ FieldOptions DefaultField(const RenderScene& scene, const FieldOptions& details)
   const bool few = static_cast<int>(scene.views.size()) < kFewestViewsCompared;
   field.kind = few ? FieldKind::kLumigraph : FieldKind::kSubdivision;
   return FieldThatServes(field, scene.mesh);
-}
-
-void FieldSample::Add(int view, double weight) {
-  if (weight <= 0) return;
-  for (ViewWeight& entry : weights)
-    if (entry.view == view) {
-      entry.weight += weight;
-      return;
-    }
-  weights.push_back({view, weight});
-}
-
-std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
-                                         const FieldOptions& options) {
-  const FieldOptions serves = FieldThatServes(options, scene->mesh);
-  if (serves.kind == FieldKind::kSoft) throw Error("the soft field has no weights of a point alone");
-  if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level, serves.rules);
-  if (serves.kind == FieldKind::kNearest) return std::make_unique<NearestField>(std::move(scene));
-  return std::make_unique<LumigraphField>(std::move(scene), serves);
 }
 
 }  // namespace ulf::render
