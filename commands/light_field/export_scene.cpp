@@ -29,7 +29,7 @@
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/output/gltf_file.h"
-#include "render/output/mesh_resolution.h"
+#include "render/output/mesh_split.h"
 #include "render/output/quilt.h"
 #include "render/output/surface_views.h"
 #include "render/output/texture_atlas.h"

@@ -20,7 +20,7 @@
 #include "render/fields/mesh_field.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/web/embedded_page.h"
-#include "render/web/mesh_simplification.h"
+#include "render/proxy/mesh_simplification.h"
 #include "render/web/web_file.h"
 #include "render/web/web_pictures.h"
 

@@ -19,7 +19,7 @@
 #include "core/geometry/angles.h"
 #include "core/image/files/png_picture.h"
 #include "render/output/gltf_file.h"
-#include "render/output/mesh_resolution.h"
+#include "render/output/mesh_split.h"
 #include "render/output/texture_atlas.h"
 #include "render/output/texture_baking.h"
 #include "tests/render/scenes/synthetic_views.h"

@@ -1,4 +1,4 @@
-// Tests: render/web/web_page, render/web/web_file, render/web/web_pictures, render/web/mesh_simplification,
+// Tests: render/web/web_page, render/web/web_file, render/web/web_pictures, render/proxy/mesh_simplification,
 // commands/rendering/export_web_command.
 //
 // `ulf export web`: what it writes, and the page itself in Chromium, beside pictures of the GL renderer.
@@ -26,7 +26,7 @@
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/viewer/viewer_camera.h"
-#include "render/web/mesh_simplification.h"
+#include "render/proxy/mesh_simplification.h"
 #include "render/web/web_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/fault_row.h"

@@ -1,4 +1,4 @@
-#include "render/output/mesh_resolution.h"
+#include "render/output/mesh_split.h"
 
 #include <algorithm>
 #include <array>

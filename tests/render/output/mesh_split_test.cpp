@@ -1,4 +1,4 @@
-// Tests: render/output/mesh_resolution.
+// Tests: render/output/mesh_split.
 //
 // Coarser and finer meshes are the same surface.
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "render/output/mesh_resolution.h"
+#include "render/output/mesh_split.h"
 #include "tests/support/floors.h"
 
 namespace ulf {

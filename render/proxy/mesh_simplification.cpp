@@ -1,4 +1,4 @@
-#include "render/web/mesh_simplification.h"
+#include "render/proxy/mesh_simplification.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
