@@ -34,6 +34,7 @@
 #include "render/output/surface_views.h"
 #include "render/output/texture_atlas.h"
 #include "render/output/texture_baking.h"
+#include "render/proxy/mesh_simplification.h"
 #include "render/proxy/proxy_choice.h"
 
 namespace ulf::commands {
@@ -118,7 +119,7 @@ int RunGltf(const GltfArgs& args) {
   if (const auto light = LightOf(args, *scene, proxy)) scene = render::WithLight(*scene, *light);
   const auto most_triangles = static_cast<std::size_t>(args.triangles);
   const auto mesh = std::make_shared<const render::TriangleMesh>(render::Split(
-      render::Clustered(*proxy->Occluder(), most_triangles), scene->Centers(), kMostSlope, most_triangles));
+      render::Simplified(*proxy->Occluder(), most_triangles), scene->Centers(), kMostSlope, most_triangles));
   scene = render::WithProxy(*scene, std::make_shared<render::MeshProxy>(scene->subject, mesh));
 
   progress.Show(0.05, "which views see the surface");

@@ -78,7 +78,7 @@ GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOpt
 GlRenderer::~GlRenderer() {
   if (!state_) return;
   const GlContext::Current current(state_->context);
-  GlRendererState\& s = *state_;
+  GlRendererState& s = *state_;
   s.programs.Release();
   s.show.Release();
   s.photographs.Release();
@@ -95,7 +95,7 @@ GlRenderer::~GlRenderer() {
 }
 
 void GlRenderer::SetField(const FieldOptions& field) {
-  GlRendererState\& s = *state_;
+  GlRendererState& s = *state_;
   s.options.field = FieldThatServes(field, s.scene->mesh);
   s.options.field.lumigraph_k = std::clamp(s.options.field.lumigraph_k, 1, kMostLumigraphViews);
   const GlContext::Current current(s.context);
@@ -115,7 +115,7 @@ void GlRendererState::MakeMeshField() {
 }
 
 void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
-  GlRendererState\& s = *state_;
+  GlRendererState& s = *state_;
   const GlContext::Current current(s.context);
   s.plain = WithProxy(*s.plain, std::move(proxy));
   s.scene = s.options.aperture ? WithFocalPlane(*s.plain, *s.options.aperture) : s.plain;
@@ -126,7 +126,7 @@ void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
 }
 
 void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
-  GlRendererState\& s = *state_;
+  GlRendererState& s = *state_;
   if (aperture == s.options.aperture) return;
   const GlContext::Current current(s.context);
   const bool begins_or_ends = aperture.has_value() != s.options.aperture.has_value();
@@ -142,7 +142,7 @@ void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
 }
 
 void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) {
-  GlRendererState\& s = *state_;
+  GlRendererState& s = *state_;
   const Vector3d virtual_center = cam_from_world.OriginInSource();
   std::vector<int> of_views;
   if (s.mesh_field) {
@@ -178,7 +178,7 @@ const RenderScene& GlRenderer::scene() const { return *state_->plain; }
 
 double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world) {
   RequireUndistorted(camera);
-  GlRendererState\& s = *state_;
+  GlRendererState& s = *state_;
   const GlContext::Current current(s.context);
   const auto start = std::chrono::steady_clock::now();
   s.last_camera = camera;
@@ -237,7 +237,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
 }
 
 void GlRenderer::Show(const DisplayTransform& transform) const {
-  GlRendererState\& s = *state_;
+  GlRendererState& s = *state_;
   std::array<GLint, 4> viewport{};
   glGetIntegerv(GL_VIEWPORT, viewport.data());
   glDisable(GL_DEPTH_TEST);

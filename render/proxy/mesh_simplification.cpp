@@ -151,4 +151,13 @@ TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& opti
   return grid.With(coarse);
 }
 
+TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles) {
+  if (mesh.vertices.empty()) return mesh;
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) box.extend(vertex);
+  return Simplified(mesh, {.center_in_world = box.center().cast<double>(),
+                           .even_within = std::max(1e-30, 0.5 * static_cast<double>(box.diagonal().norm())),
+                           .most_triangles = most_triangles});
+}
+
 }  // namespace ulf::render

@@ -1,6 +1,7 @@
-// A mesh of fewer triangles for where bytes are dear: vertices that lie in one cell of a grid become one, at the place
+// A mesh of fewer triangles: vertices that lie in one cell of a grid become one (Rossignac and Borrel 1993), at the place
 // that is nearest to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification of large polygonal
-// models"). Cells grow with the distance from a centre, as the scene does in pictures that are taken around it.
+// models"). The mesh need not be a manifold. Cells have one size, or grow with the distance from a centre, as the scene does
+// in pictures that are taken around it.
 #pragma once
 
 #include <cstddef>
@@ -18,5 +19,7 @@ struct MeshSimplification {
 // The mesh as it is where it has no more triangles, else one of at most `most_triangles`, and of not many fewer where
 // the mesh allows that. Triangles that collapse, and copies, are left out.
 TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options);
+// The same with cells of one size everywhere.
+TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles);
 
 }  // namespace ulf::render

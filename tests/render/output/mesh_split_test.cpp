@@ -1,4 +1,4 @@
-// Tests: render/output/mesh_split.
+// Tests: render/output/mesh_split, render/proxy/mesh_simplification.
 //
 // Coarser and finer meshes are the same surface.
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "render/output/mesh_split.h"
+#include "render/proxy/mesh_simplification.h"
 #include "tests/support/floors.h"
 
 namespace ulf {
@@ -36,9 +37,9 @@ TriangleMesh Box(int steps) {
   return box;
 }
 
-TEST(MeshResolution, ACoarserBoxKeepsItsFacesAndCorners) {
+TEST(MeshSimplification, ACoarserBoxKeepsItsFacesAndCorners) {
   const TriangleMesh fine = Box(40);
-  const TriangleMesh coarse = Clustered(fine, 1500);
+  const TriangleMesh coarse = Simplified(fine, 1500);
   EXPECT_LE(coarse.triangles.size(), 1500u);
   EXPECT_GT(coarse.triangles.size(), 500u);
   float farthest = 0;
@@ -47,10 +48,10 @@ TEST(MeshResolution, ACoarserBoxKeepsItsFacesAndCorners) {
     farthest = std::max(farthest, vertex.cwiseAbs().minCoeff());
   }
   EXPECT_NEAR(farthest, 1, 1e-3);  // a corner
-  EXPECT_EQ(Clustered(fine, fine.triangles.size()).vertices.size(), fine.vertices.size());
+  EXPECT_EQ(Simplified(fine, fine.triangles.size()).vertices.size(), fine.vertices.size());
 }
 
-TEST(MeshResolution, AFinerMeshIsTheSameSurfaceWithoutCracks) {
+TEST(MeshSplit, AFinerMeshIsTheSameSurfaceWithoutCracks) {
   const TriangleMesh one{{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {4, 4, 0}}, {{0, 1, 2}, {1, 3, 2}}};
   const std::vector<Vector3d> centers{{0.5, 0.5, 1}};
   const TriangleMesh fine = Split(one, centers, 0.2, 100000);
