@@ -19,8 +19,9 @@ inline constexpr int kWrongUsage = 2;
 // Set by the subcommand that the command line names; returns the exit code.
 using ChosenCommand = std::function<int()>;
 
-// A parameter of the libraries as an option: "no_subject" is "--no-subject".
+// A parameter of the libraries as an option: "no_subject" is "--no-subject", "out" is "-o".
 inline std::string OptionOf(std::string_view parameter) {
+  if (parameter == "out") return "-o";
   std::string option = "--" + std::string(parameter);
   std::replace(option.begin(), option.end(), '_', '-');
   return option;

@@ -128,7 +128,7 @@ int RunEvaluate(const EvaluateArgs& args) {
       .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
   for (const std::string& name : args.fields) {
     options.fields.push_back(FieldDetails(args.field_details));
-    options.fields.back().kind = render::FieldFromName(name, "--fields");
+    options.fields.back().kind = render::FieldFromName(name, "fields");
   }
   if (!args.protocol.protocol.empty() && args.every_is_given)
     throw UsageError("--every {}: --protocol says what is left out; give --protocol every:{}", args.every,

@@ -13,7 +13,7 @@ std::string Joined(const std::string& what, const std::string& value, const std:
                    const std::string& remedy) {
   std::string text = what;
   if (!value.empty()) text += " " + value;
-  text += ": " + why;
+  if (!why.empty()) text += ": " + why;
   return remedy.empty() ? text : text + "; " + remedy;
 }
 

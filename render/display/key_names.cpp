@@ -1,5 +1,6 @@
 #include "render/display/key_names.h"
 
+#include <fmt/format.h>
 #include <map>
 #include <sstream>
 
@@ -32,10 +33,10 @@ InputEvent KeyFromName(const std::string& name) {
   const bool shift = name.starts_with(kShift);
   const auto key = kKeys.find(shift ? name.substr(sizeof kShift - 1) : name);
   if (key == kKeys.end())
-    throw UsageError(
-        "there is no key '{}'; there are single characters, comma, Space, and Left, Right, Up, Down, PageUp, "
-        "PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11, also with Shift+",
-        name);
+    throw Refusal("there is no key", fmt::format("'{}'", name), "",
+                  "there are single characters, comma, Space, and Left, Right, Up, Down, PageUp, PageDown, "
+                  "Home, Enter, "
+                  "Escape, Backspace, Delete, F1, F11, also with Shift+");
   return KeyPressed{key->second, shift};
 }
 

@@ -10,7 +10,7 @@ namespace ulf::render {
 
 // Names separated by commas: a typed character (`comma` and `Space` for these two), or Left, Right, Up, Down,
 // PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11; "Shift+" before them holds Shift. Throws
-// UsageError for others.
+// Refusal for others.
 std::vector<InputEvent> KeysFromNames(const std::string& names);
 
 }  // namespace ulf::render

@@ -31,14 +31,15 @@ std::string FieldName(FieldKind kind) {
   throw Error("blending field {}: no such kind", static_cast<int>(kind));
 }
 
-FieldKind FieldFromName(const std::string& name, const std::string& option) {
+FieldKind FieldFromName(const std::string& name, std::string_view parameter) {
   std::vector<std::string_view> known;
-  if (option == "--field") known.emplace_back("auto");
+  if (parameter == "field") known.emplace_back("auto");
   for (const NamedField& entry : kNames) {
     if (name == entry.name) return entry.kind;
     known.emplace_back(entry.name);
   }
-  throw UsageError("{} {}: no such blending field; there are {}", option, name, fmt::join(known, ", "));
+  throw Refusal(Parameter(parameter), name, "no such blending field",
+                fmt::format("there are {}", fmt::join(known, ", ")));
 }
 
 std::string FieldText(const FieldOptions& field) {

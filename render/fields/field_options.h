@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "render/fields/loop_subdivision.h"
 #include "render/scene/scene.h"
@@ -25,8 +26,8 @@ inline constexpr int kMostLumigraphViews = 8;
 
 bool UsesMesh(FieldKind kind);          // whether the weights come from the mesh of viewpoints
 std::string FieldName(FieldKind kind);  // as on the command line
-// Throws UsageError that names `option` and lists the names.
-FieldKind FieldFromName(const std::string& name, const std::string& option = "--field");
+// Throws Refusal that names `parameter` and lists the names.
+FieldKind FieldFromName(const std::string& name, std::string_view parameter = "field");
 
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;

@@ -37,9 +37,9 @@ std::size_t GlRendererState::MakeResident(std::span<const int> of_views) {
     const std::size_t resident = photographs.Require(level_requests);
     if (resident < level_requests.size() && !std::exchange(warned_of_passes, true))
       spdlog::info(
-          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: "
+          "the photographs of a picture do not fit into {} MB of graphics memory ({}) at once: "
           "drawing it in several passes takes longer",
-          photographs.limit_bytes() / 1000000);
+          photographs.limit_bytes() / 1000000, Parameter("gpu_memory"));
     return resident;
   }
   std::vector<std::optional<int>> drawn_levels;  // in the passes before

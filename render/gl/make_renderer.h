@@ -8,7 +8,7 @@
 namespace ulf::render {
 
 // Throws Error for a scene without views. RendererKind::kGl throws Error without a usable OpenGL 4.5; it says
-// what was tried and names --renderer reference.
+// what was tried and names the reference renderer.
 std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
                                        const RenderOptions& options);
 

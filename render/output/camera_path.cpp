@@ -1,5 +1,6 @@
 #include "render/output/camera_path.h"
 
+#include <fmt/format.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -75,8 +76,8 @@ Spread SpreadOf(const RenderScene& scene) {
     sum += directions.back();
   }
   if (directions.empty())
-    throw Error(
-        "camera path: every view stands at the subject's centre; give another subject with --subject");
+    throw Error("camera path: every view stands at the subject's centre; give another subject with {}",
+                Parameter("subject"));
   const double concentration = sum.norm() / static_cast<double>(directions.size());
   const Vector3d mean = concentration > 1e-3 ? Vector3d(sum.normalized()) : directions.front();
   Spread spread{Sphere(concentration > kTogether ? UsableUp(scene, mean) : scene.up_in_world, mean)};
@@ -257,13 +258,13 @@ bool IsNamedPath(const std::string& path) {
          path == "sweep";
 }
 
-void RequireFrames(const CameraPath& path, int asked, const std::string& option) {
+void RequireFrames(const CameraPath& path, int asked, const std::string& frames) {
   const std::size_t poses = path.cam_from_world.size();
   if (asked > 0 && static_cast<std::size_t>(asked) != poses)
-    throw UsageError(
-        "--frames {}: the path has {}, one for each picture; only named paths and keyframes take another "
-        "number. Leave the number out, or give a part, A:B",
-        option, Counted(poses, "pose"));
+    throw Refusal(
+        Parameter("frames"), frames,
+        fmt::format("the path has {}, one for each picture", Counted(poses, "pose")),
+        "only named paths and keyframes take another number. Leave the number out, or give a part, A:B");
 }
 
 }  // namespace ulf::render

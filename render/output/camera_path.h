@@ -63,8 +63,8 @@ double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel
                    const ZoomOptions& options = {});
 
 bool IsNamedPath(const std::string& path);
-// Throws UsageError where `asked` pictures (0: any number) differ from the path's number of poses. `option`:
-// the option's text on the command line.
-void RequireFrames(const CameraPath& path, int asked, const std::string& option);
+// Throws Refusal where `asked` pictures (0: any number) differ from the path's number of poses. `frames`: as it was asked
+// for, such as "0:2/7".
+void RequireFrames(const CameraPath& path, int asked, const std::string& frames);
 
 }  // namespace ulf::render

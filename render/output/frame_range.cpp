@@ -1,5 +1,6 @@
 #include "render/output/frame_range.h"
 
+#include <fmt/format.h>
 #include <charconv>
 
 #include "core/base/error.h"
@@ -11,8 +12,8 @@ int Number(std::string_view digits, const std::string& text, int least) {
   int number = -1;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   if (error != std::errc() || end != digits.data() + digits.size() || number < least)
-    throw UsageError("--frames {}: give N pictures, or A:B for pictures A to B - 1 of the path, or A:B/N",
-                     text);
+    throw Refusal(Parameter("frames"), text,
+                  "give N pictures, or A:B for pictures A to B - 1 of the path, or A:B/N", "");
   return number;
 }
 
@@ -36,8 +37,9 @@ FrameRange ParseFrames(const std::string& text) {
   if (!first.empty()) range.first = Number(first, text, 0);
   if (!end.empty()) range.end = Number(end, text, 0);
   if (range.end && *range.end <= range.first)
-    throw UsageError("--frames {}: picture {} does not come before {}; A:B are pictures A to B - 1", text,
-                     range.first, *range.end);
+    throw Refusal(Parameter("frames"), text,
+                  fmt::format("picture {} does not come before {}", range.first, *range.end),
+                  "A:B are pictures A to B - 1");
   return range;
 }
 

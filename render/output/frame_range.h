@@ -15,7 +15,7 @@ struct FrameRange {
 };
 
 // "N": a path of N pictures; "A:B": the pictures A to B - 1, counted from 0, where A or B may be left out;
-// "A:B/N": both. Throws UsageError.
+// "A:B/N": both. Throws Refusal.
 FrameRange ParseFrames(const std::string& text);
 
 }  // namespace ulf::render

@@ -160,11 +160,12 @@ PictureFormat FormatOf(const fs::path& out, const std::string& format) {
   const std::string ending = out.extension().string();
   const bool exr = ending == ".exr", png = ending == ".png", video = IsVideo(out);
   if ((exr && !format.empty() && format != "exr") || (png && format == "exr") || (video && !format.empty()))
-    throw UsageError("-o {}: its ending contradicts --format {}; leave one of them out", out.string(),
-                     format);
+    throw Refusal(Parameter("out"), out.string(),
+                  fmt::format("its ending contradicts {} {}", Parameter("format"), format),
+                  "leave one of them out");
   if (out.has_extension() && !exr && !png && !video && !fs::is_directory(out))
-    throw UsageError("-o {}: pictures are written as OUT.mp4, OUT.png, OUT.exr or into a folder",
-                     out.string());
+    throw Refusal(Parameter("out"), out.string(),
+                  "pictures are written as OUT.mp4, OUT.png, OUT.exr or into a folder", "");
   if (exr || format == "exr") return PictureFormat::kExr;
   return format == "png16" ? PictureFormat::kPng16 : PictureFormat::kPng;
 }
@@ -222,9 +223,9 @@ void RequireMemory(int width, int height, const PictureEncoding& encoding, std::
   const std::uint64_t needed = MemoryForPicture(width, height, encoding);
   if (needed > available)
     throw Error(
-        "a picture of {}x{} takes about {:.1f} GB of memory and {:.1f} GB are free; give a smaller --width "
-        "or --height",
-        width, height, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(available));
+        "a picture of {}x{} takes about {:.1f} GB of memory and {:.1f} GB are free; give a smaller {} or {}",
+        width, height, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(available),
+        Parameter("width"), Parameter("height"));
 }
 
 PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
@@ -239,16 +240,16 @@ PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
   const bool known = fs::is_regular_file(file);
   const std::vector<fs::path> pictures = PicturesIn(out_);
   if (!known && !pictures.empty())
-    throw UsageError(
-        "-o {}: holds pictures (frame_...) but no render.json that tells what they show, and they are not "
-        "replaced; "
-        "choose another folder, or remove them yourself",
-        out_.string());
+    throw Refusal(
+        Parameter("out"), out_.string(),
+        "holds pictures (frame_...) but no render.json that tells what they show, and they are not replaced",
+        "choose another folder, or remove them yourself");
   const std::string difference = known ? FirstDifference(ReadSettings(file), settings) : "";
   if (!difference.empty() && !pictures.empty()) {
     if (!overwrite)
-      throw UsageError("-o {}: holds pictures of another render ({}); choose another folder, or --overwrite",
-                       out_.string(), difference);
+      throw Refusal(Parameter("out"), out_.string(),
+                    fmt::format("holds pictures of another render ({})", difference),
+                    fmt::format("choose another folder, or {}", Parameter("overwrite")));
     RemoveFormer(out_, pictures, difference);
   }
   if (!known || !difference.empty()) WriteFileAtomically(file, JsonText(nlohmann::json(settings), 1) + "\n");

@@ -35,7 +35,7 @@ struct PictureEncoding {
   bool knows_colors = true;  // RenderScene::knows_colors: whether an EXR may name its colour space
 };
 
-// The format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws UsageError
+// The format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws Refusal
 // where they contradict each other.
 PictureFormat FormatOf(const std::filesystem::path& out, const std::string& format);
 
@@ -55,9 +55,9 @@ void RequireMemory(int width, int height, const PictureEncoding& encoding, std::
 
 class PictureFiles {
  public:
-  // Makes the folder. `settings`: names and values for render.json. Throws UsageError where the folder holds
+  // Makes the folder. `settings`: names and values for render.json. Throws Refusal where the folder holds
   // pictures of other settings; with `overwrite` it removes all of them instead, with a warning, because
-  // render.json is valid for every picture of the folder. Throws UsageError also for pictures without a
+  // render.json is valid for every picture of the folder. Throws Refusal also for pictures without a
   // render.json, which may be of another program.
   PictureFiles(std::filesystem::path out, const PictureEncoding& encoding,
                const std::map<std::string, std::string>& settings, bool overwrite);

@@ -187,9 +187,8 @@ void PackOnPage(std::vector<ChartPiece>& pieces, int most_px, TextureAtlas& atla
   double fits = 0, too_large = 1;
   if (!Pack(pieces, 0, most_px, most_px))
     throw Error(
-        "a texture of {0}x{0} pixels is too small for {1} pieces of surface: give a larger --texture, or "
-        "fewer --triangles",
-        most_px, pieces.size());
+        "a texture of {0}x{0} pixels is too small for {1} pieces of surface: give a larger {2}, or fewer {3}",
+        most_px, pieces.size(), Parameter("texture"), Parameter("triangles"));
   for (int step = 0; step < 12; ++step) {
     const double middle = 0.5 * (fits + too_large);
     (Pack(pieces, middle, most_px, most_px) ? fits : too_large) = middle;

@@ -98,9 +98,8 @@ PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& 
   for (const ScenePoint& point : points)
     if (point.position_in_world.allFinite()) points_.push_back(point.position_in_world);
   if (points_.size() < kFewest)
-    throw Error(
-        "--proxy points: the light field has {} tracked points, too few; use another proxy (plane, mesh)",
-        points_.size());
+    throw Error("{} points: the light field has {} tracked points, too few; use another proxy (plane, mesh)",
+                Parameter("proxy"), points_.size());
 }
 
 std::uint64_t PointsProxy::Fingerprint() const {

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
@@ -366,7 +367,7 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          RendererKind renderer) {
   if (proxy != kFittedPlane) return ProxyFromName(proxy, scene.subject, light_field);
   auto plane = FitPlane(scene, FieldThatServes(field, scene.mesh), renderer);
-  spdlog::info("--proxy {}: {}", kFittedPlane, plane->Name());
+  spdlog::info("{} {}: {}", Parameter("proxy"), kFittedPlane, plane->Name());
   return plane;
 }
 

@@ -118,8 +118,10 @@ cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy
 MergedView MergeExposuresOf(const LightField& light_field, const View& view, const Proxy& proxy,
                             const BracketMergeOptions& options) {
   if (!(view.exposure_s > 0))
-    throw UsageError("{}: the exposure time of view {} is not known, and its exposures cannot be merged",
-                     light_field.root.string(), view.id);
+    throw Refusal(
+        light_field.root.string(), "",
+        fmt::format("the exposure time of view {} is not known, and its exposures cannot be merged", view.id),
+        "");
   const CameraModel& camera = light_field.CameraOf(view);
   MergedView result;
   std::vector<View> photographs{view};

@@ -132,7 +132,7 @@ TEST(KeyNames, AreCharactersOrKeys) {
   // As the screens write them.
   EXPECT_EQ(std::get<KeyPressed>(KeysFromNames("Esc")[0]).key, Key::kEscape);
   EXPECT_EQ(std::get<KeyPressed>(KeysFromNames("PgUp")[0]).key, Key::kPageUp);
-  EXPECT_THROW(KeysFromNames("Nowhere"), UsageError);
+  EXPECT_THROW(KeysFromNames("Nowhere"), Refusal);
 }
 
 TEST(PictureWindow, WithoutADisplayIsAnError) {

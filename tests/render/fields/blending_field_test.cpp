@@ -406,7 +406,7 @@ TEST(Fields, NamesRoundTripAndUnknownOnesAreListed) {
   try {
     FieldFromName("bicubic");
     FAIL();
-  } catch (const UsageError& error) {
+  } catch (const Refusal& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("subdivision"));
   }
 }

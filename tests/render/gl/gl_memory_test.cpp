@@ -117,7 +117,7 @@ TEST(GlMemory, ADriverWithoutRoomIsAnErrorAndThePictureIsTheSameWhenThereIsRoom)
       for (int i = 0; i < 2; ++i)  // the second time it must not be taken for what is there
         EXPECT_THAT([&] { starved.Render(camera, pose); },
                     ThrowsMessage<Error>(AllOf(HasSubstr("out of memory while"), HasSubstr(c.says),
-                                               HasSubstr("limit the photographs with --gpu-memory"))))
+                                               HasSubstr("limit the photographs with gpu_memory"))))
             << which;
       EXPECT_TRUE(driver.refused()) << which;
       // What stood there already goes on beside it.
@@ -159,9 +159,9 @@ TEST(GlMemory, PlanesAreSweptWhenThereIsRoomAgain) {
     for (int after = 0; after < 2; ++after) {
       {
         const FullDriver driver(refused, after);
-        EXPECT_THAT(costs, ThrowsMessage<Error>(AllOf(HasSubstr("out of memory while"), HasSubstr("--size"),
-                                                      HasSubstr("--renderer reference"),
-                                                      Not(HasSubstr("--gpu-memory")))))
+        EXPECT_THAT(costs, ThrowsMessage<Error>(AllOf(HasSubstr("out of memory while"), HasSubstr("size"),
+                                                      HasSubstr("renderer reference"),
+                                                      Not(HasSubstr("gpu_memory")))))
             << after;
         EXPECT_TRUE(driver.refused()) << after;
       }

@@ -271,7 +271,7 @@ TEST(TextureAtlas, ASmallPageTakesAllAtLessDetail) {
   EXPECT_EQ(baked.atlas.scale, 1);
   EXPECT_EQ(small.mesh.triangles.size(), baked.atlas.mesh.triangles.size());
   EXPECT_THAT([&] { MakeTextureAtlas(*baked.scene, *baked.mesh, {4}); },
-              ThrowsMessage<Error>(HasSubstr("--texture")));
+              ThrowsMessage<Error>(HasSubstr("texture")));
   TriangleMesh behind = *baked.mesh;
   for (Vector3f& vertex : behind.vertices) vertex.z() += 50;
   EXPECT_THAT([&] { MakeTextureAtlas(*baked.scene, behind, {1024}); },

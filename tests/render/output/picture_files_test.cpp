@@ -212,7 +212,7 @@ TEST(Frames, NumbersAndRangesAreRead) {
   EXPECT_EQ(ParseFrames("3:"), (FrameRange{.first = 3}));
   EXPECT_EQ(ParseFrames(":7/9"), (FrameRange{.count = 9, .end = 7}));
   for (const char* bad : {"0", "-3", "a", "3:3", "5:2", "1:b", "1:2/0", "1:2/", "1.5", "1:2:3"})
-    EXPECT_THROW(ParseFrames(bad), UsageError) << bad;
+    EXPECT_THROW(ParseFrames(bad), Refusal) << bad;
 }
 
 TEST(Display, ExposureIsInStopsOfLight) {

@@ -159,7 +159,7 @@ TEST(PlaneSearchTest, SaysWhyThereAreNone) {
   few.AddPatch(20, Vector3d::Zero(), kX, kY);
   EXPECT_THAT([&] { MakePlanesProxy(kSubject, few.light_field); },
               testing::ThrowsMessage<Error>(
-                  testing::AllOf(HasSubstr("--proxy planes: 20 tracked points"), HasSubstr("50 or more"))));
+                  testing::AllOf(HasSubstr("proxy planes: 20 tracked points"), HasSubstr("50 or more"))));
   MadeOfPoints some;
   some.AddPatch(200, Vector3d::Zero(), 0.5 * kX, 0.5 * kY);
   some.AddCloud(2000);

@@ -275,7 +275,7 @@ TEST(PlaneProxyTest, FacesTheCameraAtAShareOfTheDistance) {
   EXPECT_EQ(ProxyFromName("plane:1", subject, {})->Name(), "plane");
   for (const char* bad :
        {"plane:0", "plane:-1", "plane:nan", "plane:1,2", "plane:0.5x", "plane:inf", "plane:fitted"})
-    EXPECT_THROW(ProxyFromName(bad, subject, {}), UsageError) << bad;
+    EXPECT_THROW(ProxyFromName(bad, subject, {}), Refusal) << bad;
 }
 
 TEST(PointsProxy, IsTheSurfaceThatThePointsAreOf) {

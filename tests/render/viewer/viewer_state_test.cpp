@@ -189,7 +189,7 @@ TEST(ViewerInput, GoesThroughFieldsLevelsAndProxiesAndComesHome) {
   EXPECT_NE(input.state().camera, start.camera);
   press("Home");
   EXPECT_EQ(input.state().camera, start.camera);
-  EXPECT_THROW(KeysFromNames("b,Elsewhere"), UsageError);
+  EXPECT_THROW(KeysFromNames("b,Elsewhere"), Refusal);
 }
 
 TEST(ViewerInput, WhatIsUnderTheMouseFollowsIt) {
