@@ -47,18 +47,9 @@ struct WarpedRings {
   std::vector<WarpedTriangle> triangles;
 };
 
-struct ApertureFieldOptions {
-  // Outlines shrink where the cosine between a view's outward direction and the direction to the camera is
-  // smaller. Guessed.
-  double facing_cosine = 0.2;
-  // `share` over the largest relative growth of a ring: how fast the rings replace the ordinary field.
-  // Guessed.
-  double share_of_stretch = 10;
-};
-
 class ApertureField {
  public:
-  explicit ApertureField(std::shared_ptr<const MeshField> field, const ApertureFieldOptions& options = {});
+  explicit ApertureField(std::shared_ptr<const MeshField> field);
   // `placed`: the mesh as seen from the camera's centre.
   WarpedRings Warp(const PlacedMesh& placed, const Rigid3& cam_from_world, const Aperture& aperture) const;
   // The weights of all rays through the aperture that meet a point of the focal plane; the ordinary field's
@@ -83,7 +74,6 @@ class ApertureField {
                               const Aperture& aperture) const;
 
   std::shared_ptr<const MeshField> field_;
-  ApertureFieldOptions options_;
   std::vector<Ring> rings_;  // of each vertex of the viewpoint mesh
 };
 

@@ -21,9 +21,6 @@ struct Silhouette {
 
 struct HullOptions {
   int cells = 112;  // along a side of the cube
-  // So many silhouettes leave a cell out, of those that have it in their picture, and it is empty. Guessed.
-  double empty_share = 0.06;
-  int fewest_empty = 2;
 };
 
 class SilhouetteHull {

@@ -20,6 +20,10 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kFewestViews = 8;        // of a stand whose background can be learnt. Guessed.
+constexpr int kMostCompared = 72;      // of a stand, to learn it from. Guessed.
+constexpr int kMostSilhouettes = 120;  // that carve the hull. Guessed.
+
 using Eigen::Vector3d;
 
 struct Picture {
@@ -89,9 +93,8 @@ std::vector<Stand> UsableStands(const TurnAxis& axis, const LightField& light_fi
     if (goes_on) stands.back().turned += TurnBetweenPoses(poses[i - 1], poses[i]);
     stands.back().views.push_back(static_cast<int>(i));
   }
-  std::erase_if(stands, [&](const Stand& stand) {
-    return static_cast<int>(stand.views.size()) < options.fewest_views;
-  });
+  std::erase_if(stands,
+                [&](const Stand& stand) { return static_cast<int>(stand.views.size()) < kFewestViews; });
   return stands;
 }
 
@@ -114,7 +117,7 @@ Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand,
                   const TurntableMaskOptions& options) {
   Learnt learnt;
   learnt.shifts.assign(stand.views.size(), {});
-  const double step = std::max(1.0, static_cast<double>(stand.views.size()) / options.most_compared);
+  const double step = std::max(1.0, static_cast<double>(stand.views.size()) / kMostCompared);
   const auto learn = [&] {
     std::vector<cv::Mat> compared, turning;
     for (double at = 0; at < static_cast<double>(stand.views.size()); at += step) {
@@ -240,7 +243,7 @@ class Masking {
       throw Error(
           "{}: the camera nowhere stood for {} or more, and what stands still is told from what turns by "
           "them; the next time let it stand for a whole turn of the table",
-          light_field_.root.string(), Counted(options_.fewest_views, "view"));
+          light_field_.root.string(), Counted(kFewestViews, "view"));
     stand_of_.assign(poses_.size(), -1);
     for (std::size_t s = 0; s < result_.stands.size(); ++s)
       for (const int view : result_.stands[s].views) stand_of_[At(view)] = static_cast<int>(s);
@@ -320,7 +323,7 @@ class Masking {
     std::vector<const Picture*> cut;
     for (std::size_t i = 0; i < pictures_.size(); ++i)
       if (stand_of_[i] >= 0) cut.push_back(&pictures_[i]);
-    const double step = std::max(1.0, static_cast<double>(cut.size()) / options_.most_silhouettes);
+    const double step = std::max(1.0, static_cast<double>(cut.size()) / kMostSilhouettes);
     for (double at = 0; at < static_cast<double>(cut.size()); at += step) {
       const Picture& picture = *cut[static_cast<std::size_t>(at)];
       if (const double reach = ReachOf(picture, center); reach > 0) reaches.push_back(reach);

@@ -23,10 +23,7 @@
 namespace ulf::render {
 
 struct TurntableMaskOptions {
-  int size_px = 640;       // longer side of the pictures that are compared; masks have the photographs' size
-  int fewest_views = 8;    // of a stand whose background can be learnt. Guessed.
-  int most_compared = 72;  // of a stand, to learn it from. Guessed.
-  int most_silhouettes = 120;  // that carve the hull. Guessed.
+  int size_px = 640;  // longer side of the pictures that are compared; masks have the photographs' size
   HullOptions hull = {};
 };
 

@@ -14,6 +14,15 @@
 namespace ulf::render {
 namespace {
 
+// The zoom grows by this factor until the photographs fill the pictures, and not beyond `most`: more zoom
+// would cut off what the path shows. Guessed.
+constexpr double kZoomStep = 1.06, kZoomMost = 1.6;
+// Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.
+constexpr double kUncovered = 0.005, kUncoveredAtWorst = 0.02;
+// Pictures of this width are rendered at about this many poses of the path. Guessed.
+constexpr int kWidthPx = 120;
+constexpr std::size_t kPoses = 12;
+
 using Eigen::Vector3d;
 
 // Guessed thresholds of the named paths.
@@ -228,16 +237,14 @@ CameraPath SweepPath(const RenderScene& scene, int frames) {
                    }));
 }
 
-double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
-                   const ZoomOptions& options) {
+double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
   const std::size_t poses = path.cam_from_world.size();
-  const std::size_t stride = std::max<std::size_t>(1, poses / options.poses);
+  const std::size_t stride = std::max<std::size_t>(1, poses / kPoses);
   const auto is_filled = [&](double zoom) {
     double sum = 0, worst = 0, count = 0;
     for (std::size_t i = 0; i < poses; i += stride, ++count) {
       const CameraModel& full = path.CameraOf(i, camera);
-      CameraModel small =
-          full.ScaledTo(options.width_px, std::max(1, options.width_px * full.height / full.width));
+      CameraModel small = full.ScaledTo(kWidthPx, std::max(1, kWidthPx * full.height / full.width));
       small.fx *= zoom;
       small.fy *= zoom;
       const Rendering picture = renderer.Render(small, path.cam_from_world[i]);
@@ -246,10 +253,10 @@ double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel
       sum += uncovered;
       worst = std::max(worst, uncovered);
     }
-    return sum <= options.uncovered * count && worst <= options.uncovered_at_worst;
+    return sum <= kUncovered * count && worst <= kUncoveredAtWorst;
   };
   double zoom = 1;
-  while (zoom * options.step <= options.most && !is_filled(zoom)) zoom *= options.step;
+  while (zoom * kZoomStep <= kZoomMost && !is_filled(zoom)) zoom *= kZoomStep;
   return zoom;
 }
 

@@ -46,21 +46,9 @@ CameraPath SpiralPath(const RenderScene& scene, int frames);
 CameraPath RisePath(const RenderScene& scene, int frames);
 CameraPath SweepPath(const RenderScene& scene, int frames);
 
-struct ZoomOptions {
-  // The zoom grows by this factor until the photographs fill the pictures, and not beyond `most`: more zoom
-  // would cut off what the path shows. Guessed.
-  double step = 1.06, most = 1.6;
-  // Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.
-  double uncovered = 0.005, uncovered_at_worst = 0.02;
-  // Pictures of this width are rendered at about this many poses of the path. Guessed.
-  int width_px = 120;
-  std::size_t poses = 12;
-};
-
 // The smallest zoom, from 1 on, at which the photographs fill the pictures along the path. Cameras that were
 // not held level leave the corners of pictures from other places uncovered.
-double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
-                   const ZoomOptions& options = {});
+double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
 
 bool IsNamedPath(const std::string& path);
 // Throws Refusal where `asked` pictures (0: any number) differ from the path's number of poses. `frames`: as it was asked

@@ -27,14 +27,10 @@ struct TextureAtlas {
   std::size_t Charts() const { return chart_begins.size(); }
 };
 
-struct TextureAtlasOptions {
-  int most_page_px = 8192;  // a power of two
-};
 // Texels around each chart that belong to it.
 inline constexpr int kChartPadding = 3;
 
 // `scene` is over the mesh. Throws Error where no view sees any of it, or where the page is too small for its charts.
-TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh,
-                              const TextureAtlasOptions& options = {});
+TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh);
 
 }  // namespace ulf::render

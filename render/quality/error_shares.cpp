@@ -8,6 +8,10 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kEdgePx = 4;
+constexpr int kThinPx = 8;
+constexpr double kJump = 0.02;  // of inverse depth, within edge_px: more is an edge
+
 constexpr std::array kBlurSigmasPx{0.6, 0.9, 1.3, 1.9};
 constexpr double kDisplacementStepPx = 0.5;  // displacements up to a pixel in each direction
 
@@ -16,16 +20,16 @@ cv::Mat Square(int reach_px) { return cv::Mat::ones(2 * reach_px + 1, 2 * reach_
 // CV_8U, 255 near jumps of inverse depth.
 cv::Mat DepthEdges(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
   cv::Mat most, least;
-  cv::dilate(inverse_depth, most, Square(options.edge_px));
-  cv::erode(inverse_depth, least, Square(options.edge_px));
-  return most - least > options.jump * most;
+  cv::dilate(inverse_depth, most, Square(kEdgePx));
+  cv::erode(inverse_depth, least, Square(kEdgePx));
+  return most - least > kJump * most;
 }
 
 // CV_8U, 255 on and beside what is near and narrow: an opening removes it from the inverse depth.
 cv::Mat ThinParts(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
   cv::Mat opened, thin;
-  cv::morphologyEx(inverse_depth, opened, cv::MORPH_OPEN, Square(options.thin_px / 2));
-  cv::dilate(inverse_depth - opened > options.jump * inverse_depth, thin, Square(options.edge_px));
+  cv::morphologyEx(inverse_depth, opened, cv::MORPH_OPEN, Square(kThinPx / 2));
+  cv::dilate(inverse_depth - opened > kJump * inverse_depth, thin, Square(kEdgePx));
   return thin;
 }
 

@@ -13,6 +13,8 @@
 namespace ulf::render {
 namespace {
 
+constexpr LightSampleOptions kLightFitSamples = {};
+
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -104,7 +106,7 @@ LightFit FitLight(const RenderScene& scene, const LightFitOptions& options) {
     camera_of.push_back(static_cast<int>(same - cameras.begin()));
     if (same == cameras.end()) cameras.push_back(view.camera);
   }
-  std::vector<LightSample> samples = SampleLight(scene, camera_of, options.samples, fit.points);
+  std::vector<LightSample> samples = SampleLight(scene, camera_of, kLightFitSamples, fit.points);
   fit.explained = {
       "light of the views",
       fmt::format("the first within {:g} % of the best at points that were held out, in this order",

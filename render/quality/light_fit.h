@@ -27,7 +27,6 @@
 namespace ulf::render {
 
 struct LightFitOptions {
-  LightSampleOptions samples = {};
   // The simplest model is kept whose error at held-out points is within this share, or this much, of the best.
   // Guessed; the second is a quarter of a level of 255.
   double within_share = 0.03, within = 0.001;

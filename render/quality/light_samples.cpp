@@ -15,6 +15,17 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kPointsPerView =
+    400;                            // tried; their number sets the error, which falls with its root. Guessed.
+constexpr int kMostPoints = 40000;  // in all: their number sets the time. Guessed.
+constexpr int kViewsPerPoint = 8;   // at most, of those that see it. Guessed.
+constexpr int kLightSampleMostAsked = 64;  // views that are asked whether they see a point. Guessed.
+// Light outside of these is not compared: clipped, or mostly noise. Shares of white. Guessed.
+constexpr float kLeastLight = 0.01f, kMostLight = 0.95f;
+// Of the log of light: what points differ by where the picture is smooth; where it is not, what a misplacement
+// by a pixel changes counts as well. Guessed.
+constexpr double kSmoothError = 0.02;
+
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -49,8 +60,8 @@ std::optional<LogLight> LogLightAt(const SceneView& view, const SmallPicture& pi
     light.counts[channel] = true;
     for (std::size_t i = 0; i < around.size(); ++i) {
       const float above_black = around[i][c] - view.black;
-      light.counts[channel] &= around[i][c] <= options.most_light && above_black >= options.least_light;
-      logs[i] = std::log(std::max(above_black, options.least_light) * view.scale);
+      light.counts[channel] &= around[i][c] <= kMostLight && above_black >= kLeastLight;
+      logs[i] = std::log(std::max(above_black, kLeastLight) * view.scale);
     }
     light.value[channel] = logs[0];
     light.slope[channel] = 0.5 * std::max(std::abs(logs[2] - logs[1]), std::abs(logs[4] - logs[3]));
@@ -105,10 +116,10 @@ std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<S
   std::array<LightSample, 3> samples;
   std::array<bool, 3> counts{true, true, true};
   std::uniform_int_distribution<int> any(0, static_cast<int>(scene.views.size()) - 1);
-  const bool asks_all = static_cast<int>(scene.views.size()) <= options.most_asked;
+  const bool asks_all = static_cast<int>(scene.views.size()) <= kLightSampleMostAsked;
   const int first = any(random);
   std::vector<int> asked;
-  for (int i = 0; i < std::min(options.most_asked, static_cast<int>(scene.views.size())); ++i) {
+  for (int i = 0; i < std::min(kLightSampleMostAsked, static_cast<int>(scene.views.size())); ++i) {
     // All in turn from a random one on, or random ones.
     const int index = i == 0     ? source
                       : asks_all ? (first + i) % static_cast<int>(scene.views.size())
@@ -124,10 +135,10 @@ std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<S
                       HalfDiagonal(view.camera).squaredNorm();
     for (std::size_t c = 0; c < 3; ++c) {
       counts[c] &= light->counts[c];
-      samples[c].seen.push_back({index, camera_of[At(index)], r2, light->value[c],
-                                 std::hypot(options.smooth_error, light->slope[c])});
+      samples[c].seen.push_back(
+          {index, camera_of[At(index)], r2, light->value[c], std::hypot(kSmoothError, light->slope[c])});
     }
-    if (static_cast<int>(samples[0].seen.size()) == options.views_per_point) break;
+    if (static_cast<int>(samples[0].seen.size()) == kViewsPerPoint) break;
   }
   std::vector<LightSample> kept;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -160,8 +171,7 @@ Eigen::Vector2d HalfDiagonal(const CameraModel& camera) { return {0.5 * camera.w
 std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector<int>& camera_of,
                                      const LightSampleOptions& options, std::size_t& points) {
   const std::vector<SmallPicture> pictures = SmallPictures(scene, options.size_px);
-  const int tries =
-      std::clamp(options.most_points / static_cast<int>(scene.views.size()), 1, options.points_per_view);
+  const int tries = std::clamp(kMostPoints / static_cast<int>(scene.views.size()), 1, kPointsPerView);
   std::vector<std::vector<LightSample>> of_views(scene.views.size());
   std::vector<std::size_t> counts(scene.views.size(), 0);
   ParallelFor(scene.views.size(), [&](std::size_t i) {

@@ -24,12 +24,7 @@
 namespace ulf::render {
 
 struct BracketMergeOptions {
-  bool align = true;                // false: as if the camera had stood still, for comparison
-  double trusted_ratio = 0.02;      // a told ratio that the pictures contradict by less stands. Guessed
-  double most_contradiction = 0.5;  // stops. Guessed
-  // How far an aligned exposure may lie off: poses that were tracked are right to 0.02 to 0.16 px (sim:lightbox, 5x2EV); the
-  // rest is geometry. Settled on seed 1 of sim:lightbox and sim:branch.
-  double misaligned_px = 0.2;
+  bool align = true;  // false: as if the camera had stood still, for comparison
 };
 
 struct MergedView {

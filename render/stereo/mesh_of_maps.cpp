@@ -11,13 +11,16 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kMapsCompared = 10;     // neighbours whose depth maps confirm a view's. Guessed.
+constexpr int kWidestSpacingPx = 64;  // FusionOptions::spacing_px does not grow further
+
 // Spaces the points wider until they are at most half as many as the surface may have triangles.
 std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
                                      const std::vector<std::vector<int>>& others, FusionOptions fusion,
                                      const MapsMeshOptions& options) {
   std::vector<FusedPoint> points = FusePoints(maps, others, fusion);
   while (points.size() > static_cast<std::size_t>(options.most_triangles) / 2 &&
-         fusion.spacing_px < options.widest_spacing_px) {
+         fusion.spacing_px < kWidestSpacingPx) {
     ++fusion.spacing_px;
     points = FusePoints(maps, others, fusion);
   }
@@ -31,7 +34,7 @@ std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, 
   for (const ViewDepth& map : maps) mapped.push_back(map.view);
   std::vector<std::vector<int>> others;
   for (std::size_t i = 0; i < mapped.size(); ++i)
-    others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = options.maps_compared}));
+    others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = kMapsCompared}));
   return others;
 }
 

@@ -11,6 +11,18 @@
 namespace ulf::render {
 namespace {
 
+// What a key, a step of the wheel or a drag does. All guessed.
+constexpr double kTurnRad = Radians(2);     // an arrow key
+constexpr double kDragRad = M_PI;           // a drag over the height of the window
+constexpr double kPan = 0.03;               // an arrow key with Shift, in distances to the target
+constexpr double kNearer = 1.05;            // PgUp, or a step of the wheel: divides the distance
+constexpr double kZoom = 1.05;              // +, or a step of the wheel with Shift
+constexpr double kStops = 0.25;             // E
+constexpr double kWider = 1.25;             // O, or a step of the wheel with Ctrl: multiplies the aperture
+constexpr double kViewerInputWidest = 100;  // the largest aperture, in least apertures
+constexpr double kFarther = 1.03;           // U: multiplies the distance of the focus
+constexpr double kStillPx = 4;              // a press that moves less is a click
+
 // Skips those for which a software rasteriser needs seconds: they have their own keys.
 FieldKind NextField(FieldKind kind) {
   auto next = std::ranges::find(kViewerFields, kind);
@@ -42,8 +54,8 @@ void ViewerInput::Handle(const InputEvent& event, const cv::Size& screen) {
 
 void ViewerInput::Turn(const WheelTurned& wheel) {
   if (wheel.control) return Widen(wheel.steps);
-  state_.camera = wheel.shift ? Zoomed(state_.camera, std::pow(options_.zoom, wheel.steps))
-                              : MovedIn(state_.camera, std::pow(options_.nearer, wheel.steps));
+  state_.camera = wheel.shift ? Zoomed(state_.camera, std::pow(kZoom, wheel.steps))
+                              : MovedIn(state_.camera, std::pow(kNearer, wheel.steps));
 }
 
 void ViewerInput::Click(const MouseButton& button) {
@@ -59,7 +71,7 @@ void ViewerInput::Click(const MouseButton& button) {
 
 void ViewerInput::Move(const Eigen::Vector2d& to, const cv::Size& screen) {
   if (pressed_ && dragging_) Drag(to - mouse_, screen);
-  if (pressed_ && !dragging_ && (to - pressed_at_).norm() >= options_.still_px) {
+  if (pressed_ && !dragging_ && (to - pressed_at_).norm() >= kStillPx) {
     dragging_ = true;
     Drag(to - pressed_at_, screen);
   }
@@ -70,7 +82,7 @@ void ViewerInput::Move(const Eigen::Vector2d& to, const cv::Size& screen) {
 void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
   if (screen.empty()) return;
   if (*pressed_ == 0) {
-    const double turn = options_.drag_rad / screen.height;
+    const double turn = kDragRad / screen.height;
     state_.camera = Orbited(state_.camera, -turn * by.x(), turn * by.y());
   } else {
     const double focal_px = state_.camera.For(screen).fx;
@@ -81,15 +93,14 @@ void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
 // An aperture is closed, or at least the least aperture.
 void ViewerInput::Widen(double steps) {
   constexpr double kRounding = 0.99;  // of the least aperture, after steps out and back
-  const double wider =
-      std::max(state_.aperture, least_aperture_ / options_.wider) * std::pow(options_.wider, steps);
+  const double wider = std::max(state_.aperture, least_aperture_ / kWider) * std::pow(kWider, steps);
   state_.aperture =
-      wider < kRounding * least_aperture_ ? 0 : std::min(wider, options_.widest * least_aperture_);
+      wider < kRounding * least_aperture_ ? 0 : std::min(wider, kViewerInputWidest * least_aperture_);
 }
 
 void ViewerInput::FocusFarther(double steps) {
   const Eigen::Vector3d& eye = state_.camera.eye_in_world;
-  state_.focus_in_world = eye + std::pow(options_.farther, steps) * (state_.focus_in_world - eye);
+  state_.focus_in_world = eye + std::pow(kFarther, steps) * (state_.focus_in_world - eye);
 }
 
 void ViewerInput::Open(const Aperture& aperture) {
@@ -99,8 +110,8 @@ void ViewerInput::Open(const Aperture& aperture) {
 
 void ViewerInput::Press(const KeyPressed& key) {
   const auto move = [&](double right, double up) {
-    state_.camera = key.shift ? Panned(state_.camera, options_.pan * right, options_.pan * up)
-                              : Orbited(state_.camera, options_.turn_rad * right, options_.turn_rad * up);
+    state_.camera = key.shift ? Panned(state_.camera, kPan * right, kPan * up)
+                              : Orbited(state_.camera, kTurnRad * right, kTurnRad * up);
   };
   switch (key.key) {
     case Key::kLeft:
@@ -112,10 +123,10 @@ void ViewerInput::Press(const KeyPressed& key) {
     case Key::kDown:
       return move(0, -1);
     case Key::kPageUp:
-      state_.camera = MovedIn(state_.camera, options_.nearer);
+      state_.camera = MovedIn(state_.camera, kNearer);
       return;
     case Key::kPageDown:
-      state_.camera = MovedIn(state_.camera, 1 / options_.nearer);
+      state_.camera = MovedIn(state_.camera, 1 / kNearer);
       return;
     case Key::kHome:
       state_.camera = start_;
@@ -165,16 +176,16 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
       return;
     case '+':
     case '=':  // the same key without Shift
-      state_.camera = Zoomed(state_.camera, options_.zoom);
+      state_.camera = Zoomed(state_.camera, kZoom);
       return;
     case '-':
-      state_.camera = Zoomed(state_.camera, 1 / options_.zoom);
+      state_.camera = Zoomed(state_.camera, 1 / kZoom);
       return;
     case 'e':
-      state_.exposure_stops += options_.stops;
+      state_.exposure_stops += kStops;
       return;
     case 'd':
-      state_.exposure_stops -= options_.stops;
+      state_.exposure_stops -= kStops;
       return;
     case 'o':
       return Widen(1);

@@ -40,31 +40,12 @@ struct ViewerRequest {
   Eigen::Vector2d img = {};  // of kFocus: the pixel
 };
 
-// What a key, a step of the wheel or a drag does. All guessed.
-struct ViewerInputOptions {
-  double turn_rad = Radians(2);  // an arrow key
-  double drag_rad = M_PI;        // a drag over the height of the window
-  double pan = 0.03;             // an arrow key with Shift, in distances to the target
-  double nearer = 1.05;          // PgUp, or a step of the wheel: divides the distance
-  double zoom = 1.05;            // +, or a step of the wheel with Shift
-  double stops = 0.25;           // E
-  double wider = 1.25;           // O, or a step of the wheel with Ctrl: multiplies the aperture
-  double widest = 100;           // the largest aperture, in least apertures
-  double farther = 1.03;         // U: multiplies the distance of the focus
-  double still_px = 4;           // a press that moves less is a click
-};
-
 class ViewerInput {
  public:
   // `proxies`: their number. `least_aperture`: the distance of neighbouring viewpoints; a smaller aperture
   // has no effect (aperture.h).
-  ViewerInput(const ViewerState& start, int proxies, double least_aperture,
-              const ViewerInputOptions& options = {})
-      : options_(options),
-        state_(start),
-        start_(start.camera),
-        proxies_(proxies),
-        least_aperture_(least_aperture) {}
+  ViewerInput(const ViewerState& start, int proxies, double least_aperture)
+      : state_(start), start_(start.camera), proxies_(proxies), least_aperture_(least_aperture) {}
 
   void Handle(const InputEvent& event, const cv::Size& screen);
   const ViewerState& state() const { return state_; }
@@ -86,8 +67,6 @@ class ViewerInput {
   void Request(ViewerRequest::What what, const Eigen::Vector2d& img = Eigen::Vector2d::Zero()) {
     requests_.push_back({what, img});
   }
-
-  ViewerInputOptions options_;
   ViewerState state_;
   ViewerCamera start_;
   int proxies_;

@@ -19,6 +19,31 @@
 namespace ulf::render {
 namespace {
 
+// A rim triangle whose circumscribed cap has a radius of more than this many local spacings is removed; an
+// interior one loses confidence. Guessed.
+constexpr double kWideTriangle = 3.0;
+// Radians. A gap into which a cap of this radius fits is an opening of the mesh, a smaller one is a hole
+// that triangles cover. Guessed.
+constexpr double kOpeningRad = 60.0 * 3.14159265358979323846 / 180.0;
+// Directions closer than this share of the local spacing share one vertex, others get a vertex each.
+// Guessed.
+constexpr double kDuplicateShare = 0.1;
+// The local spacing is taken as at least this share of the usual one: the tremor of a camera that stood
+// still is not a spacing. Guessed.
+constexpr double kLeastSpacingShare = 0.2;
+// Which nearest direction gives the local spacing: about as many as a regular mesh has at a vertex.
+constexpr int kSpacingNeighbour = 6;
+// A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
+constexpr int kMostSmoothingRounds = 20;
+// The mesh is a surface when at least this share of its vertices is interior, else a line. Guessed.
+constexpr double kLeastInteriorShare = 0.1;
+// Length of the outward tangents over the median distance: further than a picture looks past the rim.
+// Guessed.
+constexpr double kOutwardOverDistance = 8;
+// Cosine. An outward direction away from the cap's middle is used when its cosine with the boundary's
+// normal is larger, else the normal itself: the direction would lead back over the mesh. Guessed.
+constexpr double kLeastOutwardCosine = 0.2;
+
 using Eigen::Vector3d;
 
 std::vector<Vector3d> Directions(const ViewpointMesh& mesh) {
@@ -71,14 +96,14 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
                                                 const ViewpointMeshOptions& options) {
   constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
   const NearDirections near(directions);
-  const std::vector<double> spacing = LocalSpacing(directions, near, options.spacing_neighbour);
+  const std::vector<double> spacing = LocalSpacing(directions, near, kSpacingNeighbour);
   // Where all cameras stood still the median is only their tremor; the even spacing is then larger.
-  const double floor = options.least_spacing_share * std::max(Median(spacing), EvenSpacing(directions));
+  const double floor = kLeastSpacingShare * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
   constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> begun_by(directions.size(), kNone);  // the group that a direction is the first of
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    const double merge_rad = std::max(kSameRad, options.duplicate_share * std::max(spacing[i], floor));
+    const double merge_rad = std::max(kSameRad, kDuplicateShare * std::max(spacing[i], floor));
     std::size_t home = kNone;  // the first of those that are near enough; a chord is shorter than its angle
     near.Within(directions[i], merge_rad + kRounding, [&](std::size_t j) {
       if (begun_by[j] < home && AngleBetween(directions[j], directions[i]) < merge_rad) home = begun_by[j];
@@ -243,8 +268,8 @@ void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const Vi
     const Vector3d normal = along.cross(radial).normalized();
     Vector3d fan = radial.dot(middle) * radial - middle;
     fan = fan.norm() > 1e-6 ? Vector3d(fan.normalized()) : normal;
-    vertex.outward_in_world = options.outward_over_distance * mesh.median_distance *
-                              (fan.dot(normal) > options.least_outward_cosine ? fan : normal);
+    vertex.outward_in_world =
+        kOutwardOverDistance * mesh.median_distance * (fan.dot(normal) > kLeastOutwardCosine ? fan : normal);
     ++mesh.boundary_vertices;
   }
 }
@@ -279,14 +304,13 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const double cap = CapRadius(directions, mesh.triangles[t]);
     cap_ratio.push_back(cap / spacing[t]);
-    keep.push_back(cap < options.opening_rad);
+    keep.push_back(cap < kOpeningRad);
   }
   Keep(mesh.triangles, cap_ratio, keep);
   for (const int old : SplitPinches(static_cast<int>(mesh.vertices.size()), mesh.triangles))
     mesh.vertices.push_back(mesh.vertices[At(old)]);
-  PeelRim(static_cast<int>(mesh.vertices.size()), options.wide_triangle, mesh.triangles, cap_ratio);
-  for (const double ratio : cap_ratio)
-    mesh.confidence.push_back(std::min(1.0, options.wide_triangle / ratio));
+  PeelRim(static_cast<int>(mesh.vertices.size()), kWideTriangle, mesh.triangles, cap_ratio);
+  for (const double ratio : cap_ratio) mesh.confidence.push_back(std::min(1.0, kWideTriangle / ratio));
 }
 
 // The number of groups that stand at least the widest opening apart.
@@ -369,7 +393,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   constexpr double kSamePlaceShare = 1e-6;  // of the median distance: rounding
   ViewpointMesh mesh;
   mesh.center_in_world = subject.center_in_world;
-  mesh.opening_rad = options.opening_rad;
+  mesh.opening_rad = kOpeningRad;
 
   std::vector<int> views;
   std::vector<Vector3d> directions;
@@ -398,12 +422,11 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   std::size_t inside = 0;
   for (std::size_t i = 0; i < viewpoints; ++i)
     inside += !topology.neighbours[i].empty() && topology.boundary_neighbours[i][0] < 0;
-  if (static_cast<double>(inside) < options.least_interior_share * static_cast<double>(viewpoints) ||
-      inside == 0)
+  if (static_cast<double>(inside) < kLeastInteriorShare * static_cast<double>(viewpoints) || inside == 0)
     return mesh;
 
   mesh.span = Span::kSurface;
-  SmoothWhileFolding(mesh, topology, subject.radius, options.most_smoothing_rounds);
+  SmoothWhileFolding(mesh, topology, subject.radius, kMostSmoothingRounds);
   FindOutward(mesh, topology, options);
   double sum = 0;
   for (const MeshEdge& edge : topology.edges)

@@ -68,31 +68,6 @@ struct ViewpointMesh {
 struct ViewpointMeshOptions {
   bool in_plane = false;  // triangulate in the plane of azimuth and elevation about `up_in_world`
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
-
-  // A rim triangle whose circumscribed cap has a radius of more than this many local spacings is removed; an
-  // interior one loses confidence. Guessed.
-  double wide_triangle = 3.0;
-  // Radians. A gap into which a cap of this radius fits is an opening of the mesh, a smaller one is a hole
-  // that triangles cover. Guessed.
-  double opening_rad = 60.0 * 3.14159265358979323846 / 180.0;
-  // Directions closer than this share of the local spacing share one vertex, others get a vertex each.
-  // Guessed.
-  double duplicate_share = 0.1;
-  // The local spacing is taken as at least this share of the usual one: the tremor of a camera that stood
-  // still is not a spacing. Guessed.
-  double least_spacing_share = 0.2;
-  // Which nearest direction gives the local spacing: about as many as a regular mesh has at a vertex.
-  int spacing_neighbour = 6;
-  // A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
-  int most_smoothing_rounds = 20;
-  // The mesh is a surface when at least this share of its vertices is interior, else a line. Guessed.
-  double least_interior_share = 0.1;
-  // Length of the outward tangents over the median distance: further than a picture looks past the rim.
-  // Guessed.
-  double outward_over_distance = 8;
-  // Cosine. An outward direction away from the cap's middle is used when its cosine with the boundary's
-  // normal is larger, else the normal itself: the direction would lead back over the mesh. Guessed.
-  double least_outward_cosine = 0.2;
 };
 
 // `centers_in_world`: of all views. Views at the subject's centre have no direction and are left out.
