@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder_repair.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/mesh_file.h"
 
 namespace ulf::commands {

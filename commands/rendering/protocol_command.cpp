@@ -25,7 +25,6 @@
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/points_proxy.h"

@@ -26,7 +26,6 @@
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/proxy/depth_map_files.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"

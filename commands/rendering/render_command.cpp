@@ -29,12 +29,11 @@
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/output/camera_path.h"
-#include "render/output/frame_range.h"
 #include "render/output/path_files.h"
 #include "render/output/picture_files.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
-#include "render/proxy/geometry_names.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
 

@@ -11,7 +11,7 @@
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
-#include "render/proxy/geometry_names.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"

@@ -26,7 +26,6 @@
 #include "core/base/quantile.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "render/display/key_names.h"
 #include "render/display/surface.h"
 #include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"

@@ -67,6 +67,9 @@ class BlendingField {
   virtual std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const = 0;
 };
 
+// Where the weights sum to less before they are normalised, the field has no view. Guessed.
+inline constexpr double kLeastWeightOfField = 1e-4;
+
 // Confidence outside the hull of the viewpoints. Guessed.
 inline constexpr double kExtrapolatedConfidence = 0.25;
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,5 +55,18 @@ bool IsNamedPath(const std::string& path);
 // Throws Refusal where `asked` pictures (0: any number) differ from the path's number of poses. `frames`: as it was asked
 // for, such as "0:2/7".
 void RequireFrames(const CameraPath& path, int asked, const std::string& frames);
+
+// Which pictures of a path are rendered: a number of them, or a part of all, so that several machines can
+// share the work.
+struct FrameRange {
+  int count = 0;  // pictures of the whole path; 0: the path's own number
+  int first = 0;
+  std::optional<int> end = {};  // one past the last; none: all
+  bool operator==(const FrameRange&) const = default;
+};
+
+// "N": a path of N pictures; "A:B": the pictures A to B - 1, counted from 0, where A or B may be left out;
+// "A:B/N": both. Throws Refusal.
+FrameRange ParseFrames(const std::string& text);
 
 }  // namespace ulf::render

@@ -11,7 +11,6 @@
 #include "core/geometry/digest.h"
 #include "core/light_field/points/ply_reader.h"
 #include "render/proxy/depth_map_files.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/mesh_file.h"
 
 namespace ulf::render {

@@ -9,7 +9,7 @@
 #include "core/geometry/digest.h"
 #include "core/geometry/pinhole.h"
 #include "render/proxy/visible_points.h"
-#include "render/viewpoints/planar_delaunay.h"
+#include "render/viewpoints/delaunay.h"
 
 namespace ulf::render {
 

@@ -11,7 +11,6 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/planes_proxy.h"

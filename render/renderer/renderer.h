@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "render/fields/aperture.h"
@@ -84,7 +85,7 @@ class Renderer {
   // Fields without a mesh of viewpoints have no rings that could be widened: of them only the proxy changes.
   virtual void SetAperture(const std::optional<Aperture>& aperture) = 0;
   // Starts to read the photographs of a picture that is expected next.
-  virtual void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world);
+  virtual void Prefetch(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) {}
   // Whether the last picture lacked photographs that are still being read (RenderOptions::complete).
   virtual bool loading() const { return false; }
   // The field in use: FieldThatServes() of the one that was set.
@@ -112,9 +113,17 @@ struct FillingOptions {
 };
 // The nearest view must remain a single view, and the blur of a wide aperture consists of all its views:
 // these pixels are filled only where no own view sees the point.
-Filling FillingOf(const RenderOptions& options, const FillingOptions& filling = {});
+inline Filling FillingOf(const RenderOptions& options, const FillingOptions& filling = {}) {
+  if (options.field.kind == FieldKind::kNearest) return {kLeastWeight, 1};
+  if (!options.fill) return {};
+  return {options.aperture ? kLeastWeight : filling.whole_weight, filling.views};
+}
 
 // Throws Error for a camera with distortion or with values out of range.
-void RequireUndistorted(const CameraModel& camera);
+inline void RequireUndistorted(const CameraModel& camera) {
+  camera.Validate("the virtual camera");
+  if (camera.distortion != Distortion::kNone)
+    throw Error("the virtual camera has lens distortion; render with CameraModel::WithoutDistortion()");
+}
 
 }  // namespace ulf::render

@@ -14,7 +14,7 @@
 #include "core/base/json_text.h"
 #include "core/geometry/digest.h"
 #include "core/image/files/tiff_file.h"
-#include "render/proxy/indexed_file.h"
+#include "render/proxy/depth_map_files.h"
 
 namespace ulf::render {
 namespace {

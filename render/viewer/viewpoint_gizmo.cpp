@@ -9,7 +9,7 @@
 #include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "render/viewer/viewer_camera.h"
-#include "render/viewpoints/subject_center.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::render {
 namespace {

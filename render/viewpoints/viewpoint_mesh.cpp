@@ -11,10 +11,8 @@
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "render/viewpoints/delaunay.h"
 #include "render/viewpoints/near_directions.h"
-#include "render/viewpoints/planar_delaunay.h"
-#include "render/viewpoints/spherical_delaunay.h"
-#include "render/viewpoints/subject_center.h"
 
 namespace ulf::render {
 namespace {

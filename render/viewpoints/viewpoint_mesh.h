@@ -20,6 +20,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -76,5 +77,12 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_w
 
 // Whether a direction from the subject's centre meets the mesh.
 bool InsideHull(const ViewpointMesh& mesh, const Eigen::Vector3d& direction_in_world);
+
+// Whether a point is so near the subject's centre that it has no direction from there.
+inline bool IsAtCenter(const Subject& subject, const Eigen::Vector3d& point_in_world) {
+  // Of the subject's radius, or of one unit where that is larger: rounding.
+  constexpr double kLeastShare = 1e-9;
+  return !((point_in_world - subject.center_in_world).norm() > kLeastShare * std::max(1.0, subject.radius));
+}
 
 }  // namespace ulf::render

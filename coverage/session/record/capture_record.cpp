@@ -17,8 +17,8 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/measured/threshold_by_errors.h"
 #include "coverage/session/record/geometry_files.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/geometry_state.h"
+#include "render/proxy/mesh_file.h"
 
 namespace ulf::coverage {
 namespace {

@@ -14,7 +14,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/signal_stack.h"
 #include "core/base/thread_clock.h"
-#include "render/proxy/geometry_names.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/subject_in_mesh.h"
 #include "render/stereo/mesh_of_maps.h"
 

@@ -14,7 +14,6 @@
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/mesh_file.h"
 #include "render/quality/evaluate.h"
 #include "tests/render/scenes/held_photograph.h"

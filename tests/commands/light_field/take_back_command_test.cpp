@@ -13,7 +13,6 @@
 #include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"

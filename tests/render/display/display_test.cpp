@@ -1,15 +1,14 @@
 // Tests: render/display/surface, render/display/painter, render/display/shapes, render/display/live_texture,
-// render/display/plain_panels, render/display/picture_window, render/display/key_names.
+// render/display/plain_panels, render/display/live_texture, render/display/surface.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
 #include "core/base/error.h"
-#include "render/display/key_names.h"
 #include "render/display/live_texture.h"
-#include "render/display/picture_window.h"
 #include "render/display/plain_panels.h"
+#include "render/display/surface.h"
 #include "tests/support/floors.h"
 
 namespace ulf {

@@ -1,4 +1,4 @@
-// Tests: render/output/picture_files, render/output/tiled_rendering, render/output/frame_range,
+// Tests: render/output/picture_files, render/output/tiled_rendering, render/output/camera_path,
 // render/output/video, commands/rendering/render_command.
 //
 // What `ulf render` leaves: formats, layers, folders that are filled by several and go on after a kill.
@@ -31,7 +31,7 @@
 #include "core/video/video_reader.h"
 #include "render/fields/field_options.h"
 #include "render/gl/make_renderer.h"
-#include "render/output/frame_range.h"
+#include "render/output/camera_path.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
 #include "render/proxy/points_proxy.h"

@@ -15,7 +15,6 @@
 #include "core/base/error.h"
 #include "core/light_field/folder/leftovers.h"
 #include "core/light_field/light_field_io.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"

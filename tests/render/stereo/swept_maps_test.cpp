@@ -1,4 +1,4 @@
-// Tests: render/stereo/swept_maps, render/proxy/indexed_file.
+// Tests: render/stereo/swept_maps, render/proxy/depth_map_files.
 #include "render/stereo/swept_maps.h"
 #include "core/base/json_text.h"
 
@@ -12,7 +12,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "render/proxy/indexed_file.h"
+#include "render/proxy/depth_map_files.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

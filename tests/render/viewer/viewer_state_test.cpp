@@ -9,7 +9,7 @@
 #include <functional>
 
 #include "core/base/error.h"
-#include "render/display/key_names.h"
+#include "render/display/surface.h"
 #include "render/fields/field_options.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"

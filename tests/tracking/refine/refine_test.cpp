@@ -14,7 +14,6 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
-#include "render/proxy/geometry_names.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/support/child_process.h"
