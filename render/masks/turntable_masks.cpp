@@ -82,7 +82,7 @@ double TurnBetweenPoses(const Rigid3& a, const Rigid3& b) {
 
 // Those with enough views, of one camera.
 std::vector<Stand> UsableStands(const TurnAxis& axis, const LightField& light_field,
-                                const std::vector<Rigid3>& poses, const TurntableMaskOptions& options) {
+                                const std::vector<Rigid3>& poses) {
   const std::vector<int> stand_of = StandsOf(axis, poses);
   std::vector<Stand> stands;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -113,8 +113,7 @@ struct Learnt {
 
 constexpr double kWorthShifting = 0.1;  // pixels; guessed
 
-Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand,
-                  const TurntableMaskOptions& options) {
+Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand) {
   Learnt learnt;
   learnt.shifts.assign(stand.views.size(), {});
   const double step = std::max(1.0, static_cast<double>(stand.views.size()) / kMostCompared);
@@ -238,7 +237,7 @@ class Masking {
           "height",
           light_field_.root.string());
     result_.axis = *axis;
-    result_.stands = UsableStands(*axis, light_field_, poses_, options_);
+    result_.stands = UsableStands(*axis, light_field_, poses_);
     if (result_.stands.empty())
       throw Error(
           "{}: the camera nowhere stood for {} or more, and what stands still is told from what turns by "
@@ -251,7 +250,7 @@ class Masking {
   }
 
   void LearnStandAt(std::size_t s) {
-    learnt_.push_back(LearnStand(pictures_, result_.stands[s], options_));
+    learnt_.push_back(LearnStand(pictures_, result_.stands[s]));
     outside_.push_back(StillToTheRim(learnt_.back().background));
     colors_.emplace_back(learnt_.back().background, outside_.back());
     DoubtForeignColors(learnt_.back().background, outside_.back(), colors_.back());

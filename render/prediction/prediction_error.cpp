@@ -100,21 +100,21 @@ struct Sums {
   std::vector<double> off;
 };
 
-double Db(double mse, const PredictionErrorOptions& options) {
+double Db(double mse) {
   const double least = kPeak * kPeak * std::pow(10, -kPredictionErrorMostDb / 10);
   return 10 * std::log10(kPeak * kPeak / std::max(mse, least));
 }
 
-void Finish(Sums sums, const PredictionErrorOptions& options, RegionError& region) {
+void Finish(Sums sums, RegionError& region) {
   if (region.measured > 0) {
     region.misregistration_px = std::sqrt(std::max(0.0, sums.off2 / region.measured));
     constexpr double kWorstTenth = 0.9;
     region.worst_px = Quantile(std::move(sums.off), kWorstTenth);
   }
   if (region.seen == 0) return;
-  region.db = Db(sums.mse / region.seen, options);
-  region.db_aligned = Db(sums.aligned / region.seen, options);
-  region.db_leveled = Db(sums.leveled / region.seen, options);
+  region.db = Db(sums.mse / region.seen);
+  region.db_aligned = Db(sums.aligned / region.seen);
+  region.db_leveled = Db(sums.leveled / region.seen);
   region.contrast = std::sqrt(sums.contrast / region.seen);
 }
 
@@ -268,8 +268,8 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
   const double predicted_detail = inside.predicted_detail - predicted.noise_share * noise_detail;
   if (error.inside.seen > 0 && predicted_detail > kPredictionErrorLeastDetail * error.inside.seen)
     error.detail_ratio = std::max(0.0, inside.detail - noise_detail) / predicted_detail;
-  Finish(std::move(inside), options, error.inside);
-  Finish(std::move(outside), options, error.outside);
+  Finish(std::move(inside), error.inside);
+  Finish(std::move(outside), error.outside);
   return error;
 }
 

@@ -28,7 +28,7 @@ float Slope(float before, float here, float behind, float edge) {
 }  // namespace
 
 // Computed from the rays through the edge of the view's image.
-CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& options) {
+CameraModel ShadowMapCamera(const CameraModel& view) {
   constexpr int kSteps = 16;         // on each side of the image
   constexpr double kSideways = 1e9;  // of rays that do not go forwards; limited by most_slope
   Eigen::Vector2d low(0, 0), high(0, 0);
@@ -72,7 +72,7 @@ double ShadowMap::Visibility(const Eigen::Vector3d& point_in_view) const {
 
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
                         const Rigid3& view_from_world, const ShadowMapOptions& options) {
-  ShadowMap map{.camera = ShadowMapCamera(view_camera, options), .least_inverse_depth = {}};
+  ShadowMap map{.camera = ShadowMapCamera(view_camera), .least_inverse_depth = {}};
   const cv::Mat inverse = DrawInverseDepth(occluder, map.camera, view_from_world);
   cv::Mat least(inverse.size(), CV_32F);
   for (int y = 0; y < inverse.rows; ++y)

@@ -36,7 +36,7 @@ struct ShadowMapOptions {
 };
 
 // The camera of a view's map: it covers what the view sees, without the view's distortion.
-CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& options = {});
+CameraModel ShadowMapCamera(const CameraModel& view);
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
                         const Rigid3& view_from_world, const ShadowMapOptions& options = {});
 

@@ -18,7 +18,7 @@ constexpr double kDisplacementStepPx = 0.5;  // displacements up to a pixel in e
 cv::Mat Square(int reach_px) { return cv::Mat::ones(2 * reach_px + 1, 2 * reach_px + 1, CV_8U); }
 
 // CV_8U, 255 near jumps of inverse depth.
-cv::Mat DepthEdges(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
+cv::Mat DepthEdges(const cv::Mat& inverse_depth) {
   cv::Mat most, least;
   cv::dilate(inverse_depth, most, Square(kEdgePx));
   cv::erode(inverse_depth, least, Square(kEdgePx));
@@ -26,7 +26,7 @@ cv::Mat DepthEdges(const cv::Mat& inverse_depth, const ErrorShareOptions& option
 }
 
 // CV_8U, 255 on and beside what is near and narrow: an opening removes it from the inverse depth.
-cv::Mat ThinParts(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
+cv::Mat ThinParts(const cv::Mat& inverse_depth) {
   cv::Mat opened, thin;
   cv::morphologyEx(inverse_depth, opened, cv::MORPH_OPEN, Square(kThinPx / 2));
   cv::dilate(inverse_depth - opened > kJump * inverse_depth, thin, Square(kEdgePx));
@@ -111,8 +111,8 @@ ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, cons
                         const cv::Mat& depth, const cv::Mat& confidence, const ErrorShareOptions& options) {
   cv::Mat kinds = Explanations(rendered, photograph, valid, options).Kinds().clone();
   const cv::Mat inverse_depth = 1 / depth;
-  kinds.setTo(static_cast<int>(ErrorKind::kEdge), DepthEdges(inverse_depth, options));
-  kinds.setTo(static_cast<int>(ErrorKind::kThin), ThinParts(inverse_depth, options));
+  kinds.setTo(static_cast<int>(ErrorKind::kEdge), DepthEdges(inverse_depth));
+  kinds.setTo(static_cast<int>(ErrorKind::kThin), ThinParts(inverse_depth));
   kinds.setTo(static_cast<int>(ErrorKind::kUnseen), confidence <= 0);
 
   ErrorShares shares;

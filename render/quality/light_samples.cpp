@@ -43,8 +43,7 @@ struct LogLight {
   std::array<double, 3> value{}, slope{};
   std::array<bool, 3> counts{};
 };
-std::optional<LogLight> LogLightAt(const SceneView& view, const SmallPicture& picture, const Vector2d& img,
-                                   const LightSampleOptions& options) {
+std::optional<LogLight> LogLightAt(const SceneView& view, const SmallPicture& picture, const Vector2d& img) {
   const auto sample = [&](double x, double y) {
     return SampleLevel(picture.pixels, view.camera, img + picture.pixel * Vector2d(x, y));
   };
@@ -111,7 +110,7 @@ std::vector<Vector3d> PointsOf(const RenderScene& scene, const SceneView& view, 
 // were left out for that, a limit would cut the bright views of one point and the dark ones of the next.
 std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<SmallPicture>& pictures,
                                    const std::vector<int>& camera_of, int source, const Vector3d& point,
-                                   std::mt19937& random, const LightSampleOptions& options) {
+                                   std::mt19937& random) {
   constexpr double kSeen = 0.999;  // neither at an edge of the proxy nor at that of the image
   std::array<LightSample, 3> samples;
   std::array<bool, 3> counts{true, true, true};
@@ -129,7 +128,7 @@ std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<S
     const SceneView& view = scene.views[At(index)];
     const auto seen = view.See(point);
     if (!seen || seen->feather < kSeen) continue;
-    const auto light = LogLightAt(view, pictures[At(index)], seen->img, options);
+    const auto light = LogLightAt(view, pictures[At(index)], seen->img);
     if (!light) continue;
     const double r2 = (seen->img - Vector2d(view.camera.cx, view.camera.cy)).squaredNorm() /
                       HalfDiagonal(view.camera).squaredNorm();
@@ -177,7 +176,7 @@ std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector
   ParallelFor(scene.views.size(), [&](std::size_t i) {
     std::mt19937 random(static_cast<unsigned>(i + 1));
     for (const Vector3d& point : PointsOf(scene, scene.views[i], tries)) {
-      auto samples = SamplesOf(scene, pictures, camera_of, static_cast<int>(i), point, random, options);
+      auto samples = SamplesOf(scene, pictures, camera_of, static_cast<int>(i), point, random);
       if (samples.empty()) continue;
       const bool held_out = counts[i]++ % kHeldOutEvery == 0;
       for (LightSample& sample : samples) {

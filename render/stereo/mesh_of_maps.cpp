@@ -28,8 +28,7 @@ std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
 }
 
 // For each map the others that may confirm it, and how.
-std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject,
-                                            const MapsMeshOptions& options) {
+std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject) {
   std::vector<StereoView> mapped;
   for (const ViewDepth& map : maps) mapped.push_back(map.view);
   std::vector<std::vector<int>> others;
@@ -56,7 +55,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   Stopwatch watch;
   std::vector<Eigen::Vector3d> centers;
   for (const ViewDepth& map : maps) centers.push_back(map.view.center_in_world);
-  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject, options);
+  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   const FusionOptions fusion = FusionOf(maps.size(), options);
   KeepWhatAgrees(maps, others, fusion);
   double agreeing = 0, pixels = 0;
@@ -76,7 +75,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
 std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
                                              const TriangleMesh& mesh, const Subject& subject,
                                              const MapsMeshOptions& options) {
-  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject, options);
+  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   FusionOptions fusion = FusionOf(maps.size(), options);
   fusion.tolerance_planes = kConfirmedPlanes;
   KeepWhatAgrees(maps, others, fusion);

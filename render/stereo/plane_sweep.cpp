@@ -322,7 +322,7 @@ int OwnBest(const CostVolume& volume, int x, int y) {
 }
 
 // Each pixel's own best plane; -1 where even that costs too much.
-cv::Mat_<int> LikedPlanes(const CostVolume& volume, const SweepOptions& options) {
+cv::Mat_<int> LikedPlanes(const CostVolume& volume) {
   const int most = CostByte(kLikedCost);
   cv::Mat_<int> liked(volume.height(), volume.width(), -1);
   for (int y = 0; y < liked.rows; ++y)
@@ -411,7 +411,7 @@ PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const
       for (int column = left; column <= right; ++column)
         near.Add(column, row, at - kAroundPlanes, at + kAroundPlanes);
   };
-  const cv::Mat_<int> liked = LikedPlanes(volume, options);
+  const cv::Mat_<int> liked = LikedPlanes(volume);
   for (int y = 0; y < chosen.rows; ++y)
     for (int x = 0; x < chosen.cols; ++x) {
       add(x, y, chosen.at<float>(y, x));

@@ -226,7 +226,7 @@ double Irregularity(const Tetrahedra& space, Cell cell, int k,
 // Other faces close the surface where no view looked.
 bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face,
                const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& point_of,
-               const std::vector<Vector3d>& centers, const SurfaceOptions& options) {
+               const std::vector<Vector3d>& centers) {
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t a = face[i], b = face[(i + 1) % 3];
@@ -298,7 +298,7 @@ TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector
         face[i] = space.corners[cell][kFace[k][2 - i]];
         finite = finite && face[i] != Tetrahedra::kAtInfinity;
       }
-      if (!finite || !Supported(space, face, points, point_of, centers_in_world, options)) continue;
+      if (!finite || !Supported(space, face, points, point_of, centers_in_world)) continue;
       for (std::uint32_t& corner : face) {
         if (number[corner] == Tetrahedra::kAtInfinity) {
           number[corner] = static_cast<std::uint32_t>(mesh.vertices.size());

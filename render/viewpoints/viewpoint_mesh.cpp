@@ -90,8 +90,7 @@ double EvenSpacing(const std::vector<Vector3d>& directions) {
 }
 
 // Directions closer than a share of the local spacing, in groups.
-std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions,
-                                                const ViewpointMeshOptions& options) {
+std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions) {
   constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
   const NearDirections near(directions);
   const std::vector<double> spacing = LocalSpacing(directions, near, kSpacingNeighbour);
@@ -120,8 +119,7 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
 // distance. Grouping makes the directions sparser, so it is repeated until nothing changes.
 std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
                                               const std::vector<Vector3d>& directions,
-                                              const std::vector<double>& distances, double median_distance,
-                                              const ViewpointMeshOptions& options) {
+                                              const std::vector<double>& distances, double median_distance) {
   std::vector<std::vector<std::size_t>> groups(directions.size());
   for (std::size_t i = 0; i < directions.size(); ++i) groups[i] = {i};
   for (std::size_t before = groups.size() + 1; groups.size() < before;) {
@@ -129,7 +127,7 @@ std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
     std::vector<Vector3d> heads;
     for (const auto& group : groups) heads.push_back(directions[group.front()]);
     std::vector<std::vector<std::size_t>> merged;
-    for (const std::vector<std::size_t>& together : GroupOnce(heads, options)) {
+    for (const std::vector<std::size_t>& together : GroupOnce(heads)) {
       auto& out = merged.emplace_back();
       for (const std::size_t group : together)
         out.insert(out.end(), groups[group].begin(), groups[group].end());
@@ -254,7 +252,7 @@ void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, d
 
 // Outward tangents point away from the middle of the cap, so that the strips between them do not cross. Where
 // that direction leads back over the mesh, the tangent is the boundary's normal.
-void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const ViewpointMeshOptions& options) {
+void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology) {
   const Vector3d middle = Sum(Directions(mesh)).normalized();
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const auto [before, behind] = topology.boundary_neighbours[i];
@@ -408,7 +406,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   double extent = 0;
   for (const int view : views)
     extent = std::max(extent, (centers_in_world[At(view)] - centers_in_world[At(views[0])]).norm());
-  for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance, options))
+  for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance))
     mesh.vertices.push_back({.position_in_world = centers_in_world[At(group.front())], .views = group});
   if (extent <= kSamePlaceShare * mesh.median_distance) return mesh;
   mesh.groups = CountGroups(mesh);
@@ -425,7 +423,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
 
   mesh.span = Span::kSurface;
   SmoothWhileFolding(mesh, topology, subject.radius, kMostSmoothingRounds);
-  FindOutward(mesh, topology, options);
+  FindOutward(mesh, topology);
   double sum = 0;
   for (const MeshEdge& edge : topology.edges)
     sum += AngleBetween(mesh.vertices[At(edge.from)].position_in_world - mesh.center_in_world,
