@@ -1,4 +1,4 @@
-// The size at which a picture is drawn while its camera moves: the largest that allows thirty pictures a second,
+// The size at which a picture is drawn while its camera moves: the largest that allows the pictures a second that are wanted,
 // in steps that halve the number of pixels, and not below a quarter of the width. Assumes that the time is proportional to
 // the number of pixels.
 #pragma once
@@ -13,6 +13,9 @@ namespace ulf::render {
 
 class MovingSize {
  public:
+  // `fps`: pictures a second that are wanted.
+  explicit MovingSize(double fps = 30) : fps_(fps) {}
+
   static constexpr std::array<double, 5> kShares{1, 0.707, 0.5, 0.354, 0.25};  // of width and height
 
   cv::Size For(const cv::Size& screen) const {
@@ -23,7 +26,7 @@ class MovingSize {
   // or not.
   // Two successive frames must agree, because a single frame may have waited for photographs or a shader.
   void AddFrame(double ms, const cv::Size& drawn, const cv::Size& screen) {
-    const double target_ms = 1000 / kFps;
+    const double target_ms = 1000 / fps_;
     const double full_ms = ms * screen.area() / std::max(1, drawn.area());
     const auto [least_ms, most_ms] = std::minmax(full_ms, full_ms_);
     const auto ms_at = [&](double of_full_ms, std::size_t step) {
@@ -35,11 +38,11 @@ class MovingSize {
   }
 
  private:
-  static constexpr double kFps = 30;  // wanted
   // In times of 1 / fps. A frame that takes longer than the first makes the size smaller; one that would take
   // less than the second at the next larger size makes it larger. Guessed.
   static constexpr double kTooSlow = 1.2, kQuickEnough = 0.8;
 
+  double fps_;
   std::size_t step_ = 0;
   double full_ms_ = 0;  // the time of the last frame, converted to full size
 };

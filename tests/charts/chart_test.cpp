@@ -1,5 +1,3 @@
-// Tests: tests/charts/plot/chart, tests/charts/plot/chart_layout, tests/charts/plot/gnuplot.
-//
 // The room that draws: which rows are the front and which is ringed, that tables come back as they were, and
 // that names lie on nothing.
 #include "tests/charts/chart.h"

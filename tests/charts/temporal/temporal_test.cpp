@@ -1,6 +1,3 @@
-// Tests: tests/charts/temporal/temporal_error, tests/charts/temporal/step_error,
-// tests/charts/temporal/temporal_evaluation, tests/charts/temporal/truth, tests/charts/temporal/temporal_quality.
-//
 // How restless a rendering is: what the number punishes, and the program that measures it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
