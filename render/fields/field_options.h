@@ -1,5 +1,5 @@
-// Which blending field is drawn (blending_field.h), with its details: kinds, their names, and the field that viewpoints
-// allow.
+// Which blending field is drawn (blending_field.h), with its details: kinds, their names, and the field that
+// viewpoints allow.
 #pragma once
 
 #include <string>
@@ -38,8 +38,9 @@ struct FieldOptions {
   int lumigraph_k = 0;                // views that get weight at a point; 0: chosen by FieldThatServes()
   double lumigraph_resolution = 0.1;  // penalty in radians for a view twice as far away as V
   int lumigraph_triangles = 2000;     // of the image, for weights at vertices
-  // Of the soft field: the standard deviation of the views' weights, in the fourth smallest penalty. Narrow: what shines
-  // keeps its place; wide: errors of poses and depth average out. Settled on fern (0.8) and fox_half (0.5).
+  // Of the soft field: the standard deviation of the views' weights, in the fourth smallest penalty. Narrow:
+  // what shines keeps its place; wide: errors of poses and depth average out. Settled on fern (0.8) and
+  // fox_half (0.5).
   double soft_width = kNarrowSoft;
   bool operator==(const FieldOptions&) const = default;
 };
@@ -55,9 +56,9 @@ FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mes
 
 // With fewer views none are left out and compared. Guessed.
 inline constexpr int kFewestViewsCompared = 10;
-// The field, with these details, that every command, the viewer, the review of a capture and a page draw where nothing is
-// compared: lumigraph weights of few views, because they smooth the least, else subdivision; of both what the viewpoints
-// allow.
+// The field, with these details, that every command, the viewer, the review of a capture and a page draw
+// where nothing is compared: lumigraph weights of few views, because they smooth the least, else subdivision;
+// of both what the viewpoints allow.
 FieldOptions DefaultField(const RenderScene& scene, const FieldOptions& details = {});
 
 }  // namespace ulf::render

@@ -80,8 +80,8 @@ SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double 
   return sum.Take();
 }
 
-// One level. Vertices stay and the midpoints of edges come after them, in the order of MakeTopology()'s edges.
-// Triangle t = (a, b, c) becomes 4 t and the three after it: (a, ab, ca), (ab, b, bc), (ca, bc, c),
+// One level. Vertices stay and the midpoints of edges come after them, in the order of MakeTopology()'s
+// edges. Triangle t = (a, b, c) becomes 4 t and the three after it: (a, ab, ca), (ab, b, bc), (ca, bc, c),
 // (ab, bc, ca). `is_first`: the edges are Delaunay's, and kDelaunay's first rule holds.
 SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, SubdivisionRules rules, bool is_first) {
   const bool is_loop = rules == SubdivisionRules::kLoop;

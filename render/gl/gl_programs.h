@@ -17,7 +17,8 @@ class GlPrograms {
   void Build(const RenderScene& scene, bool show_field, bool has_triangles);
 
   const GlProgram& cover() const { return cover_; }
-  // For up to `views` views of a triangle; `direct`: these are all views of the triangle. Built at the first call.
+  // For up to `views` views of a triangle; `direct`: these are all views of the triangle. Built at the first
+  // call.
   const GlProgram& FanBatch(int views, bool direct);
   int most_views_of_fan_batch() const { return most_views_of_fan_batch_; }
   // Whether all views have the same camera, which then is a uniform.

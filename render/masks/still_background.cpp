@@ -12,7 +12,8 @@
 namespace ulf::render {
 namespace {
 
-// All guessed. Of a pixel's pictures: those that agree with a background, and those that do so one after the other.
+// All guessed. Of a pixel's pictures: those that agree with a background, and those that do so one after the
+// other.
 constexpr double kStillShare = 0.96;
 constexpr double kDoubtedShare = 0.04, kKnownShare = 0.1;
 constexpr std::size_t kRun = 3;

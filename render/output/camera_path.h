@@ -1,5 +1,5 @@
-// Camera paths, and the named ones around the subject (path_files.h has those in files). Poses in the light field's
-// world.
+// Camera paths, and the named ones around the subject (path_files.h has those in files). Poses in the light
+// field's world.
 #pragma once
 
 #include <filesystem>
@@ -52,8 +52,8 @@ CameraPath SweepPath(const RenderScene& scene, int frames);
 double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
 
 bool IsNamedPath(const std::string& path);
-// Throws Refusal where `asked` pictures (0: any number) differ from the path's number of poses. `frames`: as it was asked
-// for, such as "0:2/7".
+// Throws Refusal where `asked` pictures (0: any number) differ from the path's number of poses. `frames`: as
+// it was asked for, such as "0:2/7".
 void RequireFrames(const CameraPath& path, int asked, const std::string& frames);
 
 // Which pictures of a path are rendered: a number of them, or a part of all, so that several machines can

@@ -1,7 +1,7 @@
-// A mesh of fewer triangles: vertices that lie in one cell of a grid become one (Rossignac and Borrel 1993), at the place
-// that is nearest to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification of large polygonal
-// models"). The mesh need not be a manifold. Cells have one size, or grow with the distance from a centre, as the scene does
-// in pictures that are taken around it.
+// A mesh of fewer triangles: vertices that lie in one cell of a grid become one (Rossignac and Borrel 1993),
+// at the place that is nearest to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification
+// of large polygonal models"). The mesh need not be a manifold. Cells have one size, or grow with the
+// distance from a centre, as the scene does in pictures that are taken around it.
 #pragma once
 
 #include <cstddef>

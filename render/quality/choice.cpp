@@ -23,8 +23,8 @@
 namespace ulf::render {
 namespace {
 
-// Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own size: what good
-// geometry gains, small pictures do not show. Guessed.
+// Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own
+// size: what good geometry gains, small pictures do not show. Guessed.
 constexpr int kDetailedSizePx = 1600, kWindowPx = 400;
 
 // Guessed.

@@ -22,8 +22,8 @@ constexpr int kViewsPerPoint = 8;   // at most, of those that see it. Guessed.
 constexpr int kLightSampleMostAsked = 64;  // views that are asked whether they see a point. Guessed.
 // Light outside of these is not compared: clipped, or mostly noise. Shares of white. Guessed.
 constexpr float kLeastLight = 0.01f, kMostLight = 0.95f;
-// Of the log of light: what points differ by where the picture is smooth; where it is not, what a misplacement
-// by a pixel changes counts as well. Guessed.
+// Of the log of light: what points differ by where the picture is smooth; where it is not, what a
+// misplacement by a pixel changes counts as well. Guessed.
 constexpr double kSmoothError = 0.02;
 
 using Eigen::Vector2d;

@@ -23,8 +23,8 @@ namespace {
 
 constexpr double kTrustedRatio = 0.02;  // a told ratio that the pictures contradict by less stands. Guessed
 constexpr double kMostContradiction = 0.5;  // stops. Guessed
-// How far an aligned exposure may lie off: poses that were tracked are right to 0.02 to 0.16 px (sim:lightbox, 5x2EV); the
-// rest is geometry. Settled on seed 1 of sim:lightbox and sim:branch.
+// How far an aligned exposure may lie off: poses that were tracked are right to 0.02 to 0.16 px
+// (sim:lightbox, 5x2EV); the rest is geometry. Settled on seed 1 of sim:lightbox and sim:branch.
 constexpr double kMisalignedPx = 0.2;
 
 constexpr double kBlurAtEdges =

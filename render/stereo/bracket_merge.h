@@ -35,8 +35,8 @@ struct MergedView {
   std::vector<std::string> left_out;  // a sentence each
 };
 
-// The best geometry that the light field has of its own, else the plane through its subject. Throws Refusal where it
-// has neither geometry nor subject, and the optical axes meet nowhere.
+// The best geometry that the light field has of its own, else the plane through its subject. Throws Refusal
+// where it has neither geometry nor subject, and the optical axes meet nowhere.
 std::shared_ptr<const Proxy> ProxyForBrackets(const LightField& light_field);
 
 // Depth of what the view shows, along the optical axis of its picture's pixels: CV_32FC1, world units.

@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kAroundPx = 6;      // surroundings of a tile
 constexpr int kAroundPlanes = 3;  // on either side of a plane that is chosen
-// At half the size a pixel's best plane counts as well as the chosen one, up to this cost, where so many of the nine
-// pixels around like it, too.
+// At half the size a pixel's best plane counts as well as the chosen one, up to this cost, where so many of
+// the nine pixels around like it, too.
 constexpr float kLikedCost = 0.65f;
 constexpr int kLikedBy = 3;
 

@@ -1,6 +1,6 @@
-// Depth maps of a share of a light field's views, made by one process and fused by another (proxy_builder.h), on one disk.
-// A folder holds each map as a TIFF of 32-bit floats, and for each share
-// an index, written last: a share is there as a whole or not at all, and one that is made again replaces itself.
+// Depth maps of a share of a light field's views, made by one process and fused by another (proxy_builder.h),
+// on one disk. A folder holds each map as a TIFF of 32-bit floats, and for each share an index, written last:
+// a share is there as a whole or not at all, and one that is made again replaces itself.
 #pragma once
 
 #include <cstdint>

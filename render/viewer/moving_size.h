@@ -1,6 +1,6 @@
-// The size at which a picture is drawn while its camera moves: the largest that allows the pictures a second that are wanted,
-// in steps that halve the number of pixels, and not below a quarter of the width. Assumes that the time is proportional to
-// the number of pixels.
+// The size at which a picture is drawn while its camera moves: the largest that allows the pictures a second
+// that are wanted, in steps that halve the number of pixels, and not below a quarter of the width. Assumes
+// that the time is proportional to the number of pixels.
 #pragma once
 
 #include <algorithm>

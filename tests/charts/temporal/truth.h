@@ -24,9 +24,9 @@ class TruthSource {
   virtual void RequireSameWorld(const render::RenderScene& scene) = 0;
 };
 
-// `name`: "sim:studio?seed=7", the device of a light field that was captured with poses in the simulator's world, or a
-// folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear light), numbered as by `ulf render -o FOLDER`. Throws
-// Error for any other name.
+// `name`: "sim:studio?seed=7", the device of a light field that was captured with poses in the simulator's
+// world, or a folder of frame_00000.png (8 or 16 bits, sRGB) or .exr (linear light), numbered as by `ulf
+// render -o FOLDER`. Throws Error for any other name.
 std::unique_ptr<TruthSource> TruthFromName(const std::string& name);
 
 }  // namespace ulf::test

@@ -1,5 +1,6 @@
 // Tests: render/fields/blending_field, render/fields/field_options, render/fields/make_field,
-// render/fields/mesh_field, render/fields/lumigraph_field, render/fields/image_triangulation, render/fields/ray_cone.
+// render/fields/mesh_field, render/fields/lumigraph_field, render/fields/image_triangulation,
+// render/fields/ray_cone.
 #include "render/fields/blending_field.h"
 
 #include <gmock/gmock.h>
