@@ -29,12 +29,10 @@
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/output/gltf_file.h"
-#include "render/output/mesh_split.h"
 #include "render/output/quilt.h"
 #include "render/output/surface_views.h"
 #include "render/output/texture_atlas.h"
-#include "render/output/texture_baking.h"
-#include "render/proxy/mesh_simplification.h"
+#include "render/proxy/mesh_resolution.h"
 #include "render/proxy/proxy_choice.h"
 
 namespace ulf::commands {

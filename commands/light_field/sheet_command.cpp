@@ -18,7 +18,7 @@
 #include "coverage/operator/coverage_drawing.h"
 #include "render/fields/blending_field.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"

@@ -26,7 +26,7 @@
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"

@@ -297,4 +297,12 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
   return picture;
 }
 
+std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
+                                       const RenderOptions& options) {
+  if (scene->views.empty()) throw Error("there are no views to render from; leave fewer of them out");
+  if (options.renderer == RendererKind::kReference)
+    return std::make_unique<ReferenceRenderer>(std::move(scene), options);
+  return std::make_unique<GlRenderer>(std::move(scene), options);
+}
+
 }  // namespace ulf::render

@@ -28,6 +28,8 @@
 #include "render/gl/gl_photographs.h"
 #include "render/renderer/renderer.h"
 
+#include <memory>
+
 namespace ulf::render {
 
 // How a picture is shown on a screen.
@@ -71,5 +73,10 @@ class GlRenderer : public Renderer {
  private:
   std::unique_ptr<struct GlRendererState> state_;
 };
+
+// Throws Error for a scene without views. RendererKind::kGl throws Error without a usable OpenGL 4.5; it says
+// what was tried and names the reference renderer.
+std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
+                                       const RenderOptions& options);
 
 }  // namespace ulf::render

@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"

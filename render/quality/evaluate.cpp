@@ -8,8 +8,8 @@
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
-#include "render/output/narrow_gaps.h"
+#include "render/gl/gl_renderer.h"
+#include "render/output/picture_files.h"
 #include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {

@@ -3,7 +3,7 @@
 // (render/gl/gl_renderer.h), which is fast and must agree with it.
 //
 //   auto scene = LoadScene(ReadLightField(dir), {});
-//   auto renderer = MakeRenderer(scene, {});  // render/gl/make_renderer.h
+//   auto renderer = MakeRenderer(scene, {});  // render/gl/gl_renderer.h
 //   const Rendering picture = renderer->Render(camera, cam_from_world);
 //   WritePictureFile("picture.png", Srgb8FromLinear(picture.linear));
 //

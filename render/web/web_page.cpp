@@ -18,7 +18,7 @@
 #include "core/light_field/exchange/xml_file.h"
 #include "render/fields/field_options.h"
 #include "render/fields/mesh_field.h"
-#include "render/proxy/mesh_simplification.h"
+#include "render/proxy/mesh_resolution.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/web/embedded_page.h"
 #include "render/web/web_file.h"

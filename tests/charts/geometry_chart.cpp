@@ -2,7 +2,7 @@
 #include <map>
 
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/charts/makers.h"

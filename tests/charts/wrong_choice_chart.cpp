@@ -10,7 +10,7 @@
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/quality/choice.h"
 #include "render/quality/quality.h"
 #include "render/stereo/proxy_builder.h"

@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/quality/evaluate.h"
 #include "tests/charts/plot/gnuplot.h"
 #include "tests/charts/temporal/step_error.h"

@@ -22,7 +22,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/output/path_files.h"
 #include "tests/charts/temporal/temporal_evaluation.h"
 #include "tests/charts/temporal/truth.h"

@@ -19,7 +19,7 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/marker_mouse.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/quality/nearest_view.h"
 #include "render/quality/quality.h"
 #include "render/renderer/renderer.h"

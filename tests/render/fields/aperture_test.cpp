@@ -16,7 +16,7 @@
 #include "render/fields/aperture_field.h"
 #include "render/fields/blending_field.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/output/path_files.h"
 #include "render/renderer/renderer.h"
 #include "tests/render/scenes/agreement.h"

@@ -1,4 +1,4 @@
-// Tests: render/output/gltf_file, render/output/texture_atlas, render/output/texture_baking,
+// Tests: render/output/gltf_file, render/output/texture_atlas,
 // render/output/surface_views.
 //
 // A textured mesh for other programs: the file by the rules of glTF 2.0, its cameras against the photographs', its
@@ -19,9 +19,8 @@
 #include "core/geometry/angles.h"
 #include "core/image/files/png_picture.h"
 #include "render/output/gltf_file.h"
-#include "render/output/mesh_split.h"
 #include "render/output/texture_atlas.h"
-#include "render/output/texture_baking.h"
+#include "render/proxy/mesh_resolution.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 

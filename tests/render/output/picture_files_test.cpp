@@ -30,7 +30,7 @@
 #include "core/light_field/points/point_ply.h"
 #include "core/video/video_reader.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"

@@ -9,7 +9,7 @@
 
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/scene/exposure_scales.h"
 #include "tests/render/scenes/agreement.h"
 #include "tests/render/scenes/synthetic_views.h"

@@ -19,7 +19,7 @@
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/quality/evaluate.h"
 #include "render/renderer/renderer.h"
 #include "tests/render/scenes/held_photograph.h"

@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "render/fields/field_options.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/points_proxy.h"
 #include "render/quality/choice.h"

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/visible_points.h"

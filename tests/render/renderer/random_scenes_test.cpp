@@ -17,7 +17,7 @@
 
 #include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "render/renderer/renderer.h"
 #include "tests/render/scenes/agreement.h"

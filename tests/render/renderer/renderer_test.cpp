@@ -1,5 +1,5 @@
 // Tests: render/renderer/renderer, render/renderer/reference_renderer, render/scene/scene,
-// render/gl/gl_renderer, render/gl/gl_renderer_state, render/gl/make_renderer, render/gl/gl_over_triangles,
+// render/gl/gl_renderer_state, render/gl/gl_renderer, render/gl/gl_over_triangles,
 // render/gl/gl_programs, render/gl/gl_triangles, render/gl/gl_views.
 #include "render/renderer/renderer.h"
 
@@ -16,7 +16,6 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer.h"
 #include "render/gl/gl_triangles.h"
-#include "render/gl/make_renderer.h"
 #include "render/proxy/proxy.h"
 #include "tests/render/scenes/agreement.h"
 #include "tests/render/scenes/held_photograph.h"

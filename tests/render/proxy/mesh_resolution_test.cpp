@@ -1,4 +1,4 @@
-// Tests: render/output/mesh_split, render/proxy/mesh_simplification.
+// Tests: render/proxy/mesh_resolution.
 //
 // Coarser and finer meshes are the same surface.
 #include <gtest/gtest.h>
@@ -7,8 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "render/output/mesh_split.h"
-#include "render/proxy/mesh_simplification.h"
+#include "render/proxy/mesh_resolution.h"
 #include "tests/support/floors.h"
 
 namespace ulf {
