@@ -1,16 +1,16 @@
 #include "commands/light_field/export_scene.h"
-#include "commands/help_text.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "commands/help_text.h"
 #include "commands/number_checks.h"
 #include "commands/rendering/chosen_model.h"
 #include "commands/rendering/scene_options.h"

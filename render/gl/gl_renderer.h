@@ -23,12 +23,12 @@
 // need.
 #pragma once
 
+#include <memory>
+
 #include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
 #include "render/gl/gl_photographs.h"
 #include "render/renderer/renderer.h"
-
-#include <memory>
 
 namespace ulf::render {
 

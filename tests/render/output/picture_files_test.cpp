@@ -3,16 +3,15 @@
 //
 // What `ulf render` leaves: formats, layers, folders that are filled by several and go on after a kill.
 #include "render/output/picture_files.h"
-#include "core/base/json_text.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
-
 #include <chrono>
 #include <cmath>
 #include <fstream>
@@ -26,6 +25,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/video/video_reader.h"

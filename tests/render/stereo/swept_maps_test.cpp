@@ -1,6 +1,5 @@
 // Tests: render/stereo/swept_maps, render/proxy/depth_map_files.
 #include "render/stereo/swept_maps.h"
-#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +11,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "render/proxy/depth_map_files.h"
 #include "tests/support/test_paths.h"
 
