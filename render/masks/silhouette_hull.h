@@ -19,14 +19,10 @@ struct Silhouette {
   cv::Mat mask;  // CV_8U, 0 outside
 };
 
-struct HullOptions {
-  int cells = 112;  // along a side of the cube
-};
-
 class SilhouetteHull {
  public:
   SilhouetteHull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& center_in_world,
-                 double half_side, const HullOptions& options = {});
+                 double half_side);
 
   bool empty() const { return surface_.empty(); }
   double CellSize() const { return 2 * half_side_ / cells_; }

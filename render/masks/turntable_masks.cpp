@@ -15,6 +15,7 @@
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "render/masks/background_cut.h"
+#include "render/masks/silhouette_hull.h"
 #include "render/masks/still_background.h"
 
 namespace ulf::render {
@@ -335,7 +336,7 @@ class Masking {
           "picture?",
           light_field_.root.string());
     constexpr double kMargin = 1.05;
-    return {silhouettes, center, kMargin * Quantile(reaches, 0.5), options_.hull};
+    return {silhouettes, center, kMargin * Quantile(reaches, 0.5)};
   }
 
   TurntableMasks Finished(const SilhouetteHull& hull) {

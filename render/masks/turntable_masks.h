@@ -18,13 +18,11 @@
 #include "core/base/progress.h"
 #include "core/geometry/turn_axis.h"
 #include "core/light_field/light_field.h"
-#include "render/masks/silhouette_hull.h"
 
 namespace ulf::render {
 
 struct TurntableMaskOptions {
   int size_px = 640;  // longer side of the pictures that are compared; masks have the photographs' size
-  HullOptions hull = {};
 };
 
 struct Stand {

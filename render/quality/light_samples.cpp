@@ -15,6 +15,8 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kComparedSizePx =
+    480;  // longer side of the pictures that are compared, at most: as proxies are made
 constexpr int kPointsPerView =
     400;                            // tried; their number sets the error, which falls with its root. Guessed.
 constexpr int kMostPoints = 40000;  // in all: their number sets the time. Guessed.
@@ -168,8 +170,8 @@ std::vector<SmallPicture> SmallPictures(const RenderScene& scene, int size_px) {
 Eigen::Vector2d HalfDiagonal(const CameraModel& camera) { return {0.5 * camera.width, 0.5 * camera.height}; }
 
 std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector<int>& camera_of,
-                                     const LightSampleOptions& options, std::size_t& points) {
-  const std::vector<SmallPicture> pictures = SmallPictures(scene, options.size_px);
+                                     std::size_t& points) {
+  const std::vector<SmallPicture> pictures = SmallPictures(scene, kComparedSizePx);
   const int tries = std::clamp(kMostPoints / static_cast<int>(scene.views.size()), 1, kPointsPerView);
   std::vector<std::vector<LightSample>> of_views(scene.views.size());
   std::vector<std::size_t> counts(scene.views.size(), 0);

@@ -10,15 +10,11 @@
 
 namespace ulf::render {
 
-struct LightSampleOptions {
-  int size_px = 480;  // longer side of the pictures that are compared, at most: as proxies are made
-};
-
 Eigen::Vector2d HalfDiagonal(const CameraModel& camera);  // pixels
 
 // A fifth of the points is held out. `camera_of`: of each view; `points`: how many there are. The same whatever the
 // number of threads; none over a proxy without triangles.
 std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector<int>& camera_of,
-                                     const LightSampleOptions& options, std::size_t& points);
+                                     std::size_t& points);
 
 }  // namespace ulf::render

@@ -103,20 +103,18 @@ struct Filling {
   double whole = kLeastWeight;  // below this sum of weights a pixel is filled up
   int views = 0;                // that fill it; 0: pixels are not filled
 };
-struct FillingOptions {
-  // Sum of weights below which other views fill up a pixel, for fields of several views. Guessed; with
-  // lumigraph weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of
-  // the proxy (docs/architecture.md, What differs from the first plan).
-  double whole_weight = 0.5;
-  // Views that fill a pixel, by lumigraph weights. Guessed.
-  int views = 4;
-};
+// Sum of weights below which other views fill up a pixel, for fields of several views. Guessed; with lumigraph
+// weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of the proxy
+// (docs/architecture.md, What differs from the first plan).
+inline constexpr double kWholeWeight = 0.5;
+// Views that fill a pixel, by lumigraph weights. Guessed.
+inline constexpr int kFillingViews = 4;
 // The nearest view must remain a single view, and the blur of a wide aperture consists of all its views:
 // these pixels are filled only where no own view sees the point.
-inline Filling FillingOf(const RenderOptions& options, const FillingOptions& filling = {}) {
+inline Filling FillingOf(const RenderOptions& options) {
   if (options.field.kind == FieldKind::kNearest) return {kLeastWeight, 1};
   if (!options.fill) return {};
-  return {options.aperture ? kLeastWeight : filling.whole_weight, filling.views};
+  return {options.aperture ? kLeastWeight : kWholeWeight, kFillingViews};
 }
 
 // Throws Error for a camera with distortion or with values out of range.
