@@ -15,7 +15,7 @@
 namespace ulf::render {
 namespace {
 
-// The zoom grows by this factor until the photographs fill the pictures, and not beyond `most`: more zoom
+// The zoom grows by this factor until the photographs fill the pictures, and not beyond the second: more zoom
 // would cut off what the path shows. Guessed.
 constexpr double kZoomStep = 1.06, kZoomMost = 1.6;
 // Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.

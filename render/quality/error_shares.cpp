@@ -15,7 +15,7 @@ constexpr double kMostLeftShare =
     0.5;  // of the squared error in the window: an explanation leaves at most this much
 constexpr int kEdgePx = 4;
 constexpr int kThinPx = 8;
-constexpr double kJump = 0.02;  // of inverse depth, within edge_px: more is an edge
+constexpr double kJump = 0.02;  // of inverse depth, within kEdgePx: more is an edge
 
 constexpr std::array kBlurSigmasPx{0.6, 0.9, 1.3, 1.9};
 constexpr double kDisplacementStepPx = 0.5;  // displacements up to a pixel in each direction

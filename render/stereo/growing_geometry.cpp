@@ -22,8 +22,7 @@ constexpr double kMostOneSided = 0.7;
 // A map is made anew when corrected poses move what it shows by more, in pixels of its image. Guessed.
 constexpr double kStalePx = 1.0;
 
-// From the depth maps of other views: the depths of what a view has in its image, for a sweep with
-// `neighbours`. None where `known` show too little of its image.
+// How RangeOfKnown() finds a range.
 constexpr int kGridX = 8, kGridY = 6;  // parts of the image
 constexpr double kLeastParts = 0.7;    // share of the parts that known depths must reach. Guessed.
 constexpr int kStepPx = 5;             // of the known maps, from one depth that is looked at to the next

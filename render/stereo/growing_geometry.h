@@ -22,6 +22,8 @@
 
 namespace ulf::render {
 
+// Finds the depths of what a view has in its image from the depth maps of other views, for a sweep with
+// `neighbours`. None where `known` show too little of its image.
 std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const std::vector<const StereoView*>& neighbours,
                                               const std::vector<const ViewDepth*>& known);
