@@ -312,7 +312,7 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
 // The number of groups that stand at least the widest opening apart.
 int CountGroups(const ViewpointMesh& mesh) {
   const std::vector<Vector3d> directions = Directions(mesh);
-  const double least_cosine = std::cos(mesh.opening_rad);
+  const double least_cosine = std::cos(kOpeningRad);
   std::vector<Vector3d> apart = directions;  // from all that were reached
   int groups = 0;
   while (!apart.empty()) {
@@ -335,7 +335,7 @@ std::string GroupsText(const ViewpointMesh& mesh) {
   if (mesh.groups < 2) return {};
   return fmt::format(
       "; they stand in {} groups, {:.0f} deg or more apart: pictures from between them are a guess",
-      mesh.groups, Degrees(mesh.opening_rad));
+      mesh.groups, Degrees(kOpeningRad));
 }
 
 }  // namespace
@@ -389,7 +389,6 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   constexpr double kSamePlaceShare = 1e-6;  // of the median distance: rounding
   ViewpointMesh mesh;
   mesh.center_in_world = subject.center_in_world;
-  mesh.opening_rad = kOpeningRad;
 
   std::vector<int> views;
   std::vector<Vector3d> directions;

@@ -52,10 +52,8 @@ struct ViewpointMesh {
   int boundary_vertices = 0;
   int smoothing_rounds = 0;
   bool folds_remain = false;
-  // How many groups of views there are, at least ViewpointMeshOptions::opening_rad apart; 0: no view has a
-  // direction.
+  // How many groups of views there are, at least an opening (60 degrees) apart; 0: no view has a direction.
   int groups = 0;
-  double opening_rad = 0;      // the ViewpointMeshOptions::opening_rad of this mesh
   double median_distance = 0;  // of the views to the subject's centre, world units
   double mean_edge_rad = 0;    // mean angle of an edge as seen from the subject's centre
 
