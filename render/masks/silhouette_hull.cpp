@@ -9,7 +9,6 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kCells = 112;  // along a side of the cube
 // So many silhouettes leave a cell out, of those that have it in their picture, and it is empty. Guessed.
 constexpr double kEmptyShare = 0.06;
 constexpr int kFewestEmpty = 2;
@@ -19,8 +18,8 @@ constexpr int kFewestEmpty = 2;
 using Eigen::Vector3d;
 
 SilhouetteHull::SilhouetteHull(std::span<const Silhouette> silhouettes, const Vector3d& center_in_world,
-                               double half_side)
-    : center_in_world_(center_in_world), half_side_(half_side), cells_(kCells) {
+                               double half_side, int cells)
+    : center_in_world_(center_in_world), half_side_(half_side), cells_(cells) {
   const int n = cells_;
   const auto at = [n](int x, int y, int z) {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(n) + static_cast<std::size_t>(y)) *

@@ -21,8 +21,9 @@ struct Silhouette {
 
 class SilhouetteHull {
  public:
+  // `cells`: along a side of the cube.
   SilhouetteHull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& center_in_world,
-                 double half_side);
+                 double half_side, int cells = 112);
 
   bool empty() const { return surface_.empty(); }
   double CellSize() const { return 2 * half_side_ / cells_; }

@@ -4,7 +4,6 @@ namespace ulf::render {
 namespace {
 
 // All guessed on simulated scenes (tests/render/prediction/error_cause_test), and reported on others.
-constexpr double kGoodDb = 33;           // inside the silhouette, after the noise: nothing to explain
 constexpr double kCauseLeastSeen = 0.6;  // share of the silhouette that views see, and that has geometry
 constexpr double kPoseSigmas = 2.5;      // beyond these a motion is an error of the pose
 constexpr double kLeastPosePx = 0.7;     // and it moves the picture by as much
@@ -58,7 +57,7 @@ Shares SharesInside(const PredictionError& error) {
 const char* Name(ErrorCause cause) { return kTexts[static_cast<std::size_t>(cause)].name; }
 const char* InWords(ErrorCause cause) { return kTexts[static_cast<std::size_t>(cause)].words; }
 
-ErrorCause CauseOf(const PredictionError& error) {
+ErrorCause CauseOf(const PredictionError& error, double good_db) {
   if (error.inside.SeenShare() < kCauseLeastSeen || error.on_mesh_share < kCauseLeastSeen)
     return ErrorCause::kNotSeen;
   const Shares shares = SharesInside(error);
@@ -67,7 +66,7 @@ ErrorCause CauseOf(const PredictionError& error) {
     return ErrorCause::kPose;
   if (error.gain_spread > kMostGainSpread) return ErrorCause::kLight;
   if (error.detail_ratio < kFocusDetail) return ErrorCause::kFocus;
-  if (error.inside.db >= kGoodDb) return ErrorCause::kNone;
+  if (error.inside.db >= good_db) return ErrorCause::kNone;
   if (shares.aligned - shares.leveled > kLightShare * shares.error) return ErrorCause::kLight;
   if (error.inside.misregistration_px < kLeastOffPx) return ErrorCause::kDetail;
   if (shares.by_view < kAlignedShare * shares.measured_error) return ErrorCause::kGeometry;

@@ -25,6 +25,7 @@ inline constexpr std::array kErrorCauses{ErrorCause::kNone,     ErrorCause::kNot
 const char* Name(ErrorCause cause);     // as in files: "none", "not_seen", ...
 const char* InWords(ErrorCause cause);  // for the person with the camera
 
-ErrorCause CauseOf(const PredictionError& error);
+// `good_db`: inside the silhouette, after the noise, nothing is to be explained from there on. Guessed.
+ErrorCause CauseOf(const PredictionError& error, double good_db = 33);
 
 }  // namespace ulf::render

@@ -31,8 +31,6 @@ constexpr double kDuplicateShare = 0.1;
 constexpr double kLeastSpacingShare = 0.2;
 // Which nearest direction gives the local spacing: about as many as a regular mesh has at a vertex.
 constexpr int kSpacingNeighbour = 6;
-// A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
-constexpr int kMostSmoothingRounds = 20;
 // The mesh is a surface when at least this share of its vertices is interior, else a line. Guessed.
 constexpr double kLeastInteriorShare = 0.1;
 // Length of the outward tangents over the median distance: further than a picture looks past the rim.

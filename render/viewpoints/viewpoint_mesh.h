@@ -69,6 +69,9 @@ struct ViewpointMeshOptions {
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
 };
 
+// A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
+inline constexpr int kMostSmoothingRounds = 20;
+
 // `centers_in_world`: of all views. Views at the subject's centre have no direction and are left out.
 ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_world, const Subject& subject,
                                 const ViewpointMeshOptions& options = {});

@@ -61,7 +61,7 @@ ErrorMeter::Options MeterOptions(const CaptureRecord::Options& options) {
   constexpr double kOnlyShown = 0.1;
   if (options.cover.by == CoverBy::kBound) meter.processor_share = kOnlyShown;
   meter.every_frame = options.deterministic;
-  meter.cause.good_db = options.cover.db;
+  meter.good_db = options.cover.db;
   return meter;
 }
 
