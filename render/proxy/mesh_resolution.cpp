@@ -1,3 +1,4 @@
+#include "render/proxy/mesh_resolution.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>

@@ -1,3 +1,4 @@
+#include "render/viewpoints/delaunay.h"
 
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Delaunay_triangulation_on_sphere_2.h>
