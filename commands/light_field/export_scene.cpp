@@ -130,7 +130,7 @@ int RunGltf(const GltfArgs& args) {
   WriteFileAtomically(colored, render::GlbBytes(model));
   StopWhereAsked();
   progress.Show(0.4, "charts of the texture");
-  const render::TextureAtlas atlas = render::MakeTextureAtlas(*scene, *mesh, {args.texture_px});
+  const render::TextureAtlas atlas = render::MakeTextureAtlas(*scene, *mesh, args.texture_px);
   StopWhereAsked();
   progress.Show(0.6, "baking the texture");
   model.texture_png = PngBytes(render::BakeTexture(*scene, atlas, shares));

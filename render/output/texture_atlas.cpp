@@ -18,8 +18,6 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kMostPagePx = 8192;  // a power of two
-
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using CornerIndices = std::array<std::uint32_t, 3>;
@@ -203,7 +201,7 @@ void PackOnPage(std::vector<ChartPiece>& pieces, int most_px, TextureAtlas& atla
 
 }  // namespace
 
-TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh) {
+TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh, int most_page_px) {
   const std::vector<int> labels = LabelsOf(scene, mesh);
   TextureAtlas atlas;
   atlas.unseen = static_cast<std::size_t>(std::ranges::count(labels, kNoChart));
@@ -238,7 +236,7 @@ TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh
     }
     piece.vertices = static_cast<std::uint32_t>(atlas.source.size()) - piece.first_vertex;
   }
-  PackOnPage(pieces, kMostPagePx, atlas);
+  PackOnPage(pieces, most_page_px, atlas);
   atlas.texel.resize(atlas.source.size());
   for (const ChartPiece& piece : pieces)
     for (std::uint32_t i = piece.first_vertex; i < piece.first_vertex + piece.vertices; ++i)

@@ -33,7 +33,7 @@ struct TextureAtlas {
 inline constexpr int kChartPadding = 3;
 
 // `scene` is over the mesh. Throws Error where no view sees any of it, or where the page is too small for its charts.
-TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh);
+TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh, int most_page_px = 8192);
 
 // The texture of an atlas, baked from the photographs.
 // CV_8UC3, 8-bit sRGB, in the page's size. Each texel is blended from the views that share its triangle's corners
