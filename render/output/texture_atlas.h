@@ -32,7 +32,8 @@ struct TextureAtlas {
 // Texels around each chart that belong to it.
 inline constexpr int kChartPadding = 3;
 
-// `scene` is over the mesh. Throws Error where no view sees any of it, or where the page is too small for its charts.
+// `scene` is over the mesh; `most_page_px`: a power of two. Throws Error where no view sees any of it, or where the
+// page is too small for its charts.
 TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh, int most_page_px = 8192);
 
 // The texture of an atlas, baked from the photographs.
