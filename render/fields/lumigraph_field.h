@@ -11,6 +11,7 @@
 
 #include "render/fields/blending_field.h"
 #include "render/fields/field_options.h"
+#include "render/scene/scene.h"
 
 namespace ulf::render {
 

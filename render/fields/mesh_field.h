@@ -20,6 +20,7 @@
 
 #include "render/fields/blending_field.h"
 #include "render/fields/loop_subdivision.h"
+#include "render/scene/scene.h"
 
 namespace ulf::render {
 
