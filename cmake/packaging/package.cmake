@@ -29,8 +29,7 @@ foreach(library avformat avcodec avutil swscale)
   string(REGEX MATCH "^[0-9]+" major "${ffmpeg_lib${library}_VERSION}")
   string(APPEND CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS ", lib${library}${major}")
 endforeach()
-# Plots (--plot) need gnuplot, which brings seventy packages.
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ulf-dev, colmap, gnuplot-nox | gnuplot")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ulf-dev, colmap")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
 "captures and renders unstructured light fields
 ulf captures light fields with one camera held in the hand: it tells which

@@ -73,7 +73,7 @@ std::vector<std::string> OptionsOf(const CLI::App& app) {
 
 // Files to write, by option. `ulf calibration` may write what it reads, and looks at it first.
 bool IsOutput(const CLI::App& command, const CLI::Option& option) {
-  constexpr std::array<std::string_view, 8> kOutputs{"--output",          "--final",      "--plot",
+  constexpr std::array<std::string_view, 8> kOutputs{"--output",          "--final",      "--table",
                                                      "--calibration-out", "--screenshot", "--map",
                                                      "--overlay",         "--preview"};
   return command.get_name() != "calibration" &&

@@ -15,7 +15,7 @@
 #include "core/base/output_path.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/image.h"
-#include "render/display/picture_window.h"
+#include "render/display/live_texture.h"
 
 namespace ulf::commands {
 namespace {

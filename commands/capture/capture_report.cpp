@@ -9,7 +9,7 @@
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
-#include "render/proxy/geometry_state.h"
+#include "render/proxy/mesh_file.h"
 
 namespace ulf::commands {
 namespace {

@@ -1,16 +1,16 @@
 #include "commands/light_field/export_scene.h"
-#include "commands/help_text.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "commands/help_text.h"
 #include "commands/number_checks.h"
 #include "commands/rendering/chosen_model.h"
 #include "commands/rendering/scene_options.h"
@@ -27,12 +27,12 @@
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/formats/transforms_camera.h"
+#include "render/fields/field_options.h"
 #include "render/output/gltf_file.h"
-#include "render/output/mesh_resolution.h"
 #include "render/output/quilt.h"
 #include "render/output/surface_views.h"
 #include "render/output/texture_atlas.h"
-#include "render/output/texture_baking.h"
+#include "render/proxy/mesh_resolution.h"
 #include "render/proxy/proxy_choice.h"
 
 namespace ulf::commands {
@@ -117,7 +117,7 @@ int RunGltf(const GltfArgs& args) {
   if (const auto light = LightOf(args, *scene, proxy)) scene = render::WithLight(*scene, *light);
   const auto most_triangles = static_cast<std::size_t>(args.triangles);
   const auto mesh = std::make_shared<const render::TriangleMesh>(render::Split(
-      render::Clustered(*proxy->Occluder(), most_triangles), scene->Centers(), kMostSlope, most_triangles));
+      render::Simplified(*proxy->Occluder(), most_triangles), scene->Centers(), kMostSlope, most_triangles));
   scene = render::WithProxy(*scene, std::make_shared<render::MeshProxy>(scene->subject, mesh));
 
   progress.Show(0.05, "which views see the surface");
@@ -130,7 +130,7 @@ int RunGltf(const GltfArgs& args) {
   WriteFileAtomically(colored, render::GlbBytes(model));
   StopWhereAsked();
   progress.Show(0.4, "charts of the texture");
-  const render::TextureAtlas atlas = render::MakeTextureAtlas(*scene, *mesh, {args.texture_px});
+  const render::TextureAtlas atlas = render::MakeTextureAtlas(*scene, *mesh, args.texture_px);
   StopWhereAsked();
   progress.Show(0.6, "baking the texture");
   model.texture_png = PngBytes(render::BakeTexture(*scene, atlas, shares));

@@ -6,7 +6,7 @@
 
 #include "core/base/counted.h"
 #include "render/proxy/depth_map_files.h"
-#include "render/proxy/proxy_choice.h"
+#include "render/proxy/mesh_file.h"
 
 namespace ulf::commands {
 namespace {

@@ -11,7 +11,6 @@
 #include "core/light_field/folder/repair_plan.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
-#include "render/proxy/proxy_choice.h"
 
 namespace ulf::commands {
 namespace {

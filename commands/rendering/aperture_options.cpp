@@ -9,6 +9,7 @@
 #include "commands/number_checks.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "render/fields/field_options.h"
 
 namespace ulf::commands {
 namespace {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/fields/field_options.h"
 #include "render/output/camera_path.h"
 
 namespace ulf::commands {

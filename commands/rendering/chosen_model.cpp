@@ -3,7 +3,8 @@
 #include <optional>
 
 #include "core/base/progress.h"
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/renderer/cut_out_renderer.h"
 
 namespace ulf::commands {

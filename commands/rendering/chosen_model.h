@@ -7,6 +7,7 @@
 
 #include "commands/rendering/scene_options.h"
 #include "core/base/model_choice.h"
+#include "render/fields/field_options.h"
 #include "render/quality/choice.h"
 
 namespace ulf::commands {

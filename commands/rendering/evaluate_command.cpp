@@ -10,15 +10,15 @@
 #include "commands/help_text.h"
 #include "commands/rendering/protocol_command.h"
 #include "commands/rendering/scene_options.h"
-#include "commands/rendering/temporal_command.h"
+#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
+#include "core/base/output_path.h"
 #include "core/base/progress.h"
-#include "core/plot/gnuplot.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
-#include "render/quality/quality_chart.h"
 
 namespace ulf::commands {
 namespace {
@@ -28,11 +28,10 @@ struct EvaluateArgs : SceneArgs {
   std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel",
                                   "soft"};
   FieldArgs field_details;
-  TemporalArgs temporal;
   ProtocolArgs protocol;
   bool fields_are_given = false;
   bool every_is_given = false;
-  std::string plot;
+  std::string table;  // file to write
   bool json = false;
 };
 
@@ -60,7 +59,7 @@ nlohmann::json JsonOf(const render::FieldScore& result) {
                      {"ms", score.ms}});
   return {{"field", render::FieldName(result.asked.kind)},
           {"field_used", render::FieldName(result.used.kind)},
-          {"level", render::LevelName(result.used.level)},
+          {"level", std::to_string(result.used.level)},
           {"proxy", result.proxy},
           {"psnr_db", main.psnr_db},
           {"ssim", main.ssim},
@@ -75,10 +74,21 @@ nlohmann::json JsonOf(const render::FieldScore& result) {
           {"per_view", views}};
 }
 
-// "vase" of "captures/vase/".
-std::string NameOfFolder(const std::string& dir) {
-  const std::filesystem::path path = std::filesystem::absolute(dir).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
+// A line for each field over each proxy. Names of proxies may hold commas (plane:0,0,1,2).
+std::string CsvOf(const render::EvaluateSummary& summary) {
+  std::string table =
+      "field,field_used,proxy,views,ms_per_frame,psnr_db,ssim,psnr_disc_db,ssim_disc,psnr_rim_db,ssim_rim\n";
+  for (const render::FieldScore& result : summary.results) {
+    const render::MeanScore& main = result.Main();
+    const std::string rim = result.rim.views > 0
+                                ? fmt::format("{:.4f},{:.5f}", result.rim.psnr_db, result.rim.ssim)
+                                : std::string(",");
+    table += fmt::format("{},{},\"{}\",{},{:.3f},{:.4f},{:.5f},{:.4f},{:.5f},{}\n",
+                         render::FieldName(result.asked.kind), render::FieldText(result.used), result.proxy,
+                         main.views, result.ms_per_frame, main.psnr_db, main.ssim, main.psnr_disc_db,
+                         main.ssim_disc, rim);
+  }
+  return table;
 }
 
 void PrintTable(const render::EvaluateSummary& summary) {
@@ -99,7 +109,7 @@ void PrintTable(const render::EvaluateSummary& summary) {
     const std::string name = render::FieldName(result.asked.kind);
     fmt::print(
         "{:<22} {:<{}} {:>6}  {:7.2f} {:6.4f}  {:7.2f} {:6.4f}  {}  {:8.1f} {:9} {:8}{}\n", name,
-        result.proxy, proxy_width, has_level ? render::LevelName(result.used.level) : "", main.psnr_db,
+        result.proxy, proxy_width, has_level ? std::to_string(result.used.level) : "", main.psnr_db,
         main.ssim, main.psnr_disc_db, main.ssim_disc, rim, result.ms_per_frame, result.filled_px,
         result.empty_px,
         result.asked.kind == result.used.kind ? "" : "  (used: " + render::FieldName(result.used.kind) + ")");
@@ -118,7 +128,7 @@ int RunEvaluate(const EvaluateArgs& args) {
       .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
   for (const std::string& name : args.fields) {
     options.fields.push_back(FieldDetails(args.field_details));
-    options.fields.back().kind = render::FieldFromName(name, "--fields");
+    options.fields.back().kind = render::FieldFromName(name, "fields");
   }
   if (!args.protocol.protocol.empty() && args.every_is_given)
     throw UsageError("--every {}: --protocol says what is left out; give --protocol every:{}", args.every,
@@ -127,12 +137,7 @@ int RunEvaluate(const EvaluateArgs& args) {
     return RunProtocol(args.protocol, args,
                        args.fields_are_given ? options.fields : std::vector<render::FieldOptions>{},
                        args.json);
-  CheckTemporalOptions(args.temporal);
-  if (!args.plot.empty()) RequireChart(args.plot);
-  if (!args.temporal.path.empty() && args.light == "fit")
-    throw UsageError("--light fit: --temporal draws light as it was recorded; leave one of them out");
-  if (!args.temporal.path.empty())
-    return RunTemporal(args.temporal, args, options.fields, args.plot, args.json);
+  if (!args.table.empty()) RequireWritable(args.table);
   const auto scene = Load(args);
   options.proxies = Proxies(args, *scene, options.fields.front());
   if (args.proxies.empty() && options.proxies.size() > 1)
@@ -155,7 +160,7 @@ int RunEvaluate(const EvaluateArgs& args) {
     throw UsageError("--light fit: with one view left out, nothing is left to compare its light with");
   }
   const render::EvaluateSummary summary = render::Evaluate(*evened, options, &progress);
-  if (!args.plot.empty()) DrawChartFile(args.plot, render::QualityChart(summary, NameOfFolder(args.dir)));
+  if (!args.table.empty()) WriteFileAtomically(args.table, CsvOf(summary));
   const render::FieldOptions usual = render::DefaultField(*scene, FieldDetails(args.field_details));
   const std::string usual_proxy = render::DefaultProxies(args.dir).front();
   if (!args.json) {
@@ -181,9 +186,8 @@ int RunEvaluate(const EvaluateArgs& args) {
 
 void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<EvaluateArgs>();
-  CLI::App* sub = app.add_subcommand("evaluate",
-                                     "Leaves views out, renders them, and compares them with their "
-                                     "photographs; or compares a path with true pictures");
+  CLI::App* sub = app.add_subcommand(
+      "evaluate", "Leaves views out, renders them, and compares them with their photographs");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
   Knows(sub->add_option(
@@ -205,12 +209,10 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
                       "views (ulf proxy --leave-out-every)"),
       "plane,plane:SHARE,plane:fitted,planes,points,mesh,soft,FILE")
       ->allow_extra_args(false);
-  AddTemporalOptions(*sub, args->temporal);
   AddProtocolOptions(*sub, args->protocol);
   sub->add_option(
-      "--plot", args->plot,
-      "Chart file to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal the temporal "
-      "error over time");
+      "--table", args->table,
+      "CSV file to write: the scores and the time of a picture, a line for each field over each proxy");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
   sub->callback([&chosen, args, sub] {

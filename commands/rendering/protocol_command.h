@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "commands/rendering/scene_options.h"
+#include "render/fields/field_options.h"
 
 namespace ulf::commands {
 

@@ -24,6 +24,7 @@
 #include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/light_field.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"

@@ -27,11 +27,13 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/output/camera_path.h"
-#include "render/output/frame_range.h"
+#include "render/output/path_files.h"
 #include "render/output/picture_files.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
 
@@ -125,7 +127,7 @@ std::string FieldSetting(const render::FieldOptions& field) {
   const std::string name = render::FieldName(field.kind);
   switch (field.kind) {
     case render::FieldKind::kSubdivision:
-      return fmt::format("{}, level {}", name, render::LevelName(field.level));
+      return fmt::format("{}, level {}", name, std::to_string(field.level));
     case render::FieldKind::kLumigraph:
     case render::FieldKind::kLumigraphPerPixel:
       return fmt::format("{}, {}, resolution {}, {}", name, Counted(field.lumigraph_k, "view"),
@@ -259,7 +261,7 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
                                 {"kept", report.kept},
                                 {"output", args.out},
                                 {"field", render::FieldName(renderer.field().kind)},
-                                {"level", render::LevelName(renderer.field().level)},
+                                {"level", std::to_string(renderer.field().level)},
                                 {"proxy", renderer.scene().proxy->Name()},
                                 {"renderer", renderer.Name()},
                                 {"ms_per_frame", report.MsPerFrame()},
@@ -320,7 +322,7 @@ std::string OptionsFor(const RenderArgs& args, const render::Choice& choice) {
       fmt::format("--proxy {} --field {}", was_sought ? choice.proxy->Name() : ShellWord(args.proxy),
                   render::FieldName(field.kind));
   if (field.kind == render::FieldKind::kSubdivision) {
-    if (field.level != usual.level) text += " --level " + render::LevelName(field.level);
+    if (field.level != usual.level) text += " --level " + std::to_string(field.level);
     if (field.rules != usual.rules) text += " --subdivision " + args.field_details.rules;
   }
   if (field.kind == render::FieldKind::kSoft && field.soft_width != usual.soft_width)

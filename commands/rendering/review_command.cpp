@@ -23,7 +23,7 @@
 #include "core/base/stop_signal.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "coverage/operator/marker_mouse.h"
-#include "render/display/picture_window.h"
+#include "render/display/live_texture.h"
 #include "render/output/video.h"
 #include "render/quality/nearest_view.h"
 #include "tracking/sources/marker_locator.h"

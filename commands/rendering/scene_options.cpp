@@ -10,7 +10,9 @@
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"
+#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
@@ -168,7 +170,8 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
 }
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
-  sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit (1)");
+  sub.add_option("--level", args.level, "Levels of subdivision: 0 to 3 (1)")
+      ->check(CLI::Range(0, render::kFinestLevel));
   sub.add_option("--subdivision", args.rules,
                  "Rules of subdivision: ulf (for Delaunay's triangles), or loop (Loop's and Warren's as "
                  "published, for "
@@ -192,7 +195,7 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
 
 render::FieldOptions FieldDetails(const FieldArgs& args) {
   return {
-      .level = render::LevelFromName(args.level),
+      .level = args.level,
       .rules = args.rules == "loop" ? render::SubdivisionRules::kLoop : render::SubdivisionRules::kDelaunay,
       .lumigraph_k = args.lumigraph_k,
       .lumigraph_resolution = args.lumigraph_resolution,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/fields/field_options.h"
 #include "render/quality/light_fit.h"
 #include "render/renderer/renderer.h"
 
@@ -55,7 +56,7 @@ std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
 
 // The details of a blending field.
 struct FieldArgs {
-  std::string level = "1";
+  int level = 1;
   std::string rules = "ulf";
   int lumigraph_k = render::FieldOptions{}.lumigraph_k;
   double lumigraph_resolution = render::FieldOptions{}.lumigraph_resolution;
@@ -64,7 +65,7 @@ struct FieldArgs {
 };
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args);
-// Options of the default kind. Throws UsageError for an unknown level.
+// Options of the default kind.
 render::FieldOptions FieldDetails(const FieldArgs& args);
 
 }  // namespace ulf::commands

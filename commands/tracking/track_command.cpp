@@ -24,7 +24,7 @@
 #include "commands/tracking/readout_option.h"
 #include "commands/tracking/track_report.h"
 #include "commands/tracking/tracking_side_option.h"
-#include "commands/tracking/trajectory_plot.h"
+#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -34,7 +34,6 @@
 #include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/trajectory.h"
-#include "core/plot/gnuplot.h"
 #include "tracking/sources/pose_source.h"
 #include "tracking/tracker/track_words.h"
 
@@ -46,7 +45,7 @@ struct TrackArgs {
   std::string output;
   std::string final_output;
   std::string truth;
-  std::string plot;
+  std::string table;
   std::string calibration;
   std::string poses = "features";
   double focal_px = 0;
@@ -228,11 +227,10 @@ void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedP
 
 int RunTrack(const TrackArgs& args) {
   RequireUsable(args.lens);
-  for (const std::string& output : {args.output, args.final_output})
+  for (const std::string& output : {args.output, args.final_output, args.table})
     if (!output.empty()) RequireWritable(output);
   const tracking::PosesSpec spec = tracking::PosesSpec::Parse(args.poses);
   spec.RequireFor(args.lens.use);
-  if (!args.plot.empty()) RequireChart(args.plot);
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
@@ -268,10 +266,7 @@ int RunTrack(const TrackArgs& args) {
   }
   std::fflush(stdout);
   WriteFoundLens(args.lens, *device, run.map.refined_lens, run.map.calibration, "ulf track");
-  if (!args.plot.empty() && LivePoses(run) == 0)
-    spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
-  else if (!args.plot.empty())
-    PlotRun(args.plot, run, compared, args.uri);
+  if (!args.table.empty()) WriteFileAtomically(args.table, ToCsv(run, compared));
   if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
   if (!run.failure.empty())
     throw Error("{}: {}; {} until then were kept", args.uri, run.failure, Counted(LivePoses(run), "pose"));
@@ -293,9 +288,8 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option(
       "--truth", args->truth,
       "True poses, TUM format: prints the error (default: the device's own poses, where it has them)");
-  command->add_option("--plot", args->plot,
-                      "Picture of the run, .png, .svg or .pdf: the path from above and from behind, error, "
-                      "quality and points over time");
+  command->add_option("--table", args->table,
+                      "CSV file to write: quality, map points found and errors, a line for each frame");
   command
       ->add_option("--calibration", args->calibration,
                    "Intrinsics, a file of ulf calibrate (default: the device's own, where it has some)")
@@ -329,7 +323,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
-      "--truth reference.txt --plot run.png\nSIGINT ends the run of a live camera: the program writes the "
+      "--truth reference.txt --table run.csv\nSIGINT ends the run of a live camera: the program writes the "
       "poses and prints the report.");
   command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }

@@ -430,21 +430,21 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
   return text;
 }
 
-std::vector<LostStretch> LostStretches(const TrackRun& run) {
-  std::vector<LostStretch> stretches;
-  const TrackedFrame* last = nullptr;
-  bool lost = false;
-  for (const TrackedFrame& frame : run.frames) {
-    if (!frame.track.cam_from_world) {
-      lost = lost || last != nullptr;
-      continue;
-    }
-    if (lost) stretches.push_back({last->time_s, frame.time_s});
-    lost = false;
-    last = &frame;
-  }
-  if (lost) stretches.push_back({last->time_s, run.frames.back().time_s});
-  return stretches;
+std::string ToCsv(const TrackRun& run, const TrackErrors* errors) {
+  std::map<double, double> live, final;  // by time
+  for (const auto& [of, to] : {std::pair(&TrackErrors::live, &live), {&TrackErrors::final, &final}})
+    if (errors && errors->*of)
+      for (const TrajectoryError::AtTime& error : (errors->*of)->errors) (*to)[error.time_s] = error.distance;
+  const auto at = [](const std::map<double, double>& of, double time_s) {
+    const auto found = of.find(time_s);
+    return found == of.end() ? std::string() : fmt::format("{:.6g}", found->second);
+  };
+  std::string table = "time_s,has_pose,quality,map_points_found,error_live,error_final\n";
+  for (const TrackedFrame& frame : run.frames)
+    table += fmt::format("{:.6f},{:d},{:.4f},{},{},{}\n", frame.time_s,
+                         frame.track.cam_from_world.has_value(), frame.track.quality,
+                         frame.track.matched_points, at(live, frame.time_s), at(final, frame.time_s));
+  return table;
 }
 
 std::vector<ModelChoice> Explained(const TrackRun& run) {

@@ -1,4 +1,4 @@
-// Reports a tracked sequence for `ulf track`: as text, as JSON, and as data for the plot.
+// Reports a tracked sequence for `ulf track`: as text, as JSON, and as a table of its frames.
 //
 // Errors are in the truth's units, which are metres in TUM files. A map that was discarded within its first
 // frames, and a part of the map that was not joined to the rest (Track::map_id), are other worlds: their poses are in the
@@ -72,14 +72,10 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
 
 nlohmann::ordered_json ToJson(const TrackRun& run, const TrackErrors* errors);
 std::string ToText(const TrackRun& run, const TrackErrors* errors);
+// CSV with a line for each frame. Errors are distances of the centres in the truth's units, empty where nothing is
+// compared.
+std::string ToCsv(const TrackRun& run, const TrackErrors* errors);
 // Why the map started from its model, and why it keeps what it keeps.
 std::vector<ModelChoice> Explained(const TrackRun& run);
-
-// A stretch of frames without a pose, after the first that had one.
-struct LostStretch {
-  double from_s = 0;  // the last frame with a pose
-  double to_s = 0;    // the next one; the end where there is none
-};
-std::vector<LostStretch> LostStretches(const TrackRun& run);
 
 }  // namespace ulf::commands

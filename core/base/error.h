@@ -21,7 +21,7 @@ class Error : public std::runtime_error {
 };
 
 // A caller's request that cannot be met: a parameter has an impossible value, or two contradict each other.
-// The text is "WHAT VALUE: WHY; REMEDY". Exit status 2.
+// The text is "WHAT VALUE: WHY; REMEDY", without the parts that are empty. Exit status 2.
 class Refusal : public Error {
  public:
   // what: the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file). value:

@@ -227,6 +227,24 @@ std::optional<Vector3d> CameraModel::RayFromImg(const Vector2d& img) const {
   return Vector3d(plane.x(), plane.y(), 1).normalized();
 }
 
+double CameraModel::DistortionExtent() const {
+  const bool fisheye = distortion == Distortion::kFisheye;
+  const auto holds = [&](double extent) {
+    return fisheye ? FisheyeGrowsUpTo(coefficients, extent) : GrowsUpTo(coefficients, extent);
+  };
+  const double most = fisheye ? M_PI : 100.0;  // r = 10: 84 degrees from the axis
+  constexpr int kSteps = 200, kHalvings = 40;
+  int step = 1;
+  while (step <= kSteps && holds(most * step / kSteps)) ++step;
+  if (step > kSteps) return fisheye ? M_PI : 1e30;
+  double inside = most * (step - 1) / kSteps, outside = most * step / kSteps;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (holds(middle) ? inside : outside) = middle;
+  }
+  return inside;
+}
+
 CameraModel CameraModel::ScaledTo(int new_width, int new_height) const {
   CameraModel scaled = *this;
   const double sx = static_cast<double>(new_width) / width, sy = static_cast<double>(new_height) / height;

@@ -51,6 +51,11 @@ struct CameraModel {
   // The unit ray through an image point; none where the distortion cannot be inverted.
   std::optional<Eigen::Vector3d> RayFromImg(const Eigen::Vector2d& img) const;
 
+  // How far from the axis the distortion holds, which is as far as its radius grows: the squared distance at
+  // depth 1, or the fisheye's angle in radians. ImgFromCam() has no image for points beyond. 1e30 or pi where
+  // it holds everywhere.
+  double DistortionExtent() const;
+
   bool Contains(const Eigen::Vector2d& img) const {
     return img.x() >= 0 && img.y() >= 0 && img.x() < width && img.y() < height;
   }

@@ -140,7 +140,7 @@ MeasuredFrame ErrorMeter::MeasureSmall(const render::StereoView& small, std::opt
     measured.db_aligned = error.inside.db_aligned;
     measured.db_outside = error.outside.db;
     measured.misregistration_px = error.inside.misregistration_px;
-    measured.cause = render::CauseOf(error, options_.cause);
+    measured.cause = render::CauseOf(error, options_.good_db);
   } else {
     measured.cause = render::ErrorCause::kNotSeen;
   }

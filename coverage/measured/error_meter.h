@@ -37,7 +37,7 @@ class ErrorMeter {
     double view_reach = Radians(8);
     render::FramePredictorOptions predictor = {};
     render::PredictionErrorOptions error = {};
-    render::CauseOptions cause = {};
+    double good_db = 33;  // as CauseOf() has it
     double least_seen =
         0.6;  // share of the silhouette that views see: with less, nothing is measured. Guessed.
     double least_contrast =

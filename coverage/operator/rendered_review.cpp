@@ -13,6 +13,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "coverage/session/record/live_geometry.h"
 #include "render/display/surface.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy.h"
 #include "render/scene/scene.h"
 

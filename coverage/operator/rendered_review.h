@@ -64,7 +64,7 @@ class RenderedReview {
     double try_next_s = 0.3;  // between two tries whether the next scene has its photographs
   };
   RenderedReview() : RenderedReview(Options{}) {}
-  explicit RenderedReview(const Options& options) : options_(options), size_({.fps = options.fps}) {}
+  explicit RenderedReview(const Options& options) : options_(options), size_(options.fps) {}
   ~RenderedReview();  // waits for the scene that is being read
 
   // The review is closed: frees what it holds. Opened again, it also tries again what has failed.

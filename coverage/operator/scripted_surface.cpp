@@ -7,7 +7,7 @@
 #include "core/base/output_path.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "render/display/key_names.h"
+#include "render/display/surface.h"
 
 namespace ulf::coverage {
 namespace {

@@ -1,7 +1,11 @@
 // A picture that changes every frame, as an OpenGL texture. The context must be current.
 #pragma once
 
+#include <memory>
 #include <opencv2/core.hpp>
+#include <string>
+
+#include "render/display/surface.h"
 
 namespace ulf::render {
 
@@ -23,6 +27,18 @@ class LiveTexture {
   unsigned texture_ = 0, framebuffer_ = 0;  // to read the texture from
   cv::Size size_;
   cv::Mat with_alpha_;
+};
+
+// A window that shows one picture after another, whole and with its aspect ratio.
+class PictureWindow {
+ public:
+  explicit PictureWindow(const std::string& title);  // throws Error where no window can be opened
+  // `srgb8`: 8-bit B, G, R. Returns false once `q`, Escape or the close button has been pressed.
+  bool Show(const cv::Mat& srgb8);
+
+ private:
+  std::unique_ptr<Surface> surface_;  // first, so that its context outlives the texture
+  LiveTexture texture_;
 };
 
 }  // namespace ulf::render

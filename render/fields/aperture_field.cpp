@@ -5,10 +5,18 @@
 #include <map>
 
 #include "core/base/at.h"
+#include "render/fields/blending_field.h"
 #include "render/fields/ray_cone.h"
 
 namespace ulf::render {
 namespace {
+
+// Outlines shrink where the cosine between a view's outward direction and the direction to the camera is
+// smaller. Guessed.
+constexpr double kFacingCosine = 0.2;
+// `share` over the largest relative growth of a ring: how fast the rings replace the ordinary field.
+// Guessed.
+constexpr double kShareOfStretch = 10;
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -60,8 +68,7 @@ struct ApertureField::WarpedVertices {
   double stretch = 1;  // the largest ratio of the distances from the view after and before
 };
 
-ApertureField::ApertureField(std::shared_ptr<const MeshField> field, const ApertureFieldOptions& options)
-    : field_(std::move(field)), options_(options) {
+ApertureField::ApertureField(std::shared_ptr<const MeshField> field) : field_(std::move(field)) {
   MakeRings();
 }
 
@@ -116,8 +123,8 @@ ApertureField::WarpedVertices ApertureField::WarpVertices(std::size_t r, const P
   const Vector3d view = in_camera(static_cast<int>(r));
   const Vector3d outward =
       cam_from_world.rotation * (mesh.positions[r] - field_->center_in_world()).normalized();
-  const double outline = OutlineRadius(view, outward, FocusDepth(aperture, cam_from_world), aperture.radius,
-                                       options_.facing_cosine);
+  const double outline =
+      OutlineRadius(view, outward, FocusDepth(aperture, cam_from_world), aperture.radius, kFacingCosine);
 
   WarpedVertices warped;
   for (std::size_t i = 0; i < ring.vertices.size(); ++i) {
@@ -147,7 +154,7 @@ WarpedRings ApertureField::Warp(const PlacedMesh& placed, const Rigid3& cam_from
   WarpedRings rings;
   for (std::size_t r = 0; r < rings_.size(); ++r) {
     const WarpedVertices vertices = WarpVertices(r, placed, cam_from_world, aperture);
-    rings.share = std::max(rings.share, options_.share_of_stretch * (vertices.stretch - 1));
+    rings.share = std::max(rings.share, kShareOfStretch * (vertices.stretch - 1));
     for (const Part& part : rings_[r].parts) {
       WarpedTriangle warped{.triangle = part.triangle,
                             .vertex = static_cast<int>(r),

@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "render/fields/aperture.h"
+#include "render/fields/blending_field.h"
 #include "render/fields/mesh_field.h"
 
 namespace ulf::render {
@@ -46,23 +47,9 @@ struct WarpedRings {
   std::vector<WarpedTriangle> triangles;
 };
 
-struct ApertureFieldOptions {
-  // Outlines shrink where the cosine between a view's outward direction and the direction to the camera is
-  // smaller. Guessed.
-  double facing_cosine = 0.2;
-  // `share` over the largest relative growth of a ring: how fast the rings replace the ordinary field.
-  // Guessed.
-  double share_of_stretch = 10;
-};
-
-// Of the mesh whose rings are warped: weights that are linear over its triangles. In place of the limit, whose
-// difference an aperture's blur hides, the finest level.
-inline int ApertureLevel(int level) { return std::min(level, kFinestLevel); }
-
 class ApertureField {
  public:
-  // Of a mesh at an ApertureLevel().
-  explicit ApertureField(std::shared_ptr<const MeshField> field, const ApertureFieldOptions& options = {});
+  explicit ApertureField(std::shared_ptr<const MeshField> field);
   // `placed`: the mesh as seen from the camera's centre.
   WarpedRings Warp(const PlacedMesh& placed, const Rigid3& cam_from_world, const Aperture& aperture) const;
   // The weights of all rays through the aperture that meet a point of the focal plane; the ordinary field's
@@ -87,7 +74,6 @@ class ApertureField {
                               const Aperture& aperture) const;
 
   std::shared_ptr<const MeshField> field_;
-  ApertureFieldOptions options_;
   std::vector<Ring> rings_;  // of each vertex of the viewpoint mesh
 };
 

@@ -9,6 +9,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/viewpoints/triangle_topology.h"
 

@@ -3,13 +3,46 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "core/base/at.h"
 #include "core/geometry/angles.h"
-#include "render/fields/weight_sum.h"
 
 namespace ulf::render {
 namespace {
+
+// Sums of sparse weights.
+class WeightSum {
+ public:
+  void Add(int vertex, double weight) {
+    if (At(vertex) >= sum_.size()) {
+      sum_.resize(At(vertex) + 1, 0.0);
+      is_listed_.resize(At(vertex) + 1, 0);
+    }
+    if (!std::exchange(is_listed_[At(vertex)], std::uint8_t{1})) listed_.push_back(vertex);
+    sum_[At(vertex)] += weight;
+  }
+  void Add(const SparseWeights& weights, double factor) {
+    for (const auto& [vertex, weight] : weights) Add(vertex, factor * weight);
+  }
+  // The sum, in ascending order of vertices; the next sum begins.
+  SparseWeights Take() {
+    std::ranges::sort(listed_);
+    SparseWeights taken;
+    taken.reserve(listed_.size());
+    for (const int vertex : listed_) {
+      taken.emplace_back(vertex, std::exchange(sum_[At(vertex)], 0.0));
+      is_listed_[At(vertex)] = 0;
+    }
+    listed_.clear();
+    return taken;
+  }
+
+ private:
+  std::vector<double> sum_;  // of each vertex, so that adding takes no search
+  std::vector<std::uint8_t> is_listed_;
+  std::vector<int> listed_;
+};
 
 SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex,
                          SubdivisionRules rules, WeightSum& sum) {
@@ -47,8 +80,9 @@ SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double 
   return sum.Take();
 }
 
-}  // namespace
-
+// One level. Vertices stay and the midpoints of edges come after them, in the order of MakeTopology()'s
+// edges. Triangle t = (a, b, c) becomes 4 t and the three after it: (a, ab, ca), (ab, b, bc), (ca, bc, c),
+// (ab, bc, ca). `is_first`: the edges are Delaunay's, and kDelaunay's first rule holds.
 SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, SubdivisionRules rules, bool is_first) {
   const bool is_loop = rules == SubdivisionRules::kLoop;
   const int vertex_count = static_cast<int>(coarse.positions.size());
@@ -79,6 +113,8 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, SubdivisionRules rule
   }
   return fine;
 }
+
+}  // namespace
 
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,

@@ -19,8 +19,6 @@
 // the edge sum to 120 degrees as in a regular mesh, to 1/4 at 180 degrees, where both diagonals are
 // Delaunay's. The weights then do not depend on the diagonal, and do not jump when a moving viewpoint changes
 // it (docs/rendering.md, Quality: 0.2 dB on shop_grid_even).
-//
-// The limit of infinitely many levels, exactly and at any place, is LimitSurface (limit_surface.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -43,7 +41,6 @@ struct SubdividedMesh {
 };
 
 inline constexpr int kFinestLevel = 3;
-inline constexpr int kLimitLevel = 4;  // the name of the limit where a level is asked for
 
 enum class SubdivisionRules {
   kDelaunay,  // as above
@@ -56,10 +53,5 @@ SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
                                 const std::vector<Triangle>& triangles, int levels,
                                 SubdivisionRules rules = SubdivisionRules::kDelaunay);
-
-// One level. Vertices stay and the midpoints of edges come after them, in the order of MakeTopology()'s edges.
-// Triangle t = (a, b, c) becomes 4 t and the three after it: (a, ab, ca), (ab, b, bc), (ca, bc, c),
-// (ab, bc, ca). `is_first`: the edges are Delaunay's, and kDelaunay's first rule holds.
-SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, SubdivisionRules rules, bool is_first);
 
 }  // namespace ulf::render

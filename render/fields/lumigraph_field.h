@@ -10,6 +10,8 @@
 #include <memory>
 
 #include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
+#include "render/scene/scene.h"
 
 namespace ulf::render {
 

@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "core/base/at.h"
+#include "render/fields/blending_field.h"
 #include "render/fields/ray_cone.h"
+#include "render/scene/scene.h"
 
 namespace ulf::render {
 namespace {
@@ -37,14 +39,9 @@ class MeshFieldFromHere : public FieldFromHere {
       const std::size_t t = query.candidates ? At((*query.candidates)[i]) : i;
       const auto barycentric = Barycentric(placed_.cone_from_ray[t], query.ray_in_world);
       if (!barycentric) continue;
-      const auto add = [&](const SparseWeights& weights, double share) {
-        for (const auto& [vertex, weight] : weights)
-          sample.Add(placed_.view_of_vertex[At(vertex)], share * weight);
-      };
-      if (mesh_->limit)
-        add(mesh_->limit->Weights(mesh_->places[t].triangle, mesh_->places[t].corners * *barycentric), 1);
-      else
-        for (int k = 0; k < 3; ++k) add(mesh_->weights[At(mesh_->triangles[t][At(k)])], (*barycentric)(k));
+      for (int k = 0; k < 3; ++k)
+        for (const auto& [vertex, weight] : mesh_->weights[At(mesh_->triangles[t][At(k)])])
+          sample.Add(placed_.view_of_vertex[At(vertex)], (*barycentric)(k)*weight);
       sample.confidence = mesh_->confidence[t];
       sample.extrapolated = t < mesh_->strips;
       return;
@@ -64,15 +61,9 @@ FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level, SubdivisionRules r
     positions.push_back(vertex.position_in_world);
     outward.push_back(vertex.outward_in_world);
   }
-  const bool is_limit = level == kLimitLevel;
-  const SubdividedMesh fine =
-      SubdivideWeights(positions, outward, mesh.triangles, is_limit ? 0 : level, rules);
+  const SubdividedMesh fine = SubdivideWeights(positions, outward, mesh.triangles, level, rules);
 
-  FieldMesh result{.level = level, .positions = fine.positions};
-  if (is_limit)
-    result.limit = std::make_shared<LimitSurface>(positions, mesh.triangles, rules);
-  else
-    result.weights = fine.weights;
+  FieldMesh result{.level = level, .positions = fine.positions, .weights = fine.weights};
   const TriangleTopology topology = MakeTopology(static_cast<int>(fine.positions.size()), fine.triangles);
   result.extends.assign(fine.positions.size(), -1);
   std::vector<int> virtual_of(fine.positions.size(), -1);
@@ -81,7 +72,7 @@ FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level, SubdivisionRules r
     if (twin < 0) {
       twin = static_cast<int>(result.positions.size());
       result.positions.push_back(fine.positions[At(vertex)] + fine.outward[At(vertex)]);
-      if (!is_limit) result.weights.push_back(fine.weights[At(vertex)]);
+      result.weights.push_back(fine.weights[At(vertex)]);
       result.extends.push_back(vertex);
     }
     return twin;
@@ -91,24 +82,11 @@ FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level, SubdivisionRules r
     const int from_twin = virtual_vertex(edge.from), to_twin = virtual_vertex(edge.to);
     result.triangles.push_back({edge.to, edge.from, from_twin});
     result.triangles.push_back({edge.to, from_twin, to_twin});
-    if (!is_limit) continue;
-    const Triangle& beside = mesh.triangles[At(edge.triangle[0])];
-    const auto corner = [&](int vertex) -> Vector3d {
-      return Vector3d::Unit(std::ranges::find(beside, vertex) - beside.begin());
-    };
-    Matrix3d near, far;
-    near << corner(edge.to), corner(edge.from), corner(edge.from);
-    far << corner(edge.to), corner(edge.from), corner(edge.to);
-    result.places.push_back({edge.triangle[0], near});
-    result.places.push_back({edge.triangle[0], far});
   }
   result.strips = result.triangles.size();
   result.confidence.assign(result.strips, kExtrapolatedConfidence);
   result.triangles.insert(result.triangles.end(), fine.triangles.begin(), fine.triangles.end());
-  for (const int parent : fine.parent) {
-    result.confidence.push_back(mesh.confidence[At(parent)]);
-    if (is_limit) result.places.push_back({parent, Matrix3d::Identity()});
-  }
+  for (const int parent : fine.parent) result.confidence.push_back(mesh.confidence[At(parent)]);
   return result;
 }
 

@@ -19,31 +19,20 @@
 #include <memory>
 
 #include "render/fields/blending_field.h"
-#include "render/fields/limit_surface.h"
 #include "render/fields/loop_subdivision.h"
+#include "render/scene/scene.h"
 
 namespace ulf::render {
 
-// Where a triangle of the field mesh lies in one of the viewpoint mesh: columns are barycentric coordinates of
-// its corners. A strip's are those of the rim vertices that they extend.
-struct PlaceInMesh {
-  int triangle = 0;
-  Eigen::Matrix3d corners;
-};
-
-// At a level weights are linear over a triangle. At kLimitLevel the triangles are those of the viewpoint mesh,
-// and `limit` has the weights at each place of them.
+// Weights are linear over a triangle.
 struct FieldMesh {
   int level = 0;                                // of subdivision
   std::vector<Eigen::Vector3d> positions = {};  // in world; the viewpoint mesh's vertices first
-  std::vector<SparseWeights> weights =
-      {};  // of each vertex over the viewpoint mesh's vertices; not at the limit
-  std::shared_ptr<const LimitSurface> limit = nullptr;  // at the limit
-  std::vector<PlaceInMesh> places = {};                 // of each triangle, at the limit
-  std::vector<int> extends = {};         // of a vertex of the extension: its rim vertex; else -1
-  std::vector<Triangle> triangles = {};  // the extension's strips first
-  std::vector<double> confidence = {};   // of each triangle
-  std::size_t strips = 0;                // the number of triangles of the extension
+  std::vector<SparseWeights> weights = {};      // of each vertex over the viewpoint mesh's vertices
+  std::vector<int> extends = {};                // of a vertex of the extension: its rim vertex; else -1
+  std::vector<Triangle> triangles = {};         // the extension's strips first
+  std::vector<double> confidence = {};          // of each triangle
+  std::size_t strips = 0;                       // the number of triangles of the extension
 };
 
 FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level,

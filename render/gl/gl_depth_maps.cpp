@@ -49,16 +49,16 @@ void GlDepthMaps::Grow(const cv::Size& size, int layers) {
   const int most_layers = MostLayers();
   if (layers > most_layers)
     throw Error(
-        "OpenGL: this driver has room for the depth maps of {} views, not for more; use --field auto without "
-        "soft, or --renderer reference",
-        most_layers);
+        "OpenGL: this driver has room for the depth maps of {} views, not for more; use {} auto without "
+        "soft, "
+        "or {} reference",
+        most_layers, Parameter("field"), Parameter("renderer"));
   const auto bytes = [&](int count) { return 2.0 * size.area() * count; };
   if (bytes(layers) > kMostBytes)
     throw Error(
         "the depth maps of {} views of {}x{} take more than {:.0f} GB of graphics memory; make smaller ones "
-        "with ulf "
-        "proxy --size, or use --renderer reference, or another --field than soft",
-        layers, size.width, size.height, kMostBytes / 1e9);
+        "with ulf proxy --size, or use {} reference, or another {} than soft",
+        layers, size.width, size.height, kMostBytes / 1e9, Parameter("renderer"), Parameter("field"));
   const int wanted = std::min({std::max(layers, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
   Release();
   const int made = bytes(wanted) > kMostBytes ? layers : wanted;

@@ -1,6 +1,7 @@
 #include "render/gl/gl_objects.h"
 
 #include <epoxy/gl.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -36,12 +37,16 @@ int MostLayers() {
   return std::min(layers, kMostInShaders);
 }
 
-void CheckGl(const char* doing, const char* way_out) {
+std::string FewerPhotographs() {
+  return fmt::format("limit the photographs with {}", Parameter("gpu_memory"));
+}
+
+void CheckGl(const char* doing, std::string (*way_out)()) {
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return;
   while (glGetError() != GL_NO_ERROR) {
   }
-  if (error == GL_OUT_OF_MEMORY) throw Error("OpenGL: out of memory while {}; {}", doing, way_out);
+  if (error == GL_OUT_OF_MEMORY) throw Error("OpenGL: out of memory while {}; {}", doing, way_out());
   throw Error("OpenGL: error {:#x} while {}", error, doing);
 }
 
@@ -167,9 +172,9 @@ void GlTexelBuffer::Attach(std::size_t bytes, bool integers) {
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
   if (texels > static_cast<std::size_t>(most))
     throw Error(
-        "OpenGL: this driver cannot address {} texels, only {}, too few for the number of views; use "
-        "--renderer reference",
-        texels, most);
+        "OpenGL: this driver cannot address {} texels, only {}, too few for the number of views; use {} "
+        "reference",
+        texels, most, Parameter("renderer"));
   if (!texture_) glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture_);
   glTextureBuffer(texture_, integers ? GL_R32I : GL_RGBA32F, buffer_.name());
 }
@@ -224,9 +229,8 @@ void GlTarget::Resize(int width, int height, const GlDepth* depth) {
   if (glCheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
     Release();
     throw Error(
-        "OpenGL: this driver cannot draw into a float image of {}x{}; render smaller, or with --renderer "
-        "reference",
-        width, height);
+        "OpenGL: this driver cannot draw into a float image of {}x{}; render smaller, or with {} reference",
+        width, height, Parameter("renderer"));
   }
 }
 

@@ -19,10 +19,10 @@ namespace ulf::render {
 int MostLayers();
 
 // What helps where graphics memory is full, of a program that holds photographs there.
-inline constexpr char kFewerPhotographs[] = "limit the photographs with --gpu-memory";
+std::string FewerPhotographs();
 
 // Throws Error with OpenGL's error and `doing`, what was being done; where memory is out also `way_out`.
-void CheckGl(const char* doing, const char* way_out = kFewerPhotographs);
+void CheckGl(const char* doing, std::string (*way_out)() = FewerPhotographs);
 // The same once an object has asked for its memory: `release` lets go of one that did not get it, so that it is not taken
 // for a whole one the next time.
 void CheckMade(const char* doing, const std::function<void()>& release);

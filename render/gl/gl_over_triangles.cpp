@@ -9,6 +9,9 @@
 #include "core/base/at.h"
 #include "core/base/error.h"
 #include "core/geometry/pinhole.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
+#include "render/fields/make_field.h"
 #include "render/gl/gl_renderer_state.h"
 
 namespace ulf::render {
@@ -19,7 +22,7 @@ using Eigen::Vector3d;
 
 }  // namespace
 
-int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
+int GlRendererState::NearestOf(std::span<const int> of_views) const {
   return *std::ranges::min_element(of_views, [&](int a, int b) {
     return (scene->views[At(a)].center_in_world - virtual_center).squaredNorm() <
            (scene->views[At(b)].center_in_world - virtual_center).squaredNorm();
@@ -27,16 +30,16 @@ int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
 }
 
 // Returns how many of the views, from the first on, can be drawn now; the caller asks again for the rest.
-std::size_t GlRenderer::State::MakeResident(std::span<const int> of_views) {
+std::size_t GlRendererState::MakeResident(std::span<const int> of_views) {
   if (options.show_field || of_views.empty()) return of_views.size();
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(of_views);
   if (options.complete) {
     const std::size_t resident = photographs.Require(level_requests);
     if (resident < level_requests.size() && !std::exchange(warned_of_passes, true))
       spdlog::info(
-          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: "
+          "the photographs of a picture do not fit into {} MB of graphics memory ({}) at once: "
           "drawing it in several passes takes longer",
-          photographs.limit_bytes() / 1000000);
+          photographs.limit_bytes() / 1000000, Parameter("gpu_memory"));
     return resident;
   }
   std::vector<std::optional<int>> drawn_levels;  // in the passes before
@@ -64,7 +67,7 @@ std::size_t GlRenderer::State::MakeResident(std::span<const int> of_views) {
 }
 
 // Calls draw() for the fans whose photographs are resident at the same time, until all fans are drawn.
-void GlRenderer::State::ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
+void GlRendererState::ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
   const std::vector<int> of_views = ViewsOf(of_fans);
   ProvideShadowMaps(of_views);
   for (std::size_t done = 0; done < of_views.size();) {
@@ -79,14 +82,14 @@ void GlRenderer::State::ForResidentFans(const std::vector<GpuFan>& of_fans, cons
           const auto place = photographs.PlaceOf(view);
           return place ? std::optional(place->texture) : std::nullopt;
         },
-        programs.most_views_of_fan_batch(is_limit()));
+        programs.most_views_of_fan_batch());
     Upload(of_pass);
     draw(of_pass, done == 0 && end == of_views.size());
     done = end;
   }
 }
 
-void GlRenderer::State::Upload(const FanBatches& some) {
+void GlRendererState::Upload(const FanBatches& some) {
   fans.Upload(some.fans);
   fans.BindStorage(2);
   batches.Upload(some.batches);
@@ -95,18 +98,17 @@ void GlRenderer::State::Upload(const FanBatches& some) {
 
 // Consecutive batches of one array and of about as many views are one draw. Unused views of a program cost as
 // much as used ones, so there are programs for different numbers.
-void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
-                                       const PlaneInCamera& plane) {
-  if (is_limit()) limit_pieces.BindStorage(4);
+void GlRendererState::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
+                                     const PlaneInCamera& plane) {
   const auto kind_of = [&](const GpuFanBatch& batch) {
     const int views = static_cast<int>(batch.count | 1);
-    return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch(is_limit())));
+    return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch()));
   };
   std::set<int> are_set;  // programs whose uniforms are set
   for (std::size_t first = 0, end = 0; first < some.batches.size(); first = end) {
     const auto kind = kind_of(some.batches[first]);
     while (end < some.batches.size() && kind_of(some.batches[end]) == kind) ++end;
-    const GlProgram& program = programs.FanBatch(kind.second, direct, is_limit());
+    const GlProgram& program = programs.FanBatch(kind.second, direct);
     if (are_set.insert(kind.second).second) {
       SetCommon(program, camera, plane);
       SetResolve(program);
@@ -117,7 +119,7 @@ void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, cons
   }
 }
 
-void GlRenderer::State::BindForAdding() {
+void GlRendererState::BindForAdding() {
   drawn.Bind();
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
@@ -126,8 +128,8 @@ void GlRenderer::State::BindForAdding() {
 // Of overlapping triangles the last one counts. Where each triangle has all its views in one batch, drawing
 // the batches in their order finishes the picture, except for open pixels. Otherwise the batches are added up
 // at the pixels where their triangle is the last one, which the depth test decides.
-void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
-                                  const PlaneInCamera& plane, bool more_follow) {
+void GlRendererState::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
+                                const PlaneInCamera& plane, bool more_follow) {
   if (batch.triangles.empty()) return drawn.Clear(0);
   triangles.Upload(batch.triangles);
   triangles.BindStorage(1);
@@ -161,8 +163,8 @@ void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel&
   if (!is_resolved) cover();
 }
 
-void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& camera,
-                                 const PlaneInCamera& plane) {
+void GlRendererState::AddRings(const TriangleBatch& rings, const CameraModel& camera,
+                               const PlaneInCamera& plane) {
   triangles.Upload(rings.triangles);
   triangles.BindStorage(1);
   no_vertices.Bind();
@@ -180,8 +182,8 @@ void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& 
   glDisable(GL_BLEND);
 }
 
-void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
-                                 const PlaneInCamera& plane) {
+void GlRendererState::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
+                               const PlaneInCamera& plane) {
   const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
   const TriangleBatch rings = RingTriangles(placed, camera, cam_from_world);
   if (!rings.fans.empty()) confidence.Clear(0);
@@ -190,8 +192,8 @@ void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_fr
 }
 
 // The field on the processor, for the picture that has just been drawn; null: the soft field.
-std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& camera,
-                                                            const Rigid3& cam_from_world) const {
+std::unique_ptr<FieldFromHere> GlRendererState::FieldFrom(const CameraModel& camera,
+                                                          const Rigid3& cam_from_world) const {
   if (options.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
   if (options.field.kind == FieldKind::kLumigraph)
@@ -203,8 +205,8 @@ std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& c
 
 // The rings of a wide aperture, in no order, with weights times the rings' share; none where no ring has
 // grown.
-TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
-                                               const Rigid3& cam_from_world) const {
+TriangleBatch GlRendererState::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                             const Rigid3& cam_from_world) const {
   TriangleBatch batch;
   if (!aperture_field) return batch;
   const WarpedRings rings = aperture_field->Warp(placed, cam_from_world, *options.aperture);
@@ -215,40 +217,35 @@ TriangleBatch GlRenderer::State::RingTriangles(const PlacedMesh& placed, const C
     if (!triangle) continue;
     const Vector3d weights = rings.share * part.weights;
     batch.fans.push_back({static_cast<std::uint32_t>(batch.triangles.size()),
-                          static_cast<std::uint32_t>(placed.view_of_vertex[At(part.vertex)]), 0, 0,
+                          static_cast<std::uint32_t>(placed.view_of_vertex[At(part.vertex)]),
+                          {},
                           MakeVec4(weights.x(), weights.y(), weights.z(), 0)});
     batch.triangles.push_back(*triangle);
   }
   return batch;
 }
 
-TriangleBatch GlRenderer::State::MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
-                                               const Rigid3& cam_from_world) const {
+TriangleBatch GlRendererState::MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
+                                             const Rigid3& cam_from_world) const {
   const FieldMesh& mesh = mesh_field->field_mesh();
   const Matrix3d cam_from_world_r = cam_from_world.RotationMatrix();
   const double count = static_cast<double>(mesh.triangles.size());
   TriangleBatch batch;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (placed.cone_from_ray[t].isZero(0)) continue;
-    Matrix3d place_from_ray = placed.cone_from_ray[t] * cam_from_world_r.transpose();
-    if (mesh.limit) place_from_ray = mesh.places[t].corners * place_from_ray;
-    if (AddTriangle(cam_from_world_r * placed.corners[t], place_from_ray, camera, mesh.confidence[t],
-                    static_cast<double>(t) / count, mesh_entries, t, placed.view_of_vertex, batch) &&
-        mesh.limit) {
-      const auto& has_rings = limit_rings[At(mesh.places[t].triangle)];  // of the corners, as bits
-      batch.triangles.back().row[1][3] =
-          static_cast<float>(int{has_rings[0]} + 2 * int{has_rings[1]} + 4 * int{has_rings[2]});
-    }
+    AddTriangle(cam_from_world_r * placed.corners[t], placed.cone_from_ray[t] * cam_from_world_r.transpose(),
+                camera, mesh.confidence[t], static_cast<double>(t) / count, mesh_entries, t,
+                placed.view_of_vertex, batch);
   }
   return batch;
 }
 
-DepthAt GlRenderer::State::DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const {
+DepthAt GlRendererState::DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const {
   return DepthFromPicture(has_triangles ? proxy.ReadDepth() : cv::Mat(), plane, camera);
 }
 
-TriangleBatch GlRenderer::State::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
-                                                    const PlaneInCamera& plane) const {
+TriangleBatch GlRendererState::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
+                                                  const PlaneInCamera& plane) const {
   const auto image =
       TriangulateLumigraph(*scene, camera, cam_from_world, DepthOfVertices(camera, plane), options.field);
   const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {

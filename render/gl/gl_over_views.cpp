@@ -7,6 +7,7 @@
 
 #include "core/base/at.h"
 #include "core/base/parallel_for.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer_state.h"
 #include "render/renderer/soft_pixel.h"
@@ -51,7 +52,7 @@ void DrawTiles(std::size_t count) {
 
 // Calls draw(first, end, arrays) for ranges of the views whose photographs are resident and bound at the same
 // time, until all views are drawn; once for no views.
-void GlRenderer::State::ForResidentViews(const std::vector<int>& of_views, const DrawSome& draw) {
+void GlRendererState::ForResidentViews(const std::vector<int>& of_views, const DrawSome& draw) {
   std::vector<unsigned> arrays;
   std::size_t done = 0;
   do {
@@ -67,14 +68,14 @@ void GlRenderer::State::ForResidentViews(const std::vector<int>& of_views, const
 }
 
 // Whether the views' photographs and shadow maps are resident.
-bool GlRenderer::State::AreResident(const std::vector<int>& of_views) const {
+bool GlRendererState::AreResident(const std::vector<int>& of_views) const {
   return (options.show_field || photographs.HasAll(views.LevelRequests(of_views))) &&
          shadow_maps.HasAll(of_views);
 }
 
 // The candidates that the shader marks over the bound target, in their order.
-std::vector<int> GlRenderer::State::MarkedViews(const GlProgram& mark, const std::vector<int>& candidates,
-                                                const std::function<void()>& draw) {
+std::vector<int> GlRendererState::MarkedViews(const GlProgram& mark, const std::vector<int>& candidates,
+                                              const std::function<void()>& draw) {
   needed.Upload(std::vector<std::int32_t>(scene->views.size(), 0));
   needed.BindStorage(3);
   mark.Use();
@@ -89,8 +90,8 @@ std::vector<int> GlRenderer::State::MarkedViews(const GlProgram& mark, const std
   return marked;
 }
 
-void GlRenderer::State::SetLumigraph(const GlProgram& program, const CameraModel& camera,
-                                     const PlaneInCamera& plane) const {
+void GlRendererState::SetLumigraph(const GlProgram& program, const CameraModel& camera,
+                                   const PlaneInCamera& plane) const {
   SetCommon(program, camera, plane);
   program.Set("depth", 0.0f);
   program.Set("view_count", static_cast<int>(scene->views.size()));
@@ -98,7 +99,7 @@ void GlRenderer::State::SetLumigraph(const GlProgram& program, const CameraModel
   SetPenalties(program, options.field.lumigraph_resolution);
 }
 
-void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane) {
+void GlRendererState::DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane) {
   confidence.Clear(1);
   drawn.Bind();
   no_vertices.Bind();
@@ -126,8 +127,8 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   });
 }
 
-void GlRenderer::State::DrawSoftPixels(const CameraModel& camera, const Rigid3& cam_from_world,
-                                       const PlaneInCamera& plane) {
+void GlRendererState::DrawSoftPixels(const CameraModel& camera, const Rigid3& cam_from_world,
+                                     const PlaneInCamera& plane) {
   drawn.Clear(0);
   confidence.Clear(1);
   drawn.Bind();
@@ -164,7 +165,7 @@ void GlRenderer::State::DrawSoftPixels(const CameraModel& camera, const Rigid3& 
 }
 
 // Searches the photographs of these views for pixels without light; returns whether it found new ones.
-bool GlRenderer::State::FindGaps(const std::vector<int>& of_views) {
+bool GlRendererState::FindGaps(const std::vector<int>& of_views) {
   std::vector<int> unknown;
   std::ranges::copy_if(of_views, std::back_inserter(unknown),
                        [&](int view) { return !gaps_known[At(view)]; });
@@ -182,13 +183,13 @@ bool GlRenderer::State::FindGaps(const std::vector<int>& of_views) {
   return found;
 }
 
-Filling GlRenderer::State::filling() const { return FillingOf(options); }
+Filling GlRendererState::filling() const { return FillingOf(options); }
 
 // Views that a filled pixel needs: one more than get weight, because its penalty is the threshold.
-int GlRenderer::State::ViewsAsked() const { return filling().views > 1 ? filling().views + 1 : 1; }
+int GlRendererState::ViewsAsked() const { return filling().views > 1 ? filling().views + 1 : 1; }
 
-void GlRenderer::State::SetFill(const GlProgram& program, const CameraModel& camera,
-                                const PlaneInCamera& plane) const {
+void GlRendererState::SetFill(const GlProgram& program, const CameraModel& camera,
+                              const PlaneInCamera& plane) const {
   SetCommon(program, camera, plane);
   program.Set("depth", 0.0f);
   program.Set("asked", ViewsAsked());
@@ -196,8 +197,8 @@ void GlRenderer::State::SetFill(const GlProgram& program, const CameraModel& cam
 }
 
 // The views that the fill's shaders go through in each part of the picture.
-ViewTiles GlRenderer::State::TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
-                                      const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
+ViewTiles GlRendererState::TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
+                                    const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
   // A view ends the search where the proxy hides nothing and photographs have light everywhere.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
   return tiler.Tile(
@@ -209,7 +210,7 @@ ViewTiles GlRenderer::State::TilesFor(const std::vector<int>& in_order, const Ca
 }
 
 // Gives the tiles to the shaders; returns how many they are.
-std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraModel& camera) {
+std::size_t GlRendererState::SetTiles(const ViewTiles& of_views, const CameraModel& camera) {
   struct GpuTile {
     Vec4 clip;
     std::array<std::int32_t, 4> views;
@@ -229,8 +230,8 @@ std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraM
 }
 
 // The views that uncovered pixels may need, nearest first. The target must be bound, with its depth set.
-std::vector<int> GlRenderer::State::FillingViews(const CameraModel& camera, const Rigid3& cam_from_world,
-                                                 const PlaneInCamera& plane) {
+std::vector<int> GlRendererState::FillingViews(const CameraModel& camera, const Rigid3& cam_from_world,
+                                               const PlaneInCamera& plane) {
   if (filling().views == 0) return {};
   std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
   const bool looks_for_gaps = options.complete && !options.show_field;
@@ -258,13 +259,13 @@ std::vector<int> GlRenderer::State::FillingViews(const CameraModel& camera, cons
   return marked;
 }
 
-void GlRenderer::State::SetResolve(const GlProgram& program) const {
+void GlRendererState::SetResolve(const GlProgram& program) const {
   program.Set("least_weight", static_cast<float>(kLeastWeight));
   program.Set("whole_weight", static_cast<float>(filling().whole));
 }
 
 // Pixels that their own views cover get depth 1, so that the depth test skips them when others are filled.
-void GlRenderer::State::Normalise() {
+void GlRendererState::Normalise() {
   SetDepthTest(GL_ALWAYS, true);
   confidence.BindTexture(kConfidenceUnit);
   drawn.BindTexture(kDrawnUnit);
@@ -275,8 +276,8 @@ void GlRenderer::State::Normalise() {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world,
-                                       const PlaneInCamera& plane) {
+void GlRendererState::FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world,
+                                     const PlaneInCamera& plane) {
   const std::vector<int> of_views = FillingViews(camera, cam_from_world, plane);
   std::optional<std::size_t> count;
   ForResidentViews(of_views, [&](std::size_t first, std::size_t end, int arrays) {
@@ -298,13 +299,13 @@ void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& 
 }
 
 // Every pixel is empty, with depth 0.
-void GlRenderer::State::ClearResolved() {
+void GlRendererState::ClearResolved() {
   resolved.Clear({0, 0, 0, -2});  // alpha of an empty pixel (resolve.glsl)
   resolved.ClearDepth(0);
 }
 
 // Whether there are uncovered pixels; waits for the drawing.
-bool GlRenderer::State::HasOpenPixels() {
+bool GlRendererState::HasOpenPixels() {
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   programs.open().Use();
   programs.open().Set("depth", 0.0f);
@@ -315,8 +316,8 @@ bool GlRenderer::State::HasOpenPixels() {
   return open_px.Count() > 0;
 }
 
-void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
-                                const PlaneInCamera& plane) {
+void GlRendererState::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
+                              const PlaneInCamera& plane) {
   if (!is_resolved) ClearResolved();
   resolved.Bind();
   no_vertices.Bind();

@@ -213,9 +213,8 @@ std::size_t GlPhotographs::Require(std::span<const LevelRequest> requests) {
     level_requests.push_back(WithinLimit(level_request));
     if (level_requests.back().level != level_request.level && !std::exchange(warned_too_large_, true))
       spdlog::warn(
-          "one photograph alone is larger than {} MB of graphics memory (--gpu-memory): a coarser level is "
-          "used",
-          limit_bytes_ / 1000000);
+          "one photograph alone is larger than {} MB of graphics memory ({}): a coarser level is used",
+          limit_bytes_ / 1000000, Parameter("gpu_memory"));
     if (const Key key = KeyOf(level_requests.back()); where_.contains(key))
       Use(key);
     else
@@ -284,9 +283,9 @@ std::vector<GlPhotographs::LevelRequest> GlPhotographs::CoarsenedToFit(
     }
     if (coarser > 0 && !std::exchange(warned_too_large_, true))
       spdlog::warn(
-          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory): coarser "
-          "levels are used",
-          limit_bytes_ / 1000000);
+          "the photographs of a picture do not fit into {} MB of graphics memory ({}): coarser levels are "
+          "used",
+          limit_bytes_ / 1000000, Parameter("gpu_memory"));
     if (bytes <= limit_bytes_ || !any_finer) return level_requests;
   }
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "render/fields/limit_pieces.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_shadow_maps.h"
 #include "render/renderer/soft_pixel.h"
@@ -53,10 +52,6 @@ std::string SoftDefines() {
   return defines;
 }
 
-std::string OfLimit(bool limit) {
-  return limit ? "#define LIMIT_RINGS " + std::to_string(LimitPieces::kRings) + "\n" : "";
-}
-
 }  // namespace
 
 void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_triangles) {
@@ -89,17 +84,14 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
   if (corrected) defines_ += "#define CORRECTED\n";
   // Vectors that the vertex shader passes to the fragments: `vectors` for each view, one for each four views,
-  // and one for all, which at the limit becomes three.
+  // and one for all.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;
   if (corrected) ++vectors;
   if (show_field) ++vectors;
-  for (const int for_all : {1, 3}) {
-    int& most = most_views_of_fan_batch_[for_all == 1 ? 0 : 1];
-    most = kMostViewsOfFanBatch;
-    while (most > 1 && most * vectors + (most + 3) / 4 + for_all > MostVaryingVectors()) --most;
-  }
+  int& most = most_views_of_fan_batch_ = kMostViewsOfFanBatch;
+  while (most > 1 && most * vectors + (most + 3) / 4 + 1 > MostVaryingVectors()) --most;
 
   const std::string head = Head(1), view = head + shaders::k_view_glsl;
   const std::string triangle_buffers = view + shaders::k_views_glsl + shaders::k_triangle_buffers_glsl;
@@ -119,25 +111,24 @@ std::string GlPrograms::Head(int arrays) const {
   return "#version 450 core\n#define ARRAYS " + std::to_string(arrays) + "\n" + defines_;
 }
 
-const GlProgram& GlPrograms::FanBatch(int views, bool direct, bool limit) {
-  const auto [found, is_new] = batches_.try_emplace({views, direct, limit});
+const GlProgram& GlPrograms::FanBatch(int views, bool direct) {
+  const auto [found, is_new] = batches_.try_emplace({views, direct});
   if (is_new)
-    found->second.Build("batch", FanBatchVertices(views, limit),
-                        Head(1) + OfViews(views) + (direct ? "#define DIRECT\n" : "") + OfLimit(limit) +
-                            (limit ? shaders::k_limit_glsl : "") + shaders::k_view_glsl +
+    found->second.Build("batch", FanBatchVertices(views),
+                        Head(1) + OfViews(views) + (direct ? "#define DIRECT\n" : "") + shaders::k_view_glsl +
                             shaders::k_common_glsl + shaders::k_resolve_glsl + shaders::k_fan_batch_frag);
   return found->second;
 }
 
 const GlProgram& GlPrograms::RingWeight() {
   if (!std::exchange(has_ring_weight_, true))
-    ring_weight_.Build("ring weight", FanBatchVertices(1, false),
+    ring_weight_.Build("ring weight", FanBatchVertices(1),
                        Head(1) + OfViews(1) + shaders::k_ring_weight_frag);
   return ring_weight_;
 }
 
-std::string GlPrograms::FanBatchVertices(int views, bool limit) const {
-  return Head(1) + OfViews(views) + OfLimit(limit) + shaders::k_view_glsl + shaders::k_views_glsl +
+std::string GlPrograms::FanBatchVertices(int views) const {
+  return Head(1) + OfViews(views) + shaders::k_view_glsl + shaders::k_views_glsl +
          shaders::k_triangle_buffers_glsl + shaders::k_fan_batch_vert;
 }
 

@@ -1,10 +1,9 @@
 // The renderer's shaders, built for the scene's photographs and proxy. The context must be current.
 #pragma once
 
-#include <array>
 #include <map>
 #include <string>
-#include <tuple>
+#include <utility>
 
 #include "render/gl/gl_objects.h"
 #include "render/renderer/renderer.h"
@@ -18,10 +17,10 @@ class GlPrograms {
   void Build(const RenderScene& scene, bool show_field, bool has_triangles);
 
   const GlProgram& cover() const { return cover_; }
-  // For up to `views` views of a triangle; `direct`: these are all views of the triangle; `limit`: weights are
-  // LimitPieces. Built at the first call.
-  const GlProgram& FanBatch(int views, bool direct, bool limit);
-  int most_views_of_fan_batch(bool limit) const { return most_views_of_fan_batch_[limit ? 1 : 0]; }
+  // For up to `views` views of a triangle; `direct`: these are all views of the triangle. Built at the first
+  // call.
+  const GlProgram& FanBatch(int views, bool direct);
+  int most_views_of_fan_batch() const { return most_views_of_fan_batch_; }
   // Whether all views have the same camera, which then is a uniform.
   bool one_camera() const { return one_camera_; }
   // The weights of a wide aperture's rings, by which FanBatch() multiplies light. Built at the first call.
@@ -43,16 +42,16 @@ class GlPrograms {
   };
   const OverViews& Over(int arrays);
   std::string Head(int arrays) const;
-  std::string FanBatchVertices(int views, bool limit) const;
+  std::string FanBatchVertices(int views) const;
 
   std::string defines_;
   bool one_camera_ = false;
-  std::array<int, 2> most_views_of_fan_batch_{1, 1};  // otherwise, and at the limit
+  int most_views_of_fan_batch_ = 1;
   GlProgram cover_, open_, ring_weight_, normalise_, mark_lumigraph_, mark_fill_;
   bool has_ring_weight_ = false;
   std::map<int, OverViews> over_views_;
   std::map<int, GlProgram> soft_;
-  std::map<std::tuple<int, bool, bool>, GlProgram> batches_;
+  std::map<std::pair<int, bool>, GlProgram> batches_;
 };
 
 }  // namespace ulf::render

@@ -12,6 +12,7 @@
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_renderer_state.h"
@@ -29,8 +30,8 @@ constexpr unsigned kShownMasksUnit = 14, kShownUnit = 15;       // of Show()
 
 }  // namespace
 
-void GlRenderer::State::SetCommon(const GlProgram& program, const CameraModel& camera,
-                                  const PlaneInCamera& plane) const {
+void GlRendererState::SetCommon(const GlProgram& program, const CameraModel& camera,
+                                const PlaneInCamera& plane) const {
   program.Use();
   program.Set("camera", MakeVec4(camera.fx, camera.fy, camera.cx, camera.cy));
   program.Set("plane", MakeVec4(plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.offset));
@@ -38,7 +39,7 @@ void GlRenderer::State::SetCommon(const GlProgram& program, const CameraModel& c
   if (programs.one_camera()) views.SetOneCamera(program);
 }
 
-void GlRenderer::State::Build() {
+void GlRendererState::Build() {
   std::vector<std::shared_ptr<const Photograph>> of_views;
   for (const SceneView& view : scene->views) of_views.push_back(view.photograph);
   photographs.Build(std::move(of_views), GlPhotographs::LimitBytes(options.gpu_memory_mb));
@@ -50,14 +51,14 @@ void GlRenderer::State::Build() {
 }
 
 // Returns whether there are new maps.
-bool GlRenderer::State::ProvideShadowMaps(std::span<const int> of_views) {
+bool GlRendererState::ProvideShadowMaps(std::span<const int> of_views) {
   if (!shadow_maps.Provide(of_views)) return false;
   views.SetShadowMaps(shadow_maps);
   shadow_maps.Bind(kShadowMapsUnit);
   return true;
 }
 
-cv::Mat GlRenderer::State::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
+cv::Mat GlRendererState::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
   cv::Mat depth = has_triangles ? proxy.ReadDepth() : cv::Mat::zeros(camera.height, camera.width, CV_32F);
   FillWithPlane(scene->proxy->Background(cam_from_world), camera, depth);
   return depth;
@@ -65,7 +66,7 @@ cv::Mat GlRenderer::State::Depth(const CameraModel& camera, const Rigid3& cam_fr
 
 GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options,
                        GlContextKind kind)
-    : state_(std::make_unique<State>(std::move(scene), options, kind)) {
+    : state_(std::make_unique<GlRendererState>(std::move(scene), options, kind)) {
   const GlContext::Current current(state_->context);
   state_->Build();
   state_->shadow_maps.Reset(state_->scene->views);
@@ -77,13 +78,12 @@ GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOpt
 GlRenderer::~GlRenderer() {
   if (!state_) return;
   const GlContext::Current current(state_->context);
-  State& s = *state_;
+  GlRendererState& s = *state_;
   s.programs.Release();
   s.show.Release();
   s.photographs.Release();
   s.views.Release();
-  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.batches, &s.tiles, &s.needed, &s.limit_pieces})
-    buffer->Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.batches, &s.tiles, &s.needed}) buffer->Release();
   s.nearest_first.Release();
   s.open_px.Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
@@ -95,52 +95,27 @@ GlRenderer::~GlRenderer() {
 }
 
 void GlRenderer::SetField(const FieldOptions& field) {
-  State& s = *state_;
+  GlRendererState& s = *state_;
   s.options.field = FieldThatServes(field, s.scene->mesh);
   s.options.field.lumigraph_k = std::clamp(s.options.field.lumigraph_k, 1, kMostLumigraphViews);
   const GlContext::Current current(s.context);
   s.MakeMeshField();
 }
 
-void GlRenderer::State::MakeMeshField() {
+void GlRendererState::MakeMeshField() {
   mesh_field.reset();
   aperture_field.reset();
   if (!UsesMesh(options.field.kind)) return;
-  const int level = options.aperture ? ApertureLevel(options.field.level) : options.field.level;
-  mesh_field = std::make_shared<MeshField>(plain, level, options.field.rules);
-  if (is_limit() && !UploadLimit())
-    mesh_field = std::make_shared<MeshField>(plain, kFinestLevel, options.field.rules);
+  mesh_field = std::make_shared<MeshField>(plain, options.field.level, options.field.rules);
   if (options.aperture) aperture_field = std::make_unique<ApertureField>(mesh_field);
-  if (is_limit()) return;
   const FieldMesh& mesh = mesh_field->field_mesh();
   mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {
     for (const auto& [of_vertex, weight] : mesh.weights[At(vertex)]) add(of_vertex, weight);
   });
 }
 
-// False where a driver has too little room for them: some 70 kB a view.
-bool GlRenderer::State::UploadLimit() {
-  constexpr std::size_t kMostPieces = 1u << 24;  // a float counts so far
-  const LimitPieces pieces = MakeLimitPieces(*mesh_field->field_mesh().limit);
-  GLint64 most_bytes = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
-  const std::size_t bytes = pieces.pieces.size() * sizeof(LimitPieces::Piece);
-  if (pieces.pieces.size() > kMostPieces || bytes > static_cast<std::uint64_t>(most_bytes)) {
-    spdlog::warn(
-        "subdivision in the limit: the weights of {} take {} MB, more than OpenGL has for them here; drawing "
-        "level {}",
-        Counted(plain->mesh.vertices.size(), "viewpoint"), bytes / 1000000, kFinestLevel);
-    return false;
-  }
-  mesh_entries = MakeLimitEntries(mesh_field->field_mesh(), pieces);
-  limit_pieces.Upload(pieces.pieces);
-  limit_rings.clear();
-  for (const LimitPieces::OfTriangle& of : pieces.triangles) limit_rings.push_back(of.has_rings);
-  return true;
-}
-
 void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
-  State& s = *state_;
+  GlRendererState& s = *state_;
   const GlContext::Current current(s.context);
   s.plain = WithProxy(*s.plain, std::move(proxy));
   s.scene = s.options.aperture ? WithFocalPlane(*s.plain, *s.options.aperture) : s.plain;
@@ -151,7 +126,7 @@ void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
 }
 
 void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
-  State& s = *state_;
+  GlRendererState& s = *state_;
   if (aperture == s.options.aperture) return;
   const GlContext::Current current(s.context);
   const bool begins_or_ends = aperture.has_value() != s.options.aperture.has_value();
@@ -167,7 +142,7 @@ void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
 }
 
 void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) {
-  State& s = *state_;
+  GlRendererState& s = *state_;
   const Vector3d virtual_center = cam_from_world.OriginInSource();
   std::vector<int> of_views;
   if (s.mesh_field) {
@@ -203,7 +178,7 @@ const RenderScene& GlRenderer::scene() const { return *state_->plain; }
 
 double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world) {
   RequireUndistorted(camera);
-  State& s = *state_;
+  GlRendererState& s = *state_;
   const GlContext::Current current(s.context);
   const auto start = std::chrono::steady_clock::now();
   s.last_camera = camera;
@@ -262,7 +237,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
 }
 
 void GlRenderer::Show(const DisplayTransform& transform) const {
-  State& s = *state_;
+  GlRendererState& s = *state_;
   std::array<GLint, 4> viewport{};
   glGetIntegerv(GL_VIEWPORT, viewport.data());
   glDisable(GL_DEPTH_TEST);
@@ -320,6 +295,14 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
     picture.weights = WeightsOfViews(*state_->scene, state_->FieldFrom(camera, cam_from_world).get(), camera,
                                      cam_from_world, depth, options);
   return picture;
+}
+
+std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
+                                       const RenderOptions& options) {
+  if (scene->views.empty()) throw Error("there are no views to render from; leave fewer of them out");
+  if (options.renderer == RendererKind::kReference)
+    return std::make_unique<ReferenceRenderer>(std::move(scene), options);
+  return std::make_unique<GlRenderer>(std::move(scene), options);
 }
 
 }  // namespace ulf::render

@@ -23,6 +23,9 @@
 // need.
 #pragma once
 
+#include <memory>
+
+#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
 #include "render/gl/gl_photographs.h"
 #include "render/renderer/renderer.h"
@@ -68,8 +71,12 @@ class GlRenderer : public Renderer {
   void ShowField(bool show);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<struct GlRendererState> state_;
 };
+
+// Throws Error for a scene without views. RendererKind::kGl throws Error without a usable OpenGL 4.5; it says
+// what was tried and names the reference renderer.
+std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
+                                       const RenderOptions& options);
 
 }  // namespace ulf::render

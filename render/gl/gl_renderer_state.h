@@ -3,13 +3,13 @@
 // views).
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "render/fields/aperture_field.h"
+#include "render/fields/blending_field.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/mesh_field.h"
 #include "render/gl/gl_context.h"
@@ -18,15 +18,15 @@
 #include "render/gl/gl_photographs.h"
 #include "render/gl/gl_programs.h"
 #include "render/gl/gl_proxy.h"
-#include "render/gl/gl_renderer.h"
 #include "render/gl/gl_shadow_maps.h"
 #include "render/gl/gl_triangles.h"
 #include "render/gl/gl_views.h"
+#include "render/renderer/renderer.h"
 #include "render/scene/view_tiles.h"
 
 namespace ulf::render {
 
-struct GlRenderer::State {
+struct GlRendererState {
   std::shared_ptr<const RenderScene> plain;  // with its own proxy
   std::shared_ptr<const RenderScene> scene;  // the same, or with the focal plane of the aperture
   RenderOptions options;
@@ -62,13 +62,12 @@ struct GlRenderer::State {
 
   std::shared_ptr<const MeshField> mesh_field;
   EntryTable mesh_entries;
-  GlBuffer limit_pieces;                              // at the limit of subdivision: its coefficients
-  std::vector<std::array<bool, 3>> limit_rings = {};  // and LimitPieces::OfTriangle::has_rings
-  std::unique_ptr<ApertureField> aperture_field;      // null without an aperture or a mesh
+  std::unique_ptr<ApertureField> aperture_field;  // null without an aperture or a mesh
 
   CameraModel last_camera;  // of the last frame
 
-  State(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options, GlContextKind kind)
+  GlRendererState(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options,
+                  GlContextKind kind)
       : plain(std::move(the_scene)),
         scene(the_options.aperture ? WithFocalPlane(*plain, *the_options.aperture) : plain),
         options(the_options),
@@ -77,8 +76,6 @@ struct GlRenderer::State {
 
   void Build();
   void MakeMeshField();
-  bool UploadLimit();
-  bool is_limit() const { return mesh_field && mesh_field->field_mesh().limit; }
   void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   TriangleBatch MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
                               const Rigid3& cam_from_world) const;

@@ -47,9 +47,9 @@ void GlShadowMaps::Grow(int least) {
   const int layers = std::min({std::max(least, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
   if (layers < least)
     throw Error(
-        "OpenGL: this driver has room for the shadow maps of {} views, not for more; use --proxy plane, or "
+        "OpenGL: this driver has room for the shadow maps of {} views, not for more; use {} plane, or "
         "ulf render --renderer reference",
-        most_layers);
+        most_layers, Parameter("proxy"));
   unsigned larger = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);
   glTextureStorage3D(larger, 1, GL_DEPTH_COMPONENT32F, kShadowMapPx, kShadowMapPx, layers);

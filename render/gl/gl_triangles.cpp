@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace ulf::render {
 
@@ -31,29 +30,6 @@ std::optional<GpuTriangle> MakeTriangle(const Matrix3d& corners_in_cam, const Ma
   return triangle;
 }
 
-EntryTable MakeLimitEntries(const FieldMesh& mesh, const LimitPieces& pieces) {
-  constexpr int kPlaces = 8;             // on a rim's edge, where a vertex that weighs there weighs somewhere
-  constexpr double kLeastWeight = 1e-9;  // less is rounding
-  EntryTable table;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    table.first.push_back(table.entries.size());
-    const PlaceInMesh& place = mesh.places[t];
-    std::set<int> of_strip;
-    for (int i = 0; t < mesh.strips && i <= kPlaces; ++i) {
-      const double share = static_cast<double>(i) / kPlaces;
-      for (const auto& [vertex, weight] :
-           mesh.limit->Weights(place.triangle, place.corners * Vector3d(share, 1 - share, 0)))
-        if (std::abs(weight) > kLeastWeight) of_strip.insert(vertex);
-    }
-    const LimitPieces::OfTriangle& of = pieces.triangles[static_cast<std::size_t>(place.triangle)];
-    for (std::size_t i = 0; i < of.vertices.size(); ++i)
-      if (t >= mesh.strips || of_strip.count(of.vertices[i]) != 0)
-        table.entries.push_back({.key = of.vertices[i], .weights = {}, .first_piece = of.first_piece[i]});
-  }
-  table.first.push_back(table.entries.size());
-  return table;
-}
-
 bool AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,
                  std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch) {
@@ -65,7 +41,8 @@ bool AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_i
         {static_cast<std::uint32_t>(batch.triangles.size()),
          static_cast<std::uint32_t>(view_of_key.empty() ? entry.key
                                                         : view_of_key[static_cast<std::size_t>(entry.key)]),
-         entry.first_piece, 0, MakeVec4(entry.weights[0], entry.weights[1], entry.weights[2], 0)});
+         {},
+         MakeVec4(entry.weights[0], entry.weights[1], entry.weights[2], 0)});
   }
   batch.triangles.push_back(*triangle);
   return true;

@@ -12,8 +12,6 @@
 #include <vector>
 
 #include "core/geometry/camera_model.h"
-#include "render/fields/limit_pieces.h"
-#include "render/fields/mesh_field.h"
 #include "render/viewpoints/triangle_topology.h"
 
 namespace ulf::render {
@@ -31,9 +29,7 @@ struct GpuTriangle {
 };
 struct GpuFan {
   std::uint32_t triangle, view;
-  std::uint32_t
-      first_piece;  // at the limit of subdivision, in LimitPieces::pieces; `weights` are not used then
-  std::uint32_t unused;
+  std::array<std::uint32_t, 2> unused;
   Vec4 weights;
 };
 
@@ -66,7 +62,6 @@ struct EntryTable {
   struct Entry {
     int key;  // a vertex of the viewpoint mesh, or a view
     std::array<double, 3> weights;
-    std::uint32_t first_piece = 0;  // as GpuFan's
   };
   std::vector<Entry> entries;
   std::vector<std::size_t> first;  // of each triangle, and the end
@@ -86,9 +81,6 @@ EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&&
   table.first.push_back(table.entries.size());
   return table;
 }
-
-// Of the triangles of a field mesh at the limit of subdivision. `pieces` are MakeLimitPieces() of its limit.
-EntryTable MakeLimitEntries(const FieldMesh& mesh, const LimitPieces& pieces);
 
 // None where the triangle does not meet the image. Corners are in the camera's axes. `along` (0 to 1) grows
 // with the triangles' order, so that of overlapping triangles the last one counts.

@@ -13,23 +13,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The limit up to which a distortion polynomial grows: r squared, or the fisheye's angle.
-// CameraModel::ImgFromCam returns none for points beyond it.
-double TrustedExtent(const CameraModel& camera) {
-  const auto& c = camera.coefficients;
-  const bool fisheye = camera.distortion == Distortion::kFisheye;
-  const auto slope = [&](double s) {
-    if (!fisheye) return 1 + s * (3 * c[0] + s * (5 * c[1] + s * 7 * c[4]));
-    const double t2 = s * s;
-    return 1 + t2 * (3 * c[0] + t2 * (5 * c[1] + t2 * (7 * c[2] + t2 * 9 * c[3])));
-  };
-  const double most = fisheye ? M_PI : 100.0;  // r = 10: 84 degrees from the axis
-  constexpr int kSteps = 10000;
-  for (int i = 1; i <= kSteps; ++i)
-    if (slope(most * i / kSteps) <= 0) return most * (i - 1) / kSteps;
-  return fisheye ? M_PI : 1e30;
-}
-
 Vec4 OfSizeOne(const CameraModel& camera) {
   return MakeVec4(camera.fx / camera.width, camera.fy / camera.height, camera.cx / camera.width,
                   camera.cy / camera.height);
@@ -42,7 +25,7 @@ void GlViews::Build(const RenderScene& scene) {
   const CameraModel* before = nullptr;
   for (const SceneView& view : scene.views) {
     const bool is_as_before = before && *before == view.camera;
-    trusted_extent_.push_back(is_as_before ? trusted_extent_.back() : TrustedExtent(view.camera));
+    distortion_extent_.push_back(is_as_before ? distortion_extent_.back() : view.camera.DistortionExtent());
     shadow_map_.push_back(is_as_before ? shadow_map_.back() : OfSizeOne(ShadowMapCamera(view.camera)));
     before = &view.camera;
   }
@@ -69,8 +52,9 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
     out.row1 = MakeVec4(r(1, 0), r(1, 1), r(1, 2), t.y());
     out.row2 = MakeVec4(r(2, 0), r(2, 1), r(2, 2), t.z());
     out.intrinsics = MakeVec4(view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy);
-    out.size = MakeVec4(view.camera.width, view.camera.height,
-                        kFeatherShare * std::min(view.camera.width, view.camera.height), trusted_extent_[i]);
+    out.size =
+        MakeVec4(view.camera.width, view.camera.height,
+                 kFeatherShare * std::min(view.camera.width, view.camera.height), distortion_extent_[i]);
     out.k = MakeVec4(c[0], c[1], c[2], c[3]);
     out.more = MakeVec4(c[4], view.black, view.scale, kind);
     out.color = MakeVec4(bgr[2], bgr[1], bgr[0], 1);

@@ -56,7 +56,7 @@ class GlViews {
   };
   void Upload();
 
-  std::vector<double> trusted_extent_;
+  std::vector<double> distortion_extent_;
   std::vector<Vec4> shadow_map_;
   std::vector<int> level_;
   std::vector<bool> has_gaps_;

@@ -9,6 +9,14 @@
 namespace ulf::render {
 namespace {
 
+// All guessed, as logarithms of odds.
+constexpr float kUndecided =
+    4.5f;  // the cost of turning: a pixel three deviations off the background is as likely either
+constexpr float kCutMost = 14;      // the cost of being still is no larger
+constexpr float kUnknownLeans = 2;  // towards turning, where there is no background
+constexpr float kBorder = 7;        // of a border through an even place
+constexpr float kWobblePx = 0.3f;   // of the camera: so much of the background's gradient is no difference
+
 float LargestOf(const cv::Vec3f& v) { return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}); }
 
 // How many deviations each pixel is off the background.
@@ -51,9 +59,9 @@ float ContrastOf(const cv::Mat& picture) {
 }  // namespace
 
 cv::Mat CutFromBackground(const cv::Mat& picture, const StillBackground& background, const cv::Mat& labels,
-                          const cv::Mat& leans, const CutOptions& options) {
+                          const cv::Mat& leans) {
   const cv::Size size = picture.size();
-  const cv::Mat deviations = DeviationsFrom(background, picture, options.wobble_px);
+  const cv::Mat deviations = DeviationsFrom(background, picture, kWobblePx);
   const float contrast = ContrastOf(picture);
   const auto label_at = [&](int y, int x) { return static_cast<CutLabel>(labels.at<std::uint8_t>(y, x)); };
   cv::Mat index(size, CV_32S, cv::Scalar(-1));
@@ -73,7 +81,7 @@ cv::Mat CutFromBackground(const cv::Mat& picture, const StillBackground& backgro
     const float like = known * std::exp(-off * off / 18);
     const float behind = EdgeOf(background.color, a, b);
     const float edge = EdgeOf(picture, a, b) / (1 + like * behind / 25);
-    return options.border * std::exp(-edge / (2 * contrast));
+    return kBorder * std::exp(-edge / (2 * contrast));
   };
   constexpr int kAcross[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
   constexpr float kShare[4] = {1, 1, 0.7071f, 0.7071f};
@@ -84,11 +92,11 @@ cv::Mat CutFromBackground(const cv::Mat& picture, const StillBackground& backgro
       const int own = index.at<int>(here);
       if (own >= 0) {
         const float known = background.known.at<float>(here), off = deviations.at<float>(here);
-        const float still = known * std::min(0.5f * off * off, options.most) +
-                            (1 - known) * (options.undecided + options.unknown_leans) +
+        const float still = known * std::min(0.5f * off * off, kCutMost) +
+                            (1 - known) * (kUndecided + kUnknownLeans) +
                             (leans.empty() ? 0.0f : leans.at<float>(here));
         source[static_cast<std::size_t>(own)] += std::max(0.0f, still);
-        sink[static_cast<std::size_t>(own)] += options.undecided + std::max(0.0f, -still);
+        sink[static_cast<std::size_t>(own)] += kUndecided + std::max(0.0f, -still);
       }
       for (int k = 0; k < 4; ++k) {
         const cv::Point there = here + cv::Point(kAcross[k][0], kAcross[k][1]);

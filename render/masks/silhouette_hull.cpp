@@ -7,12 +7,19 @@
 #include "core/base/parallel_for.h"
 
 namespace ulf::render {
+namespace {
+
+// So many silhouettes leave a cell out, of those that have it in their picture, and it is empty. Guessed.
+constexpr double kEmptyShare = 0.06;
+constexpr int kFewestEmpty = 2;
+
+}  // namespace
 
 using Eigen::Vector3d;
 
 SilhouetteHull::SilhouetteHull(std::span<const Silhouette> silhouettes, const Vector3d& center_in_world,
-                               double half_side, const HullOptions& options)
-    : center_in_world_(center_in_world), half_side_(half_side), cells_(options.cells) {
+                               double half_side, int cells)
+    : center_in_world_(center_in_world), half_side_(half_side), cells_(cells) {
   const int n = cells_;
   const auto at = [n](int x, int y, int z) {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(n) + static_cast<std::size_t>(y)) *
@@ -32,11 +39,10 @@ SilhouetteHull::SilhouetteHull(std::span<const Silhouette> silhouettes, const Ve
         const Vector3d point = middle_of(x, y, z);
         int seen = 0, left_out = 0;
         const auto limit = [&] {
-          return std::max(options.fewest_empty, static_cast<int>(std::ceil(options.empty_share * seen)));
+          return std::max(kFewestEmpty, static_cast<int>(std::ceil(kEmptyShare * seen)));
         };
         const int most = std::max(
-            options.fewest_empty,
-            static_cast<int>(std::ceil(options.empty_share * static_cast<double>(silhouettes.size()))));
+            kFewestEmpty, static_cast<int>(std::ceil(kEmptyShare * static_cast<double>(silhouettes.size()))));
         for (const Silhouette& silhouette : silhouettes) {
           const auto img = silhouette.camera.ImgFromCam(silhouette.cam_from_world * point);
           if (!img || !silhouette.camera.Contains(*img)) continue;
@@ -45,7 +51,7 @@ SilhouetteHull::SilhouetteHull(std::span<const Silhouette> silhouettes, const Ve
               silhouette.mask.at<std::uint8_t>(static_cast<int>(img->y()), static_cast<int>(img->x())) == 0;
           if (left_out >= most) break;
         }
-        full[at(x, y, z)] = seen >= options.fewest_empty && left_out < limit();
+        full[at(x, y, z)] = seen >= kFewestEmpty && left_out < limit();
       }
   });
   for (int z = 0; z < n; ++z)

@@ -19,17 +19,11 @@ struct Silhouette {
   cv::Mat mask;  // CV_8U, 0 outside
 };
 
-struct HullOptions {
-  int cells = 112;  // along a side of the cube
-  // So many silhouettes leave a cell out, of those that have it in their picture, and it is empty. Guessed.
-  double empty_share = 0.06;
-  int fewest_empty = 2;
-};
-
 class SilhouetteHull {
  public:
+  // `cells`: along a side of the cube.
   SilhouetteHull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& center_in_world,
-                 double half_side, const HullOptions& options = {});
+                 double half_side, int cells = 112);
 
   bool empty() const { return surface_.empty(); }
   double CellSize() const { return 2 * half_side_ / cells_; }

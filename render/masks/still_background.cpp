@@ -12,6 +12,15 @@
 namespace ulf::render {
 namespace {
 
+// All guessed. Of a pixel's pictures: those that agree with a background, and those that do so one after the
+// other.
+constexpr double kStillShare = 0.96;
+constexpr double kDoubtedShare = 0.04, kKnownShare = 0.1;
+constexpr std::size_t kRun = 3;
+constexpr float kAgreeSigmas = 3.5f, kLeastAgree = 4;  // levels
+// Of the values that agree, over the noise: what is still has 1.
+constexpr float kSureSpread = 1.2f, kMostSpread = 1.45f;
+
 using Pixel = cv::Vec3b;
 
 // One standard deviation of a value by its level, from the differences between neighbouring pictures, of the quieter
@@ -75,14 +84,12 @@ struct Mode {
   float spread = 0;         // of those that agree, over the noise
 };
 
-Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise,
-            const StillBackgroundOptions& options, std::vector<char>& agrees) {
+Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise, std::vector<char>& agrees) {
   Mode mode;
   std::size_t best = 0;
   const auto tolerance_at = [&](const Pixel& pixel) {
     const float level = static_cast<float>(pixel[0] + pixel[1] + pixel[2]) / 3;
-    return static_cast<int>(
-        std::lround(std::max(options.least_agree, options.agree_sigmas * noise.At(level))));
+    return static_cast<int>(std::lround(std::max(kLeastAgree, kAgreeSigmas * noise.At(level))));
   };
   for (std::size_t i = 0; i < values.size(); ++i) {
     std::size_t count = 0;
@@ -120,7 +127,7 @@ Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise,
   for (std::size_t i = 0; i < values.size();) {
     std::size_t end = i;
     while (end < values.size() && agrees[end]) ++end;
-    if (end - i >= options.run) mode.in_runs += end - i;
+    if (end - i >= kRun) mode.in_runs += end - i;
     i = std::max(end, i + 1);
   }
   return mode;
@@ -128,8 +135,7 @@ Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise,
 
 }  // namespace
 
-StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning,
-                                const StillBackgroundOptions& options) {
+StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning) {
   CV_Assert(!pictures.empty() && (turning.empty() || turning.size() == pictures.size()));
   const cv::Size size = pictures[0].size();
   const NoiseByLevel noise(pictures);
@@ -146,19 +152,18 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
       for (std::size_t i = 0; i < pictures.size(); ++i)
         if (turning.empty() || turning[i].empty() || turning[i].at<std::uint8_t>(y, x) == 0)
           values.push_back(pictures[i].at<Pixel>(y, x));
-      if (values.size() < options.run) continue;
-      const Mode mode = ModeOf(values, noise, options, agrees);
+      if (values.size() < kRun) continue;
+      const Mode mode = ModeOf(values, noise, agrees);
       background.color.at<cv::Vec3f>(y, x) = mode.color;
       background.noise.at<float>(y, x) = noise.At((mode.color[0] + mode.color[1] + mode.color[2]) / 3);
       spread.at<float>(y, x) = mode.spread;
-      const bool still = static_cast<double>(mode.count) >= options.still_share * all;
+      const bool still = static_cast<double>(mode.count) >= kStillShare * all;
       background.still.at<std::uint8_t>(y, x) = still ? 255 : 0;
       const double share = static_cast<double>(mode.in_runs) / all;
       background.known.at<float>(y, x) =
           still ? 1.0f
-                : static_cast<float>(std::clamp(
-                      (share - options.doubted_share) / (options.known_share - options.doubted_share), 0.0,
-                      1.0));
+                : static_cast<float>(
+                      std::clamp((share - kDoubtedShare) / (kKnownShare - kDoubtedShare), 0.0, 1.0));
     }
   });
   // What turns slowly by, a surface with little on it, comes back nearly the same: its values spread wider than noise.
@@ -167,8 +172,7 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
       const float wide = std::sqrt(around.at<float>(y, x));
-      const float belief =
-          std::clamp((options.most_spread - wide) / (options.most_spread - options.sure_spread), 0.0f, 1.0f);
+      const float belief = std::clamp((kMostSpread - wide) / (kMostSpread - kSureSpread), 0.0f, 1.0f);
       background.known.at<float>(y, x) *= belief;
       if (belief < 0.5f) background.still.at<std::uint8_t>(y, x) = 0;
     }

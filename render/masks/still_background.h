@@ -19,20 +19,9 @@ struct StillBackground {
   cv::Mat noise;  // CV_32F, one standard deviation of a picture's pixel, levels
 };
 
-struct StillBackgroundOptions {
-  // All guessed. Of a pixel's pictures: those that agree with a background, and those that do so one after the other.
-  double still_share = 0.96;
-  double doubted_share = 0.04, known_share = 0.1;
-  std::size_t run = 3;
-  float agree_sigmas = 3.5f, least_agree = 4;  // levels
-  // Of the values that agree, over the noise: what is still has 1.
-  float sure_spread = 1.2f, most_spread = 1.45f;
-};
-
 // `pictures`: CV_8UC3 in order of time, of one size. `turning`: CV_8U of each, 255 where it is known to show what
 // turns, whatever it looks like; empty: nowhere.
-StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning,
-                                const StillBackgroundOptions& options = {});
+StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning);
 
 // Pixels that never change, as far as they hang together with the picture's rim: the background's. What they enclose may
 // be the subject, even where it looks still. CV_8U, 255 there.

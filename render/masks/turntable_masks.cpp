@@ -15,10 +15,15 @@
 #include "core/image/image.h"
 #include "core/light_field/folder/view_images.h"
 #include "render/masks/background_cut.h"
+#include "render/masks/silhouette_hull.h"
 #include "render/masks/still_background.h"
 
 namespace ulf::render {
 namespace {
+
+constexpr int kFewestViews = 8;        // of a stand whose background can be learnt. Guessed.
+constexpr int kMostCompared = 72;      // of a stand, to learn it from. Guessed.
+constexpr int kMostSilhouettes = 120;  // that carve the hull. Guessed.
 
 using Eigen::Vector3d;
 
@@ -78,7 +83,7 @@ double TurnBetweenPoses(const Rigid3& a, const Rigid3& b) {
 
 // Those with enough views, of one camera.
 std::vector<Stand> UsableStands(const TurnAxis& axis, const LightField& light_field,
-                                const std::vector<Rigid3>& poses, const TurntableMaskOptions& options) {
+                                const std::vector<Rigid3>& poses) {
   const std::vector<int> stand_of = StandsOf(axis, poses);
   std::vector<Stand> stands;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -89,9 +94,8 @@ std::vector<Stand> UsableStands(const TurnAxis& axis, const LightField& light_fi
     if (goes_on) stands.back().turned += TurnBetweenPoses(poses[i - 1], poses[i]);
     stands.back().views.push_back(static_cast<int>(i));
   }
-  std::erase_if(stands, [&](const Stand& stand) {
-    return static_cast<int>(stand.views.size()) < options.fewest_views;
-  });
+  std::erase_if(stands,
+                [&](const Stand& stand) { return static_cast<int>(stand.views.size()) < kFewestViews; });
   return stands;
 }
 
@@ -110,11 +114,10 @@ struct Learnt {
 
 constexpr double kWorthShifting = 0.1;  // pixels; guessed
 
-Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand,
-                  const TurntableMaskOptions& options) {
+Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand) {
   Learnt learnt;
   learnt.shifts.assign(stand.views.size(), {});
-  const double step = std::max(1.0, static_cast<double>(stand.views.size()) / options.most_compared);
+  const double step = std::max(1.0, static_cast<double>(stand.views.size()) / kMostCompared);
   const auto learn = [&] {
     std::vector<cv::Mat> compared, turning;
     for (double at = 0; at < static_cast<double>(stand.views.size()); at += step) {
@@ -235,12 +238,12 @@ class Masking {
           "height",
           light_field_.root.string());
     result_.axis = *axis;
-    result_.stands = UsableStands(*axis, light_field_, poses_, options_);
+    result_.stands = UsableStands(*axis, light_field_, poses_);
     if (result_.stands.empty())
       throw Error(
           "{}: the camera nowhere stood for {} or more, and what stands still is told from what turns by "
           "them; the next time let it stand for a whole turn of the table",
-          light_field_.root.string(), Counted(options_.fewest_views, "view"));
+          light_field_.root.string(), Counted(kFewestViews, "view"));
     stand_of_.assign(poses_.size(), -1);
     for (std::size_t s = 0; s < result_.stands.size(); ++s)
       for (const int view : result_.stands[s].views) stand_of_[At(view)] = static_cast<int>(s);
@@ -248,7 +251,7 @@ class Masking {
   }
 
   void LearnStandAt(std::size_t s) {
-    learnt_.push_back(LearnStand(pictures_, result_.stands[s], options_));
+    learnt_.push_back(LearnStand(pictures_, result_.stands[s]));
     outside_.push_back(StillToTheRim(learnt_.back().background));
     colors_.emplace_back(learnt_.back().background, outside_.back());
     DoubtForeignColors(learnt_.back().background, outside_.back(), colors_.back());
@@ -320,7 +323,7 @@ class Masking {
     std::vector<const Picture*> cut;
     for (std::size_t i = 0; i < pictures_.size(); ++i)
       if (stand_of_[i] >= 0) cut.push_back(&pictures_[i]);
-    const double step = std::max(1.0, static_cast<double>(cut.size()) / options_.most_silhouettes);
+    const double step = std::max(1.0, static_cast<double>(cut.size()) / kMostSilhouettes);
     for (double at = 0; at < static_cast<double>(cut.size()); at += step) {
       const Picture& picture = *cut[static_cast<std::size_t>(at)];
       if (const double reach = ReachOf(picture, center); reach > 0) reaches.push_back(reach);
@@ -333,7 +336,7 @@ class Masking {
           "picture?",
           light_field_.root.string());
     constexpr double kMargin = 1.05;
-    return {silhouettes, center, kMargin * Quantile(reaches, 0.5), options_.hull};
+    return {silhouettes, center, kMargin * Quantile(reaches, 0.5)};
   }
 
   TurntableMasks Finished(const SilhouetteHull& hull) {

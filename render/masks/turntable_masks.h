@@ -18,16 +18,11 @@
 #include "core/base/progress.h"
 #include "core/geometry/turn_axis.h"
 #include "core/light_field/light_field.h"
-#include "render/masks/silhouette_hull.h"
 
 namespace ulf::render {
 
 struct TurntableMaskOptions {
-  int size_px = 640;       // longer side of the pictures that are compared; masks have the photographs' size
-  int fewest_views = 8;    // of a stand whose background can be learnt. Guessed.
-  int most_compared = 72;  // of a stand, to learn it from. Guessed.
-  int most_silhouettes = 120;  // that carve the hull. Guessed.
-  HullOptions hull = {};
+  int size_px = 640;  // longer side of the pictures that are compared; masks have the photographs' size
 };
 
 struct Stand {

@@ -1,18 +1,28 @@
 #include "render/output/camera_path.h"
 
+#include <fmt/format.h>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
-#include "render/output/path_files.h"
-#include "render/viewpoints/subject_center.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::render {
 namespace {
+
+// The zoom grows by this factor until the photographs fill the pictures, and not beyond the second: more zoom
+// would cut off what the path shows. Guessed.
+constexpr double kZoomStep = 1.06, kZoomMost = 1.6;
+// Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.
+constexpr double kUncovered = 0.005, kUncoveredAtWorst = 0.02;
+// Pictures of this width are rendered at about this many poses of the path. Guessed.
+constexpr int kWidthPx = 120;
+constexpr std::size_t kPoses = 12;
 
 using Eigen::Vector3d;
 
@@ -76,8 +86,8 @@ Spread SpreadOf(const RenderScene& scene) {
     sum += directions.back();
   }
   if (directions.empty())
-    throw Error(
-        "camera path: every view stands at the subject's centre; give another subject with --subject");
+    throw Error("camera path: every view stands at the subject's centre; give another subject with {}",
+                Parameter("subject"));
   const double concentration = sum.norm() / static_cast<double>(directions.size());
   const Vector3d mean = concentration > 1e-3 ? Vector3d(sum.normalized()) : directions.front();
   Spread spread{Sphere(concentration > kTogether ? UsableUp(scene, mean) : scene.up_in_world, mean)};
@@ -228,16 +238,14 @@ CameraPath SweepPath(const RenderScene& scene, int frames) {
                    }));
 }
 
-double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
-                   const ZoomOptions& options) {
+double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
   const std::size_t poses = path.cam_from_world.size();
-  const std::size_t stride = std::max<std::size_t>(1, poses / options.poses);
+  const std::size_t stride = std::max<std::size_t>(1, poses / kPoses);
   const auto is_filled = [&](double zoom) {
     double sum = 0, worst = 0, count = 0;
     for (std::size_t i = 0; i < poses; i += stride, ++count) {
       const CameraModel& full = path.CameraOf(i, camera);
-      CameraModel small =
-          full.ScaledTo(options.width_px, std::max(1, options.width_px * full.height / full.width));
+      CameraModel small = full.ScaledTo(kWidthPx, std::max(1, kWidthPx * full.height / full.width));
       small.fx *= zoom;
       small.fy *= zoom;
       const Rendering picture = renderer.Render(small, path.cam_from_world[i]);
@@ -246,10 +254,10 @@ double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel
       sum += uncovered;
       worst = std::max(worst, uncovered);
     }
-    return sum <= options.uncovered * count && worst <= options.uncovered_at_worst;
+    return sum <= kUncovered * count && worst <= kUncoveredAtWorst;
   };
   double zoom = 1;
-  while (zoom * options.step <= options.most && !is_filled(zoom)) zoom *= options.step;
+  while (zoom * kZoomStep <= kZoomMost && !is_filled(zoom)) zoom *= kZoomStep;
   return zoom;
 }
 
@@ -258,25 +266,50 @@ bool IsNamedPath(const std::string& path) {
          path == "sweep";
 }
 
-void RequireFrames(const CameraPath& path, int asked, const std::string& option) {
+void RequireFrames(const CameraPath& path, int asked, const std::string& frames) {
   const std::size_t poses = path.cam_from_world.size();
   if (asked > 0 && static_cast<std::size_t>(asked) != poses)
-    throw UsageError(
-        "--frames {}: the path has {}, one for each picture; only named paths and keyframes take another "
-        "number. Leave the number out, or give a part, A:B",
-        option, Counted(poses, "pose"));
+    throw Refusal(
+        Parameter("frames"), frames,
+        fmt::format("the path has {}, one for each picture", Counted(poses, "pose")),
+        "only named paths and keyframes take another number. Leave the number out, or give a part, A:B");
 }
 
-CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
-  constexpr int kUsualFrames = 120;
-  const int frames = request.frames > 0 ? request.frames : kUsualFrames;
-  if (request.path == "orbit") return OrbitPath(scene, frames);
-  if (request.path == "dolly") return DollyPath(scene, frames);
-  if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
-  if (request.path == "spiral") return SpiralPath(scene, frames);
-  if (request.path == "rise") return RisePath(scene, frames);
-  if (request.path == "sweep") return SweepPath(scene, frames);
-  return PathFromFile(request.path, request, scene);
+namespace {
+
+int Number(std::string_view digits, const std::string& text, int least) {
+  int number = -1;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (error != std::errc() || end != digits.data() + digits.size() || number < least)
+    throw Refusal(Parameter("frames"), text,
+                  "give N pictures, or A:B for pictures A to B - 1 of the path, or A:B/N", "");
+  return number;
+}
+
+}  // namespace
+
+FrameRange ParseFrames(const std::string& text) {
+  FrameRange range;
+  if (text.empty()) return range;
+  std::string_view rest = text;
+  const auto colon = rest.find(':'), slash = rest.find('/');
+  if (colon == std::string_view::npos) {
+    range.count = Number(rest, text, 1);
+    return range;
+  }
+  if (slash != std::string_view::npos) {
+    range.count = Number(rest.substr(slash + 1), text, 1);
+    rest = rest.substr(0, slash);
+  }
+  const std::string_view first = rest.substr(0, colon),
+                         end = colon < rest.size() ? rest.substr(colon + 1) : std::string_view();
+  if (!first.empty()) range.first = Number(first, text, 0);
+  if (!end.empty()) range.end = Number(end, text, 0);
+  if (range.end && *range.end <= range.first)
+    throw Refusal(Parameter("frames"), text,
+                  fmt::format("picture {} does not come before {}", range.first, *range.end),
+                  "A:B are pictures A to B - 1");
+  return range;
 }
 
 }  // namespace ulf::render

@@ -1,8 +1,9 @@
-// Camera paths: named ones around the subject, and those in files (path_files.h). Poses in the light field's
-// world.
+// Camera paths, and the named ones around the subject (path_files.h has those in files). Poses in the light
+// field's world.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,36 +47,26 @@ CameraPath SpiralPath(const RenderScene& scene, int frames);
 CameraPath RisePath(const RenderScene& scene, int frames);
 CameraPath SweepPath(const RenderScene& scene, int frames);
 
-struct ZoomOptions {
-  // The zoom grows by this factor until the photographs fill the pictures, and not beyond `most`: more zoom
-  // would cut off what the path shows. Guessed.
-  double step = 1.06, most = 1.6;
-  // Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.
-  double uncovered = 0.005, uncovered_at_worst = 0.02;
-  // Pictures of this width are rendered at about this many poses of the path. Guessed.
-  int width_px = 120;
-  std::size_t poses = 12;
-};
-
 // The smallest zoom, from 1 on, at which the photographs fill the pictures along the path. Cameras that were
 // not held level leave the corners of pictures from other places uncovered.
-double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
-                   const ZoomOptions& options = {});
-
-struct PathRequest {
-  std::string path = "orbit";  // a name, or a file
-  int frames = 0;              // of a named or keyframed path; 0: 120, or by the keyframes' times
-  CameraModel camera = {};     // for paths without cameras
-  double fps = 30;             // of keyframed paths
-  // That is rendered: its transforms.json completes nerfstudio's files.
-  std::filesystem::path light_field = {};
-};
+double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
 
 bool IsNamedPath(const std::string& path);
-// Throws UsageError where `asked` pictures (0: any number) differ from the path's number of poses. `option`:
-// the option's text on the command line.
-void RequireFrames(const CameraPath& path, int asked, const std::string& option);
-// Throws PathFromFile()'s errors.
-CameraPath MakePath(const PathRequest& request, const RenderScene& scene);
+// Throws Refusal where `asked` pictures (0: any number) differ from the path's number of poses. `frames`: as
+// it was asked for, such as "0:2/7".
+void RequireFrames(const CameraPath& path, int asked, const std::string& frames);
+
+// Which pictures of a path are rendered: a number of them, or a part of all, so that several machines can
+// share the work.
+struct FrameRange {
+  int count = 0;  // pictures of the whole path; 0: the path's own number
+  int first = 0;
+  std::optional<int> end = {};  // one past the last; none: all
+  bool operator==(const FrameRange&) const = default;
+};
+
+// "N": a path of N pictures; "A:B": the pictures A to B - 1, counted from 0, where A or B may be left out;
+// "A:B/N": both. Throws Refusal.
+FrameRange ParseFrames(const std::string& text);
 
 }  // namespace ulf::render

@@ -190,8 +190,8 @@ std::string GlbBytes(const GltfModel& model) {
   constexpr std::size_t kHeader = 12, kChunkHeader = 8;
   const std::size_t size = kHeader + 2 * kChunkHeader + text.size() + bytes.size();
   if (size > std::numeric_limits<std::uint32_t>::max())
-    throw Error("{}: {:.1f} GB; a .glb has at most 4: give fewer --triangles or a smaller --texture",
-                model.name, static_cast<double>(size) / 1e9);
+    throw Error("{}: {:.1f} GB; a .glb has at most 4: give fewer {} or a smaller {}", model.name,
+                static_cast<double>(size) / 1e9, Parameter("triangles"), Parameter("texture"));
   std::string file("glTF");
   for (const std::uint32_t number : {std::uint32_t{2}, static_cast<std::uint32_t>(size)})
     file.append(reinterpret_cast<const char*>(&number), sizeof(number));

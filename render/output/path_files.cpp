@@ -290,4 +290,16 @@ CameraPath PathFromFile(const fs::path& file, const PathRequest& request, const 
   return path;
 }
 
+CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
+  constexpr int kUsualFrames = 120;
+  const int frames = request.frames > 0 ? request.frames : kUsualFrames;
+  if (request.path == "orbit") return OrbitPath(scene, frames);
+  if (request.path == "dolly") return DollyPath(scene, frames);
+  if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
+  if (request.path == "spiral") return SpiralPath(scene, frames);
+  if (request.path == "rise") return RisePath(scene, frames);
+  if (request.path == "sweep") return SweepPath(scene, frames);
+  return PathFromFile(request.path, request, scene);
+}
+
 }  // namespace ulf::render

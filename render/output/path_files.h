@@ -1,4 +1,4 @@
-// Camera paths in files.
+// Camera paths by their names or from files.
 //
 //   TUM lines        time tx ty tz qx qy qz qw, world_from_cam
 //   a light field    its folder or transforms.json: its views' poses and cameras, undistorted
@@ -9,14 +9,26 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "render/output/camera_path.h"
 
 namespace ulf::render {
 
+struct PathRequest {
+  std::string path = "orbit";  // a name, or a file
+  int frames = 0;              // of a named or keyframed path; 0: 120, or by the keyframes' times
+  CameraModel camera = {};     // for paths without cameras
+  double fps = 30;             // of keyframed paths
+  // That is rendered: its transforms.json completes nerfstudio's files.
+  std::filesystem::path light_field = {};
+};
+
 // Throws Error that names the file and the line, frame or key of a value that is missing, not finite, not a
 // rotation or not supported, and for a path without a pose.
 CameraPath PathFromFile(const std::filesystem::path& file, const PathRequest& request,
                         const RenderScene& scene);
+// Throws PathFromFile()'s errors.
+CameraPath MakePath(const PathRequest& request, const RenderScene& scene);
 
 }  // namespace ulf::render

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 #include <regex>
 #include <vector>
 
@@ -16,7 +17,6 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/image/files/png_picture.h"
-#include "render/output/narrow_gaps.h"
 #include "render/output/tiled_rendering.h"
 
 namespace ulf::render {
@@ -160,11 +160,12 @@ PictureFormat FormatOf(const fs::path& out, const std::string& format) {
   const std::string ending = out.extension().string();
   const bool exr = ending == ".exr", png = ending == ".png", video = IsVideo(out);
   if ((exr && !format.empty() && format != "exr") || (png && format == "exr") || (video && !format.empty()))
-    throw UsageError("-o {}: its ending contradicts --format {}; leave one of them out", out.string(),
-                     format);
+    throw Refusal(Parameter("output"), out.string(),
+                  fmt::format("its ending contradicts {} {}", Parameter("format"), format),
+                  "leave one of them out");
   if (out.has_extension() && !exr && !png && !video && !fs::is_directory(out))
-    throw UsageError("-o {}: pictures are written as OUT.mp4, OUT.png, OUT.exr or into a folder",
-                     out.string());
+    throw Refusal(Parameter("output"), out.string(),
+                  "pictures are written as OUT.mp4, OUT.png, OUT.exr or into a folder", "");
   if (exr || format == "exr") return PictureFormat::kExr;
   return format == "png16" ? PictureFormat::kPng16 : PictureFormat::kPng;
 }
@@ -222,9 +223,9 @@ void RequireMemory(int width, int height, const PictureEncoding& encoding, std::
   const std::uint64_t needed = MemoryForPicture(width, height, encoding);
   if (needed > available)
     throw Error(
-        "a picture of {}x{} takes about {:.1f} GB of memory and {:.1f} GB are free; give a smaller --width "
-        "or --height",
-        width, height, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(available));
+        "a picture of {}x{} takes about {:.1f} GB of memory and {:.1f} GB are free; give a smaller {} or {}",
+        width, height, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(available),
+        Parameter("width"), Parameter("height"));
 }
 
 PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
@@ -239,16 +240,16 @@ PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
   const bool known = fs::is_regular_file(file);
   const std::vector<fs::path> pictures = PicturesIn(out_);
   if (!known && !pictures.empty())
-    throw UsageError(
-        "-o {}: holds pictures (frame_...) but no render.json that tells what they show, and they are not "
-        "replaced; "
-        "choose another folder, or remove them yourself",
-        out_.string());
+    throw Refusal(
+        Parameter("output"), out_.string(),
+        "holds pictures (frame_...) but no render.json that tells what they show, and they are not replaced",
+        "choose another folder, or remove them yourself");
   const std::string difference = known ? FirstDifference(ReadSettings(file), settings) : "";
   if (!difference.empty() && !pictures.empty()) {
     if (!overwrite)
-      throw UsageError("-o {}: holds pictures of another render ({}); choose another folder, or --overwrite",
-                       out_.string(), difference);
+      throw Refusal(Parameter("output"), out_.string(),
+                    fmt::format("holds pictures of another render ({})", difference),
+                    fmt::format("choose another folder, or {}", Parameter("overwrite")));
     RemoveFormer(out_, pictures, difference);
   }
   if (!known || !difference.empty()) WriteFileAtomically(file, JsonText(nlohmann::json(settings), 1) + "\n");
@@ -267,6 +268,31 @@ void PictureFiles::Write(int number, const Rendering& picture) {
   const fs::path path = PathOf(number);
   WriteFileAtomically(path, PictureBytes(picture, encoding_));
   RemoveLeftovers(fs::absolute(path));
+}
+
+cv::Mat WithNarrowGapsClosed(const cv::Mat& linear, const cv::Mat& drawn) {
+  const int known = cv::countNonZero(drawn);
+  if (known == 0 || known == static_cast<int>(drawn.total())) return linear;
+  cv::Mat distance, nearest;
+  cv::distanceTransform(drawn == 0, distance, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+  std::vector<cv::Vec3f> color_of(static_cast<std::size_t>(known) + 1);
+  for (int y = 0; y < drawn.rows; ++y)
+    for (int x = 0; x < drawn.cols; ++x)
+      if (drawn.at<std::uint8_t>(y, x))
+        color_of[static_cast<std::size_t>(nearest.at<int>(y, x))] = linear.at<cv::Vec3f>(y, x);
+  const float most = static_cast<float>(kNarrowGapShare * std::max(drawn.cols, drawn.rows));
+  cv::Mat gap_of;
+  const int gaps = cv::connectedComponents(drawn == 0, gap_of, 8, CV_32S);
+  std::vector<bool> is_narrow(static_cast<std::size_t>(gaps), true);
+  for (int y = 0; y < drawn.rows; ++y)
+    for (int x = 0; x < drawn.cols; ++x)
+      if (distance.at<float>(y, x) > most) is_narrow[static_cast<std::size_t>(gap_of.at<int>(y, x))] = false;
+  cv::Mat closed = linear.clone();
+  for (int y = 0; y < drawn.rows; ++y)
+    for (int x = 0; x < drawn.cols; ++x)
+      if (!drawn.at<std::uint8_t>(y, x) && is_narrow[static_cast<std::size_t>(gap_of.at<int>(y, x))])
+        closed.at<cv::Vec3f>(y, x) = color_of[static_cast<std::size_t>(nearest.at<int>(y, x))];
+  return closed;
 }
 
 }  // namespace ulf::render

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 
@@ -30,12 +31,12 @@ struct PictureEncoding {
   double exposure_stops = 0;  // makes PNG and video brighter; EXR keeps the light
   // B G R, 0 to 1 as PNG and video have them: what is laid behind a picture with alpha; none: PNG and EXR keep the alpha.
   std::optional<cv::Vec3d> background = {};
-  bool closes_narrow_gaps = true;  // of PNG (render/output/narrow_gaps.h)
+  bool closes_narrow_gaps = true;  // of PNG (WithNarrowGapsClosed())
   ExrCompression exr_compression = ExrCompression::kZip;
   bool knows_colors = true;  // RenderScene::knows_colors: whether an EXR may name its colour space
 };
 
-// The format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws UsageError
+// The format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws Refusal
 // where they contradict each other.
 PictureFormat FormatOf(const std::filesystem::path& out, const std::string& format);
 
@@ -55,9 +56,9 @@ void RequireMemory(int width, int height, const PictureEncoding& encoding, std::
 
 class PictureFiles {
  public:
-  // Makes the folder. `settings`: names and values for render.json. Throws UsageError where the folder holds
+  // Makes the folder. `settings`: names and values for render.json. Throws Refusal where the folder holds
   // pictures of other settings; with `overwrite` it removes all of them instead, with a warning, because
-  // render.json is valid for every picture of the folder. Throws UsageError also for pictures without a
+  // render.json is valid for every picture of the folder. Throws Refusal also for pictures without a
   // render.json, which may be of another program.
   PictureFiles(std::filesystem::path out, const PictureEncoding& encoding,
                const std::map<std::string, std::string>& settings, bool overwrite);
@@ -72,5 +73,13 @@ class PictureFiles {
   PictureEncoding encoding_;
   bool overwrite_;
 };
+
+// Slivers of a picture that no photograph shows, mostly along its border, for displays and comparisons: the colour beside
+// them instead of black. What is wider stays black, since nobody knows what is there.
+// Of the longer side: a gap with a pixel farther than this from what is drawn is wide. Guessed.
+inline constexpr double kNarrowGapShare = 0.03;
+
+// `linear` CV_32FC3, `drawn` CV_8U (Rendering). The same picture where everything is drawn.
+cv::Mat WithNarrowGapsClosed(const cv::Mat& linear, const cv::Mat& drawn);
 
 }  // namespace ulf::render

@@ -94,10 +94,11 @@ void RequireFormat(const QuiltFormat& format) {
   if (format.columns < 1 || format.rows < 1 || format.columns * format.rows < 2 ||
       std::min(tile.width, tile.height) < kLeastTilePx || !(format.aspect > 0) ||
       !std::isfinite(format.aspect))
-    throw UsageError(
-        "a quilt of {}x{} tiles in {}x{} pixels: it has at least 2 tiles of {} pixels a side; give fewer "
-        "tiles (--tiles 8x6) or a larger picture (--size 3360x3360)",
-        format.columns, format.rows, format.width_px, format.height_px, kLeastTilePx);
+    throw Refusal(fmt::format("a quilt of {}x{} tiles in {}x{} pixels", format.columns, format.rows,
+                              format.width_px, format.height_px),
+                  "", fmt::format("it has at least 2 tiles of {} pixels a side", kLeastTilePx),
+                  fmt::format("give fewer tiles ({} 8x6) or a larger picture ({} 3360x3360)",
+                              Parameter("tiles"), Parameter("size")));
 }
 
 }  // namespace
@@ -119,9 +120,9 @@ QuiltFormat QuiltOfDisplay(const std::string& name) {
     if (name == known.display) return known.format;
     names.emplace_back(known.display);
   }
-  throw UsageError(
-      "--display {}: there is no such display; there are {}; others by --tiles, --size and --aspect", name,
-      fmt::join(names, ", "));
+  throw Refusal(Parameter("display"), name, "there is no such display",
+                fmt::format("there are {}; others by {}, {} and {}", fmt::join(names, ", "),
+                            Parameter("tiles"), Parameter("size"), Parameter("aspect")));
 }
 
 QuiltViews QuiltViewsOf(const RenderScene& scene, const QuiltOptions& options) {

@@ -32,7 +32,7 @@ struct NamedQuilt {
   QuiltFormat format;
 };
 const std::vector<NamedQuilt>& QuiltDisplays();
-// Throws UsageError that lists the names.
+// Throws Refusal that lists the names.
 QuiltFormat QuiltOfDisplay(const std::string& name);
 
 struct QuiltOptions {
@@ -56,9 +56,10 @@ struct QuiltViews {
   double width = 0, height = 0;                   // world units
 };
 
-// The window stands at the subject's surface as the proxy's triangles show it from the middle (the median within its
-// sphere), at its centre where there are none, and faces the middle of the recorded viewpoints, whose median distance the
-// line of viewpoints has. Throws UsageError for a format that is none (fewer than 2 tiles, tiles below 16 pixels).
+// The window stands at the subject's surface as the proxy's triangles show it from the middle (the median
+// within its sphere), at its centre where there are none, and faces the middle of the recorded viewpoints,
+// whose median distance the line of viewpoints has. Throws Refusal for a format that is none (fewer than 2
+// tiles, tiles below 16 pixels).
 QuiltViews QuiltViewsOf(const RenderScene& scene, const QuiltOptions& options);
 
 // 8-bit sRGB. `progress`: after each tile.

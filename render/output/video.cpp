@@ -56,16 +56,17 @@ class Video : public PictureSink {
     if (!writer_) {
       if (even != srgb8.size())
         spdlog::warn(
-            "{}: pictures of {}x{} are cropped to {}x{}: a video has even sizes; --width and --height give "
-            "others",
-            path_.string(), srgb8.cols, srgb8.rows, even.width, even.height);
+            "{}: pictures of {}x{} are cropped to {}x{}: a video has even sizes; {} and {} give others",
+            path_.string(), srgb8.cols, srgb8.rows, even.width, even.height, Parameter("width"),
+            Parameter("height"));
       writer_ = std::make_unique<VideoWriter>(unfinished_, even, fps_);
       size_ = even;
     }
     if (even != size_)
-      throw UsageError(
-          "{}: picture {} of the path is {}x{}, those before are {}x{}; give --width and --height",
-          path_.string(), count_, even.width, even.height, size_.width, size_.height);
+      throw Refusal(path_.string(), "",
+                    fmt::format("picture {} of the path is {}x{}, those before are {}x{}", count_, even.width,
+                                even.height, size_.width, size_.height),
+                    fmt::format("give {} and {}", Parameter("width"), Parameter("height")));
     writer_->Add(srgb8(cv::Rect({0, 0}, even)));
     ++count_;
   }
@@ -86,9 +87,9 @@ class Video : public PictureSink {
       throw DiskFullError("{}: there is no room for a video; free some space", path_.string());
     Close();
     throw DiskFullError(
-        "{}: the disk is nearly full: the video ends after {}; free some space and render the rest with "
-        "--frames {}:",
-        path_.string(), Counted(written, "picture"), written);
+        "{}: the disk is nearly full: the video ends after {}; free some space and render the rest with {} "
+        "{}:",
+        path_.string(), Counted(written, "picture"), Parameter("frames"), written);
   }
 
   static constexpr std::uint64_t kReserve = 1 << 20;  // for the file's index
@@ -111,13 +112,14 @@ std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
     // Outside these the codecs cannot store it.
     constexpr double kLeast = 0.01, kMost = 1000;
     if (!(fps >= kLeast && fps <= kMost))
-      throw UsageError(
-          "--fps {}: a video has {} to {} pictures a second; give -o a folder for pictures without a rate",
-          fps, kLeast, kMost);
+      throw Refusal(Parameter("fps"), fmt::format("{}", fps),
+                    fmt::format("a video has {} to {} pictures a second", kLeast, kMost),
+                    fmt::format("give {} a folder for pictures without a rate", Parameter("output")));
     return std::make_unique<Video>(out, fps);
   }
   if (out.has_extension() && out.extension() != ".png" && !fs::is_directory(out))
-    throw UsageError("-o {}: pictures are written as OUT.mp4, OUT.png or into a folder", out.string());
+    throw Refusal(Parameter("output"), out.string(), "pictures are written as OUT.mp4, OUT.png or into a folder",
+                  "");
   return std::make_unique<Pictures>(out);
 }
 

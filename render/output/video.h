@@ -17,7 +17,7 @@ class PictureSink {
 // OUT.mp4: H.264 where the libraries have it, else MPEG-4; an odd last row or column is cut off. The video
 // gets its name when it is complete. When the disk is nearly full it is closed with the pictures so far, and
 // DiskFullError says how many these are. OUT.png: one picture. Anything else: a folder, made if needed, with
-// frame_00000.png and so on. Throws Error or UsageError.
+// frame_00000.png and so on. Throws Error or Refusal.
 std::unique_ptr<PictureSink> OpenPictureSink(const std::filesystem::path& out, double fps);
 
 }  // namespace ulf::render

@@ -30,6 +30,9 @@
 namespace ulf::render {
 namespace {
 
+// Pyramid files are written while the disk has more free space than this. Guessed.
+constexpr std::uint64_t kLeastFreeBytes = std::uint64_t{1} << 30;
+
 namespace fs = std::filesystem;
 
 cv::Size LoadedSize(const CameraModel& camera, int size_limit_px) {
@@ -292,9 +295,9 @@ void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid,
   const fs::path folder = light_field.root / kPyramidFolder;
   try {
     MakeFolderIn(light_field.root, kPyramidFolder);
-    if (FreeBytes(folder) < options.least_free_bytes)
-      return KeepNoFiles(fmt::format("{}: less than {} GB of disk space are free", folder.string(),
-                                     options.least_free_bytes >> 30));
+    if (FreeBytes(folder) < kLeastFreeBytes)
+      return KeepNoFiles(
+          fmt::format("{}: less than {} GB of disk space are free", folder.string(), kLeastFreeBytes >> 30));
     WritePyramidFile(FileOf(index), key, pyramid, found);
     const MutexLock lock(mutex);
     ++counts.files_written;

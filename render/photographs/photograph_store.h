@@ -28,8 +28,6 @@ struct PhotographStoreOptions {
   // Of each view, by index: whether its clipped pixels have hardly any weight (kShareOfClipped), because others show more
   // before they clip; needs `linear`. Empty: of no view.
   std::vector<bool> masks_clipped = {};
-  // Pyramid files are written while the disk has more free space than this. Guessed.
-  std::uint64_t least_free_bytes = std::uint64_t{1} << 30;
 };
 
 class PhotographStore {

@@ -10,6 +10,10 @@
 namespace ulf::render {
 namespace {
 
+constexpr double kLeastValid = 0.75;          // share of a block's pixels. Guessed.
+constexpr int kBlockAlignmentIterations = 4;  // on each of the two levels
+constexpr double kMostShiftPx = 6;            // larger displacements are not found. Guessed.
+
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
@@ -152,7 +156,7 @@ BlockAlignment::Found BlockAlignment::Align(const Level& level, const cv::Rect& 
   Found found{.shift = start, .sums = SumsOf(level, block, start), .ok = true};
   Vector2d shift = start;
   Sums sums = found.sums;
-  for (int i = 0; i < options_.iterations; ++i) {
+  for (int i = 0; i < kBlockAlignmentIterations; ++i) {
     constexpr double kNoTexture = 1e-3;  // grey values squared, a pixel: keeps the step finite
     const Matrix2d structure = sums.structure + kNoTexture * sums.pixels * Matrix2d::Identity();
     const Vector2d step = structure.inverse() * sums.gradient_difference;
@@ -209,7 +213,7 @@ Matrix2d BlockAlignment::CovarianceOf(const Sums& sums, double frame_noise_varia
 std::vector<BlockShift> BlockAlignment::Blocks(double frame_noise_variance, double noise_variance) const {
   constexpr int side = kBlockPx;
   constexpr double whole = side * side;
-  const double least_pixels = options_.least_valid * whole;
+  const double least_pixels = kLeastValid * whole;
   std::vector<BlockShift> shifts;
   for (int top = 0; top + side < fine_.frame.rows; top += side)
     for (int left = 0; left + side < fine_.frame.cols; left += side) {
@@ -225,14 +229,13 @@ std::vector<BlockShift> BlockAlignment::Blocks(double frame_noise_variance, doub
       block.mse = as_predicted.mse;
       block.contrast = as_predicted.frame_variance;
       SetDetail(fine_, rect, block);
-      Found found = Align(fine_, rect, Vector2d::Zero(), least_pixels, options_.most_shift_px);
+      Found found = Align(fine_, rect, Vector2d::Zero(), least_pixels, kMostShiftPx);
       // As many pixels of the halved pictures: four times the area, and twice as far to see.
       const cv::Rect wide = BlockAt(0.5 * block.center_px, coarse_.frame.size());
-      const Found rough =
-          Align(coarse_, wide, Vector2d::Zero(), 0.5 * least_pixels, 0.5 * options_.most_shift_px);
+      const Found rough = Align(coarse_, wide, Vector2d::Zero(), 0.5 * least_pixels, 0.5 * kMostShiftPx);
       constexpr double kWorthAnotherStart_px = 0.25;
       if (rough.ok && rough.shift.norm() > kWorthAnotherStart_px) {
-        const Found from_rough = Align(fine_, rect, 2 * rough.shift, least_pixels, options_.most_shift_px);
+        const Found from_rough = Align(fine_, rect, 2 * rough.shift, least_pixels, kMostShiftPx);
         if (from_rough.sums.pixels >= least_pixels && from_rough.sums.mse < found.sums.mse)
           found = from_rough;
       }

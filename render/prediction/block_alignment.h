@@ -19,10 +19,7 @@ inline constexpr int kBlockPx = 12;
 inline constexpr double kGradientNoiseShare = 0.417;
 
 struct BlockAlignmentOptions {
-  double least_valid = 0.75;  // share of a block's pixels. Guessed.
-  int iterations = 4;         // on each of the two levels
-  double most_shift_px = 6;   // larger displacements are not found. Guessed.
-  bool every_other = false;   // the black squares of a chessboard alone
+  bool every_other = false;  // the black squares of a chessboard alone
 };
 
 struct BlockShift {

@@ -3,6 +3,17 @@
 namespace ulf::render {
 namespace {
 
+// All guessed on simulated scenes (tests/render/prediction/error_cause_test), and reported on others.
+constexpr double kCauseLeastSeen = 0.6;  // share of the silhouette that views see, and that has geometry
+constexpr double kPoseSigmas = 2.5;      // beyond these a motion is an error of the pose
+constexpr double kLeastPosePx = 0.7;     // and it moves the picture by as much
+constexpr double kLightShare = 0.5;      // of the error that a factor of each block's brightness takes away
+constexpr double kMostGainSpread = 1.6;  // of the factors of exposure
+constexpr double kFocusDetail = 0.6;     // of the prediction's detail that the frame has
+constexpr double kLeastOffPx = 0.25;     // with less misregistration nothing is displaced
+constexpr double kAlignedShare = 0.55;   // of the error that stays, at most, when each view is aligned
+constexpr double kViewsAgree = 0.4;      // where the views' variance is below this share of the error
+
 struct CauseTexts {
   const char* name;
   const char* words;
@@ -46,19 +57,19 @@ Shares SharesInside(const PredictionError& error) {
 const char* Name(ErrorCause cause) { return kTexts[static_cast<std::size_t>(cause)].name; }
 const char* InWords(ErrorCause cause) { return kTexts[static_cast<std::size_t>(cause)].words; }
 
-ErrorCause CauseOf(const PredictionError& error, const CauseOptions& options) {
-  if (error.inside.SeenShare() < options.least_seen || error.on_mesh_share < options.least_seen)
+ErrorCause CauseOf(const PredictionError& error, double good_db) {
+  if (error.inside.SeenShare() < kCauseLeastSeen || error.on_mesh_share < kCauseLeastSeen)
     return ErrorCause::kNotSeen;
   const Shares shares = SharesInside(error);
-  const bool views_agree = shares.variance < options.views_agree * shares.error;
-  if (error.pose_off_sigmas > options.pose_sigmas && error.pose_px > options.least_pose_px && views_agree)
+  const bool views_agree = shares.variance < kViewsAgree * shares.error;
+  if (error.pose_off_sigmas > kPoseSigmas && error.pose_px > kLeastPosePx && views_agree)
     return ErrorCause::kPose;
-  if (error.gain_spread > options.most_gain_spread) return ErrorCause::kLight;
-  if (error.detail_ratio < options.focus_detail) return ErrorCause::kFocus;
-  if (error.inside.db >= options.good_db) return ErrorCause::kNone;
-  if (shares.aligned - shares.leveled > options.light_share * shares.error) return ErrorCause::kLight;
-  if (error.inside.misregistration_px < options.least_off_px) return ErrorCause::kDetail;
-  if (shares.by_view < options.aligned_share * shares.measured_error) return ErrorCause::kGeometry;
+  if (error.gain_spread > kMostGainSpread) return ErrorCause::kLight;
+  if (error.detail_ratio < kFocusDetail) return ErrorCause::kFocus;
+  if (error.inside.db >= good_db) return ErrorCause::kNone;
+  if (shares.aligned - shares.leveled > kLightShare * shares.error) return ErrorCause::kLight;
+  if (error.inside.misregistration_px < kLeastOffPx) return ErrorCause::kDetail;
+  if (shares.by_view < kAlignedShare * shares.measured_error) return ErrorCause::kGeometry;
   return views_agree ? ErrorCause::kMoved : ErrorCause::kSurface;
 }
 

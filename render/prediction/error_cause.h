@@ -25,20 +25,7 @@ inline constexpr std::array kErrorCauses{ErrorCause::kNone,     ErrorCause::kNot
 const char* Name(ErrorCause cause);     // as in files: "none", "not_seen", ...
 const char* InWords(ErrorCause cause);  // for the person with the camera
 
-// All guessed on simulated scenes (tests/render/prediction/error_cause_test), and reported on others.
-struct CauseOptions {
-  double good_db = 33;            // inside the silhouette, after the noise: nothing to explain
-  double least_seen = 0.6;        // share of the silhouette that views see, and that has geometry
-  double pose_sigmas = 2.5;       // beyond these a motion is an error of the pose
-  double least_pose_px = 0.7;     // and it moves the picture by as much
-  double light_share = 0.5;       // of the error that a factor of each block's brightness takes away
-  double most_gain_spread = 1.6;  // of the factors of exposure
-  double focus_detail = 0.6;      // of the prediction's detail that the frame has
-  double least_off_px = 0.25;     // with less misregistration nothing is displaced
-  double aligned_share = 0.55;    // of the error that stays, at most, when each view is aligned
-  double views_agree = 0.4;       // where the views' variance is below this share of the error
-};
-
-ErrorCause CauseOf(const PredictionError& error, const CauseOptions& options = {});
+// `good_db`: inside the silhouette, after the noise, nothing is to be explained from there on. Guessed.
+ErrorCause CauseOf(const PredictionError& error, double good_db = 33);
 
 }  // namespace ulf::render

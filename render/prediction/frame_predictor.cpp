@@ -17,6 +17,13 @@
 namespace ulf::render {
 namespace {
 
+// A view does not see a point that lies behind the mesh by more than this share of its depth. Guessed: twice
+// that of the renderer's shadow maps, because the mesh is coarser.
+constexpr double kFramePredictorHiddenBehind = 0.02;
+constexpr double kNearestAngle = 0.002;  // radians; a nearer view has the frame's own viewpoint. Guessed.
+// A factor of exposure beyond this, or its inverse, is not looked for.
+constexpr double kMostGain = 8;
+
 using Eigen::Matrix3f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -214,7 +221,7 @@ double FramePredictor::OneSided(const Vector3d& center_in_world, const std::vect
   for (const Near& view : near) {
     const Vector3d toward = view.entry->center_in_world - subject_.center_in_world;
     const Vector3d aside = toward - toward.dot(direction) * direction;
-    if (view.angle < options_.nearest_angle || !(aside.norm() > 0)) return 0;  // the frame's own viewpoint
+    if (view.angle < kNearestAngle || !(aside.norm() > 0)) return 0;  // the frame's own viewpoint
     sum += aside.normalized();
     ++count;
   }
@@ -245,15 +252,15 @@ std::optional<PredictedFrame> FramePredictor::Predict(const StereoView& frame) {
   double weights = 0, squared_weights = 0;
   for (std::size_t i = 0; i < std::min(blended, near.size()); ++i) {
     Entry& entry = *near[i].entry;
-    const double angle = std::max(near[i].angle, options_.nearest_angle);
-    const double share = std::max(1 - near[i].angle / std::max(end, options_.nearest_angle), 0.0) / angle;
+    const double angle = std::max(near[i].angle, kNearestAngle);
+    const double share = std::max(1 - near[i].angle / std::max(end, kNearestAngle), 0.0) / angle;
     if (share <= 0 && i > 0) continue;
     const StereoView& view = PictureOf(entry);
     const Projection at = ProjectInto(view.camera, view.cam_from_world, frame, predicted.inverse_depth);
     cv::Mat seen = InImage(view, at);
     if (!entry.hidden)
       entry.hidden =
-          MakeShadowMap(*mesh_, view.camera, view.cam_from_world, {.tolerance = options_.hidden_behind});
+          MakeShadowMap(*mesh_, view.camera, view.cam_from_world, {.tolerance = kFramePredictorHiddenBehind});
     cv::Mat hidden;
     cv::resize(HiddenPart(*entry.hidden, view.cam_from_world, half_frame, half_inverse_depth), hidden, size,
                0, 0, cv::INTER_NEAREST);
@@ -262,7 +269,7 @@ std::optional<PredictedFrame> FramePredictor::Predict(const StereoView& frame) {
     cv::Mat grey;  // rounded values would be interpolated to whole numbers again
     view.grey.convertTo(grey, CV_32F);
     cv::remap(grey, values, at.x, at.y, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-    const double gain = GainTo(smoothed, values, seen, options_.most_gain);
+    const double gain = GainTo(smoothed, values, seen, kMostGain);
     values *= gain;
     const cv::Mat part = std::max(share, 1e-6) * seen;
     const cv::Mat weighted = part.mul(values);

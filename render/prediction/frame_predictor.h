@@ -51,12 +51,6 @@ struct PredictedFrame {
 
 struct FramePredictorOptions {
   int views = 4;  // that are blended. Guessed: as many as fill a pixel of the renderer.
-  // A view does not see a point that lies behind the mesh by more than this share of its depth. Guessed: twice
-  // that of the renderer's shadow maps, because the mesh is coarser.
-  double hidden_behind = 0.02;
-  double nearest_angle = 0.002;  // radians; a nearer view has the frame's own viewpoint. Guessed.
-  // A factor of exposure beyond this, or its inverse, is not looked for.
-  double most_gain = 8;
 };
 
 // Pictures that are compared are smoothed first (3x3, binomial): what the interpolation between pixels loses

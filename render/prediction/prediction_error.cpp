@@ -15,6 +15,15 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kViewsAligned =
+    2;  // by themselves, the nearest ones. Guessed: each costs as much as all the rest.
+// A block is measured where its shift's standard deviation is smaller in every direction. Guessed.
+constexpr double kMostShiftSigmaPx = 0.35;
+constexpr double kPredictionErrorLeastDetail =
+    0.3;  // mean square gradient: with less, detail is not compared. Guessed.
+// dB that are shown at most: rounding to 8 bits differs by as much. Guessed.
+constexpr double kPredictionErrorMostDb = 50;
+
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -91,21 +100,21 @@ struct Sums {
   std::vector<double> off;
 };
 
-double Db(double mse, const PredictionErrorOptions& options) {
-  const double least = kPeak * kPeak * std::pow(10, -options.most_db / 10);
+double Db(double mse) {
+  const double least = kPeak * kPeak * std::pow(10, -kPredictionErrorMostDb / 10);
   return 10 * std::log10(kPeak * kPeak / std::max(mse, least));
 }
 
-void Finish(Sums sums, const PredictionErrorOptions& options, RegionError& region) {
+void Finish(Sums sums, RegionError& region) {
   if (region.measured > 0) {
     region.misregistration_px = std::sqrt(std::max(0.0, sums.off2 / region.measured));
     constexpr double kWorstTenth = 0.9;
     region.worst_px = Quantile(std::move(sums.off), kWorstTenth);
   }
   if (region.seen == 0) return;
-  region.db = Db(sums.mse / region.seen, options);
-  region.db_aligned = Db(sums.aligned / region.seen, options);
-  region.db_leveled = Db(sums.leveled / region.seen, options);
+  region.db = Db(sums.mse / region.seen);
+  region.db_aligned = Db(sums.aligned / region.seen);
+  region.db_leveled = Db(sums.leveled / region.seen);
   region.contrast = std::sqrt(sums.contrast / region.seen);
 }
 
@@ -155,7 +164,7 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
   every_other.every_other = true;
   std::vector<std::vector<BlockShift>> by_view;
   for (const PredictedByView& view : predicted.views)
-    if (by_view.size() < At(options.views_aligned))
+    if (by_view.size() < At(kViewsAligned))
       by_view.push_back(BlockAlignment(smoothed, view.grey, view.seen, every_other)
                             .Blocks(view_noise_variance, 2 * view_noise_variance));
 
@@ -174,9 +183,7 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
   for (std::size_t i = 0; i < by_view.size(); ++i)
     for (const BlockShift& block : by_view[i]) {
       const Eigen::SelfAdjointEigenSolver<Matrix2d> axes(block.covariance, Eigen::EigenvaluesOnly);
-      if (!block.converged ||
-          axes.eigenvalues().y() > options.most_shift_sigma_px * options.most_shift_sigma_px)
-        continue;
+      if (!block.converged || axes.eigenvalues().y() > kMostShiftSigmaPx * kMostShiftSigmaPx) continue;
       shifts_of_block[{block.column, block.row}].push_back(
           {block.shift_px, block.covariance.trace(), predicted.views[i].weight, block.mse_shifted});
       shifts.push_back({block.shift_px, block.covariance,
@@ -259,10 +266,10 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
   // Noise of a smoothed picture's gradients: of one that was smoothed and interpolated, hardly less.
   const double noise_detail = 2 * kGradientNoiseShare * view_noise_variance * error.inside.seen;
   const double predicted_detail = inside.predicted_detail - predicted.noise_share * noise_detail;
-  if (error.inside.seen > 0 && predicted_detail > options.least_detail * error.inside.seen)
+  if (error.inside.seen > 0 && predicted_detail > kPredictionErrorLeastDetail * error.inside.seen)
     error.detail_ratio = std::max(0.0, inside.detail - noise_detail) / predicted_detail;
-  Finish(std::move(inside), options, error.inside);
-  Finish(std::move(outside), options, error.outside);
+  Finish(std::move(inside), error.inside);
+  Finish(std::move(outside), error.outside);
   return error;
 }
 

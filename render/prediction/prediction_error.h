@@ -28,12 +28,6 @@ struct PoseUncertainty {
 
 struct PredictionErrorOptions {
   BlockAlignmentOptions blocks;
-  int views_aligned = 2;  // by themselves, the nearest ones. Guessed: each costs as much as all the rest.
-  // A block is measured where its shift's standard deviation is smaller in every direction. Guessed.
-  double most_shift_sigma_px = 0.35;
-  double least_detail = 0.3;  // mean square gradient: with less, detail is not compared. Guessed.
-  // dB that are shown at most: rounding to 8 bits differs by as much. Guessed.
-  double most_db = 50;
 };
 
 // A part of the picture.

@@ -23,9 +23,7 @@
 #include "core/image/files/png_picture.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/opened_folder.h"
-#include "render/proxy/geometry_state.h"
-#include "render/proxy/indexed_file.h"
-#include "render/proxy/proxy_choice.h"
+#include "render/proxy/mesh_file.h"
 
 namespace ulf::render {
 namespace {
@@ -357,6 +355,14 @@ DepthMapReading ReadDepthMaps(const fs::path& light_field_folder, const LightFie
     reading.maps.emplace(id, MapFrom(file, view->cam_from_world, mesh));
   }
   return reading;
+}
+
+std::string ChecksumForIndex(std::string_view bytes) { return ChecksumText(FastChecksumOf(bytes)); }
+
+std::string ReadIndexedFile(const std::filesystem::path& path, const std::string& checksum) {
+  std::string bytes = ReadWholeFile(path);
+  if (ChecksumForIndex(bytes) != checksum) throw Error("{}: its bytes have changed", path.string());
+  return bytes;
 }
 
 }  // namespace ulf::render

@@ -13,14 +13,13 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/light_field/light_field.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/proxy/view_depth_map.h"
 
 namespace ulf::render {
-
-inline constexpr char kDepthMapsFolder[] = "depth";
 
 // What becomes of the geometry that is there.
 enum class FormerGeometry { kReplaced, kKept };
@@ -54,5 +53,11 @@ struct DepthMapReading {
 // `mesh`: of kMeshProxyFile. Throws Error for a maps.json that is no such file, or belongs to another mesh.
 DepthMapReading ReadDepthMaps(const std::filesystem::path& light_field_folder, const LightField& light_field,
                               std::shared_ptr<const TriangleMesh> mesh);
+
+// Files whose checksums an index beside them keeps.
+// As an index keeps it.
+std::string ChecksumForIndex(std::string_view bytes);
+// Throws Error where the file is missing, or its bytes have another checksum.
+std::string ReadIndexedFile(const std::filesystem::path& path, const std::string& checksum);
 
 }  // namespace ulf::render

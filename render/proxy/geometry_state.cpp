@@ -8,12 +8,10 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/base/shell_word.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/points/ply_reader.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
-#include "render/proxy/proxy_choice.h"
 
 namespace ulf::render {
 namespace {
@@ -76,10 +74,6 @@ std::optional<GeometryState> GeometryStateOf(const LightField& light_field) {
     state.problem = error.what();
   }
   return state;
-}
-
-std::string ProxyCommand(const std::filesystem::path& light_field) {
-  return "ulf proxy " + ShellWord(light_field.string());
 }
 
 }  // namespace ulf::render

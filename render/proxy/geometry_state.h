@@ -39,7 +39,4 @@ struct GeometryState {
 // None: there is no mesh. Reads the mesh, as whoever renders does, and the index of the maps.
 std::optional<GeometryState> GeometryStateOf(const LightField& light_field);
 
-// The command that makes mesh and maps, for messages: "ulf proxy vase".
-std::string ProxyCommand(const std::filesystem::path& light_field);
-
 }  // namespace ulf::render

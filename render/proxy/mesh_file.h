@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/shell_word.h"
 #include "render/proxy/triangle_mesh.h"
 
 namespace ulf::render {
@@ -35,5 +36,14 @@ std::string MeshPlyBytes(const TriangleMesh& mesh, const std::vector<std::string
 // Writes the whole file or nothing. Throws DiskFullError or Error.
 void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                   const std::vector<std::string>& comments = {});
+
+// The mesh, and the folder of the depth maps beside it (depth_map_files.h).
+inline constexpr char kMeshProxyFile[] = "proxy.ply";
+inline constexpr char kDepthMapsFolder[] = "depth";
+
+// The command that makes mesh and maps, for messages: "ulf proxy vase".
+inline std::string ProxyCommand(const std::filesystem::path& light_field) {
+  return "ulf proxy " + ShellWord(light_field.string());
+}
 
 }  // namespace ulf::render

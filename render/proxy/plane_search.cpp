@@ -21,6 +21,19 @@ using Eigen::Vector3d;
 
 namespace {
 
+// Guessed, all of them.
+constexpr double kParallaxRad = 0.005;  // two and a half pixels of a picture of 500 at 53 degrees
+// The relief that counts as flat, of the plane's distance from the viewpoint: at least, since points are not
+// exact, and at most, since pictures are also made from other places than the viewpoints.
+constexpr double kLeastRelief = 0.003, kMostRelief = 0.2;
+constexpr std::size_t kFewestPoints = 50;  // of the light field
+constexpr std::size_t kPlaneSearchMostPlanes = 6;
+constexpr double kPlaneSearchLeastShare = 0.04;  // of all points: a plane with fewer ends the search
+constexpr std::size_t kLeastPoints = 12;         // of a plane
+constexpr double kLeastExplained = 0.5;          // of all points: else the scene is not made of planes
+constexpr int kPlaneSearchSamples = 4000;        // for each plane
+constexpr std::size_t kMostScored = 3000;        // points by which samples are scored
+
 struct SightedPoint {
   Vector3d at, from;  // in the world: the point, and the viewpoint nearest to it that sees it
   double relief;      // by how much it may be off a plane, of the viewpoint's distance from that plane
@@ -54,7 +67,7 @@ double ViewpointSpacing(const std::vector<Vector3d>& viewpoints) {
   return Median(spacings);
 }
 
-std::vector<SightedPoint> SightedPoints(const LightField& light_field, const PlaneSearchOptions& options) {
+std::vector<SightedPoint> SightedPoints(const LightField& light_field) {
   std::vector<Vector3d> viewpoints;
   for (const View& view : light_field.views) viewpoints.push_back(view.cam_from_world.OriginInSource());
   const double spacing = ViewpointSpacing(viewpoints);
@@ -64,9 +77,8 @@ std::vector<SightedPoint> SightedPoints(const LightField& light_field, const Pla
     if (seen_from[i].empty()) continue;
     const Vector3d& at = light_field.points[i].position_in_world;
     const double distance = (at - seen_from[i].front()).norm();
-    const double relief = spacing > 0 ? options.parallax_rad * distance / spacing : options.most_relief;
-    points.push_back(
-        {at, seen_from[i].front(), std::clamp(relief, options.least_relief, options.most_relief), i});
+    const double relief = spacing > 0 ? kParallaxRad * distance / spacing : kMostRelief;
+    points.push_back({at, seen_from[i].front(), std::clamp(relief, kLeastRelief, kMostRelief), i});
   }
   return points;
 }
@@ -178,9 +190,8 @@ std::optional<TriedPlane> Drawn(const std::vector<SightedPoint>& points, int sam
   return Through(first, *nearest[0], *nearest[1]);
 }
 
-std::optional<TriedPlane> NextPlane(const std::vector<SightedPoint>& left, std::mt19937& random,
-                                    const PlaneSearchOptions& options) {
-  const std::vector<SightedPoint> scored = AtMost(left, options.most_scored);
+std::optional<TriedPlane> NextPlane(const std::vector<SightedPoint>& left, std::mt19937& random) {
+  const std::vector<SightedPoint> scored = AtMost(left, kMostScored);
   // Samples that do not promise half of the best one's score on these are given up. Guessed.
   constexpr std::size_t kFew = 400;
   constexpr double kPromising = 0.5;
@@ -188,7 +199,7 @@ std::optional<TriedPlane> NextPlane(const std::vector<SightedPoint>& left, std::
   const double few_of_scored = static_cast<double>(scored.size()) / static_cast<double>(few.size());
   std::optional<TriedPlane> best;
   double best_score = 0;
-  for (int i = 0; i < options.samples; ++i) {
+  for (int i = 0; i < kPlaneSearchSamples; ++i) {
     const auto plane = Drawn(scored, i, random);
     if (!plane || Score(*plane, few) * few_of_scored < kPromising * best_score) continue;
     double score = Score(*plane, scored);
@@ -245,25 +256,25 @@ std::vector<std::vector<Vector3d>> SeenFrom(const LightField& light_field) {
   return seen_from;
 }
 
-PlaneSearch FindPlanes(const LightField& light_field, const PlaneSearchOptions& options) {
+PlaneSearch FindPlanes(const LightField& light_field) {
   PlaneSearch search;
-  if (light_field.views.empty() || light_field.points.size() < options.fewest_points) {
+  if (light_field.views.empty() || light_field.points.size() < kFewestPoints) {
     search.points = light_field.points.size();
     search.why_none = fmt::format("{} are too few: planes are looked for in {} or more",
-                                  Counted(search.points, "tracked point"), options.fewest_points);
+                                  Counted(search.points, "tracked point"), kFewestPoints);
     return search;
   }
-  const std::vector<SightedPoint> points = SightedPoints(light_field, options);
+  const std::vector<SightedPoint> points = SightedPoints(light_field);
   search.points = points.size();
   const auto all = static_cast<double>(points.size());
   const auto enough = [&](const std::vector<SightedPoint>& on) {
-    return on.size() >= options.least_points && static_cast<double>(on.size()) >= options.least_share * all;
+    return on.size() >= kLeastPoints && static_cast<double>(on.size()) >= kPlaneSearchLeastShare * all;
   };
   std::mt19937 random(static_cast<std::uint32_t>(points.size()));
   std::vector<TriedPlane> planes;
   std::vector<SightedPoint> left = points;
-  while (planes.size() < options.most_planes && left.size() >= options.least_points) {
-    const auto plane = NextPlane(left, random, options);
+  while (planes.size() < kPlaneSearchMostPlanes && left.size() >= kLeastPoints) {
+    const auto plane = NextPlane(left, random);
     if (!plane || !enough(Shared({*plane}, left).front())) break;
     planes.push_back(*plane);
     std::erase_if(left, [&](const SightedPoint& point) { return plane->Off(point) < 1; });
@@ -284,12 +295,12 @@ PlaneSearch FindPlanes(const LightField& light_field, const PlaneSearchOptions& 
   std::ranges::stable_sort(search.planes, std::ranges::greater(),
                            [](const FoundPlane& plane) { return plane.points.size(); });
   search.explained = all > 0 ? static_cast<double>(explained) / all : 0;
-  if (search.explained >= options.least_explained && !search.planes.empty()) return search;
+  if (search.explained >= kLeastExplained && !search.planes.empty()) return search;
   search.why_none = search.planes.empty()
                         ? fmt::format("no plane stands out among the {} tracked points", points.size())
                         : fmt::format("{} explain {:.0f} % of the {} tracked points, less than {:.0f} %",
                                       Counted(search.planes.size(), "plane"), 100 * search.explained,
-                                      points.size(), 100 * options.least_explained);
+                                      points.size(), 100 * kLeastExplained);
   search.planes.clear();
   return search;
 }

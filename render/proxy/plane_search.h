@@ -19,21 +19,6 @@
 
 namespace ulf::render {
 
-// Guessed, all of them.
-struct PlaneSearchOptions {
-  double parallax_rad = 0.005;  // two and a half pixels of a picture of 500 at 53 degrees
-  // The relief that counts as flat, of the plane's distance from the viewpoint: at least, since points are not
-  // exact, and at most, since pictures are also made from other places than the viewpoints.
-  double least_relief = 0.003, most_relief = 0.2;
-  std::size_t fewest_points = 50;  // of the light field
-  std::size_t most_planes = 6;
-  double least_share = 0.04;       // of all points: a plane with fewer ends the search
-  std::size_t least_points = 12;   // of a plane
-  double least_explained = 0.5;    // of all points: else the scene is not made of planes
-  int samples = 4000;              // for each plane
-  std::size_t most_scored = 3000;  // points by which samples are scored
-};
-
 struct FoundPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // unit, towards most viewpoints
   double offset = 0;                                  // normal . x of its points
@@ -48,7 +33,7 @@ struct PlaneSearch {
 };
 
 // Of the light field's points those that are finite are looked at; views only say where they were seen from.
-PlaneSearch FindPlanes(const LightField& light_field, const PlaneSearchOptions& options = {});
+PlaneSearch FindPlanes(const LightField& light_field);
 
 // For each point of the light field the viewpoints of the views that show it, the nearest first; where that is not
 // known, the nearest of all. Empty for a point that is not finite, and without views.

@@ -207,7 +207,8 @@ std::shared_ptr<const TriangleMesh> MeshOfPlanes(const std::vector<FoundPlane>& 
 std::shared_ptr<const Proxy> MakePlanesProxy(const Subject& subject, const LightField& light_field) {
   const PlaneSearch search = FindPlanes(light_field);
   if (!search.why_none.empty())
-    throw Error("--proxy {}: {}; use another proxy (plane, mesh)", kPlanesProxy, search.why_none);
+    throw Error("{} {}: {}; use another proxy (plane, mesh)", Parameter("proxy"), kPlanesProxy,
+                search.why_none);
   auto mesh = MeshOfPlanes(search.planes, light_field);
   spdlog::info("{}: {} of {}, on which {:.0f} % of {} lie", kPlanesProxy,
                Counted(search.planes.size(), "plane"), Counted(mesh->triangles.size(), "triangle"),

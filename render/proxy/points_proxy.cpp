@@ -9,7 +9,7 @@
 #include "core/geometry/digest.h"
 #include "core/geometry/pinhole.h"
 #include "render/proxy/visible_points.h"
-#include "render/viewpoints/planar_delaunay.h"
+#include "render/viewpoints/delaunay.h"
 
 namespace ulf::render {
 
@@ -17,6 +17,14 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
+
+// Triangles reach past the image by this share of its longer side: points there still count. Guessed.
+constexpr double kPointsProxyMargin = 0.15;
+// Extrapolated points on each side of the image. Guessed.
+constexpr int kRimPointsPerSide = 6;
+// A point whose inverse depth differs by more than this share from that of every neighbour gets their
+// median. Guessed.
+constexpr double kWrongBy = 0.3;
 
 struct ImagePoint {
   Vector2d img;
@@ -92,15 +100,12 @@ void CorrectWrongPoints(const std::vector<Triangle>& triangles, double wrong_by,
 
 }  // namespace
 
-PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points,
-                         const PointsProxyOptions& options)
-    : subject_(subject), options_(options) {
+PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points) : subject_(subject) {
   for (const ScenePoint& point : points)
     if (point.position_in_world.allFinite()) points_.push_back(point.position_in_world);
   if (points_.size() < kFewest)
-    throw Error(
-        "--proxy points: the light field has {} tracked points, too few; use another proxy (plane, mesh)",
-        points_.size());
+    throw Error("{} points: the light field has {} tracked points, too few; use another proxy (plane, mesh)",
+                Parameter("proxy"), points_.size());
 }
 
 std::uint64_t PointsProxy::Fingerprint() const {
@@ -115,15 +120,15 @@ std::shared_ptr<const TriangleMesh> PointsProxy::Triangles(const CameraModel& ca
   last_camera_ = camera;
   last_cam_from_world_ = cam_from_world.Matrix();
   last_.reset();
-  const double margin_px = options_.margin * std::max(camera.width, camera.height);
+  const double margin_px = kPointsProxyMargin * std::max(camera.width, camera.height);
   std::vector<ImagePoint> points = SeenPoints(points_, camera, cam_from_world, margin_px);
   if (points.size() < kFewest) return nullptr;
-  const std::vector<ImagePoint> rim = RimPoints(points, camera, margin_px, options_.rim_points_per_side);
+  const std::vector<ImagePoint> rim = RimPoints(points, camera, margin_px, kRimPointsPerSide);
   points.insert(points.end(), rim.begin(), rim.end());
   std::vector<Vector2d> img;
   for (const ImagePoint& point : points) img.push_back(point.img);
   const std::vector<Triangle> triangles = PlanarDelaunay(img);
-  CorrectWrongPoints(triangles, options_.wrong_by, points);
+  CorrectWrongPoints(triangles, kWrongBy, points);
 
   auto mesh = std::make_shared<TriangleMesh>();
   const Rigid3 world_from_cam = cam_from_world.Inverse();

@@ -10,22 +10,11 @@
 
 namespace ulf::render {
 
-struct PointsProxyOptions {
-  // Triangles reach past the image by this share of its longer side: points there still count. Guessed.
-  double margin = 0.15;
-  // Extrapolated points on each side of the image. Guessed.
-  int rim_points_per_side = 6;
-  // A point whose inverse depth differs by more than this share from that of every neighbour gets their
-  // median. Guessed.
-  double wrong_by = 0.3;
-};
-
 class PointsProxy : public Proxy {
  public:
   static constexpr std::size_t kFewest = 4;
   // World points; those that are not finite are left out. Throws Error for fewer than kFewest.
-  PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points,
-              const PointsProxyOptions& options = {});
+  PointsProxy(const Subject& subject, const std::vector<ScenePoint>& points);
   std::string Name() const override { return "points"; }
   std::uint64_t Fingerprint() const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override {
@@ -37,7 +26,6 @@ class PointsProxy : public Proxy {
 
  private:
   Subject subject_;
-  PointsProxyOptions options_;
   std::vector<Eigen::Vector3d> points_;
   // The result for the last camera.
   mutable Mutex mutex_;

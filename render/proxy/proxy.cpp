@@ -7,7 +7,7 @@
 #include "core/geometry/digest.h"
 #include "core/geometry/pinhole.h"
 #include "render/proxy/depth_raster.h"
-#include "render/viewpoints/subject_center.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::render {
 

@@ -11,7 +11,6 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
-#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/planes_proxy.h"
@@ -38,11 +37,9 @@ PlaneProxy::InWorld PlaneFromText(const std::string& text) {
   const double length = plane.normal.norm();
   if (read != 4 || static_cast<std::size_t>(end) != text.size() || !std::isfinite(length) ||
       !std::isfinite(plane.offset) || !(length > 0))
-    throw UsageError(
-        "--proxy plane:{}: a plane is x,y,z,d, its normal (not zero) and normal . point; or a share of the "
-        "subject's "
-        "distance, such as 0.9; or fitted",
-        text);
+    throw Refusal(Parameter("proxy"), "plane:" + text,
+                  "a plane is x,y,z,d, its normal (not zero) and normal . point",
+                  "or a share of the subject's distance, such as 0.9; or fitted");
   plane.normal /= length;
   plane.offset /= length;
   return plane;
@@ -104,8 +101,8 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   constexpr char kPlane[] = "plane:";
   if (name == "plane") return std::make_shared<PlaneProxy>(subject);
   if (name == kFittedPlane)
-    throw UsageError(
-        "--proxy {}: ulf render and ulf evaluate fit a plane and say where; give plane:SHARE here", name);
+    throw Refusal(Parameter("proxy"), name, "ulf render and ulf evaluate fit a plane and say where",
+                  "give plane:SHARE here");
   if (const auto share =
           name.starts_with(kPlane) ? DistanceShareFromText(name.substr(sizeof kPlane - 1)) : std::nullopt)
     return std::make_shared<PlaneProxy>(subject, *share);
@@ -123,18 +120,16 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
       if (name == "soft") return SoftFrom(light_field, subject, std::move(mesh));
       return std::make_shared<MeshProxy>(subject, std::move(mesh), name);
     } catch (const Error& error) {
-      throw Error("{}; make it again with 'ulf proxy {}', or do without: --proxy points, --proxy plane",
-                  error.what(), ShellWord(light_field.string()));
+      throw Error("{0}; make it again with 'ulf proxy {1}', or do without: {2} points, {2} plane",
+                  error.what(), ShellWord(light_field.string()), Parameter("proxy"));
     }
   }
   const std::string ending = std::filesystem::path(name).extension().string();
   if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ")
     return std::make_shared<MeshProxy>(subject, TrianglesFrom(name),
                                        std::filesystem::path(name).filename().string());
-  throw UsageError(
-      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, planes, points, mesh, soft, and PLY or OBJ "
-      "files",
-      name);
+  throw Refusal(Parameter("proxy"), name, "no such proxy",
+                "there are plane, plane:x,y,z,d, planes, points, mesh, soft, and PLY or OBJ files");
 }
 
 std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,

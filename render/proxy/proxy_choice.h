@@ -22,13 +22,11 @@ namespace ulf::render {
 // Is fitted to photographs that are left out (render/quality/choice.h), not made by its name.
 inline constexpr char kFittedPlane[] = "plane:fitted";
 
-inline constexpr char kMeshProxyFile[] = "proxy.ply";
-
 // The names of the geometry that the light field itself has, simplest first: planes, points, and mesh or, where it has
 // depth maps as well, soft. Warns of a mesh that cannot be read, and leaves it out.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
-// Logs what a mesh file holds. Throws UsageError for a name that does not exist, Error for a file that cannot
+// Logs what a mesh file holds. Throws Refusal for a name that does not exist, Error for a file that cannot
 // be read.
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);

@@ -9,6 +9,13 @@
 namespace ulf::render {
 namespace {
 
+// Of the inverse depth. Where it changes by more from texel to texel there is an edge, and the change to
+// the other side does not count; below that the surface is rough, and the larger change counts. Measured
+// (docs/rendering.md, Quality: the smaller change cost 0.1 to 0.7 dB).
+constexpr float kShadowMapEdge = 0.1f;
+// Tangent of the widest angle between a ray of the map and its axis: one map cannot hold more. Guessed.
+constexpr double kMostSlope = 3;
+
 // The change of inverse depth to the texels on both sides: the larger one on a surface, which may be rough;
 // at an edge, where a change exceeds `edge` of the inverse depth, the smaller one, which is the surface's.
 float Slope(float before, float here, float behind, float edge) {
@@ -21,7 +28,7 @@ float Slope(float before, float here, float behind, float edge) {
 }  // namespace
 
 // Computed from the rays through the edge of the view's image.
-CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& options) {
+CameraModel ShadowMapCamera(const CameraModel& view) {
   constexpr int kSteps = 16;         // on each side of the image
   constexpr double kSideways = 1e9;  // of rays that do not go forwards; limited by most_slope
   Eigen::Vector2d low(0, 0), high(0, 0);
@@ -30,8 +37,8 @@ CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& opt
     if (!ray) return;
     const Eigen::Vector2d slope = ray->z() > 0 ? Eigen::Vector2d(ray->head<2>() / ray->z())
                                                : Eigen::Vector2d(ray->head<2>() * kSideways);
-    low = low.cwiseMin(slope.cwiseMax(-options.most_slope));
-    high = high.cwiseMax(slope.cwiseMin(options.most_slope));
+    low = low.cwiseMin(slope.cwiseMax(-kMostSlope));
+    high = high.cwiseMax(slope.cwiseMin(kMostSlope));
   };
   for (int i = 0; i <= kSteps; ++i) {
     const double x = view.width * i / double{kSteps}, y = view.height * i / double{kSteps};
@@ -65,7 +72,7 @@ double ShadowMap::Visibility(const Eigen::Vector3d& point_in_view) const {
 
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
                         const Rigid3& view_from_world, const ShadowMapOptions& options) {
-  ShadowMap map{.camera = ShadowMapCamera(view_camera, options), .least_inverse_depth = {}};
+  ShadowMap map{.camera = ShadowMapCamera(view_camera), .least_inverse_depth = {}};
   const cv::Mat inverse = DrawInverseDepth(occluder, map.camera, view_from_world);
   cv::Mat least(inverse.size(), CV_32F);
   for (int y = 0; y < inverse.rows; ++y)
@@ -76,8 +83,8 @@ ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_ca
                    : inverse.at<float>(row, column);
       };
       const float here = at(x, y);
-      const float slope = Slope(at(x - 1, y), here, at(x + 1, y), options.edge) +
-                          Slope(at(x, y - 1), here, at(x, y + 1), options.edge);
+      const float slope = Slope(at(x - 1, y), here, at(x + 1, y), kShadowMapEdge) +
+                          Slope(at(x, y - 1), here, at(x, y + 1), kShadowMapEdge);
       // A point is compared with texels up to one away, and their depths come from up to one texel farther.
       least.at<float>(y, x) =
           here > 0 ? std::max(0.0f, static_cast<float>((1 - options.tolerance) * here) - 2 * slope) : 0.0f;

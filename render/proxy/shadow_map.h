@@ -33,16 +33,10 @@ inline constexpr int kShadowMapPx = 256;
 struct ShadowMapOptions {
   // A point behind the proxy by less than this share of its depth is visible: proxies are rough. Guessed.
   double tolerance = 0.01;
-  // Of the inverse depth. Where it changes by more from texel to texel there is an edge, and the change to
-  // the other side does not count; below that the surface is rough, and the larger change counts. Measured
-  // (docs/rendering.md, Quality: the smaller change cost 0.1 to 0.7 dB).
-  float edge = 0.1f;
-  // Tangent of the widest angle between a ray of the map and its axis: one map cannot hold more. Guessed.
-  double most_slope = 3;
 };
 
 // The camera of a view's map: it covers what the view sees, without the view's distortion.
-CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& options = {});
+CameraModel ShadowMapCamera(const CameraModel& view);
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
                         const Rigid3& view_from_world, const ShadowMapOptions& options = {});
 

@@ -13,6 +13,19 @@
 namespace ulf::render {
 namespace {
 
+// Lengths are shares of the sphere's radius. Guessed; tried on simulated scenes (tests/render/proxy/).
+constexpr double kReach = 3;              // from the sphere's centre: farther surfaces are not looked at
+constexpr double kPlaneThickness = 0.05;  // to either side of the plane
+constexpr double kLeastPlane =
+    0.15;  // share of the area within reach that lies in the plane; less is no support
+constexpr int kPlanesTried = 300;
+constexpr double kSubjectInMeshInside =
+    1.0;                                // surfaces with their middle nearer than this belong to the subject
+constexpr double kLeastSurface = 0.03;  // share of the largest one's area; smaller surfaces are noise
+constexpr double kSubjectInMeshLeftOut =
+    0.02;                          // share of the area that may stick out of the sphere that is found
+constexpr double kMostRadius = 2;  // more is the scene, not the subject
+
 using Eigen::Vector3d;
 
 struct Facet {
@@ -51,7 +64,7 @@ struct Plane {
 };
 
 // The plane with most area, its normal towards the sphere's centre; none where no plane has enough.
-std::optional<Plane> Support(const std::vector<Facet>& facets, const SubjectInMeshOptions& options) {
+std::optional<Plane> Support(const std::vector<Facet>& facets) {
   constexpr double kSameNormal = 0.9;
   std::vector<double> up_to;  // running area: a facet is drawn by its area
   double area = 0;
@@ -60,20 +73,20 @@ std::optional<Plane> Support(const std::vector<Facet>& facets, const SubjectInMe
   std::uniform_real_distribution<double> any(0, area);
   Plane best;
   double most = 0;
-  for (int i = 0; i < options.planes_tried; ++i) {
+  for (int i = 0; i < kPlanesTried; ++i) {
     const auto drawn = std::ranges::lower_bound(up_to, any(random)) - up_to.begin();
     const Facet& seed = facets[std::min(static_cast<std::size_t>(drawn), facets.size() - 1)];
     const Plane plane{seed.normal, seed.normal.dot(seed.middle)};
     double in_plane = 0;
     for (const Facet& facet : facets)
-      if (std::abs(plane.Above(facet.middle)) < options.plane_thickness &&
+      if (std::abs(plane.Above(facet.middle)) < kPlaneThickness &&
           std::abs(facet.normal.dot(plane.normal)) > kSameNormal)
         in_plane += facet.area;
     if (in_plane <= most) continue;
     most = in_plane;
     best = plane;
   }
-  if (most < options.least_plane * area) return std::nullopt;
+  if (most < kLeastPlane * area) return std::nullopt;
   return best.offset > 0 ? Plane{-best.normal, -best.offset} : best;
 }
 
@@ -93,8 +106,7 @@ class Union {
 };
 
 // The facets of the connected surfaces that stand in the sphere.
-std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Facet>& facets,
-                                  const SubjectInMeshOptions& options) {
+std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Facet>& facets) {
   Union joined(mesh.vertices.size());
   for (const Facet& facet : facets) {
     const auto& corners = mesh.triangles[facet.triangle];
@@ -113,14 +125,14 @@ std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Fa
     surface.middle += facet.area * facet.middle;
   }
   std::erase_if(surfaces, [&](const auto& surface) {
-    return (surface.second.middle / surface.second.area).norm() > options.inside;
+    return (surface.second.middle / surface.second.area).norm() > kSubjectInMeshInside;
   });
   double largest = 0;
   for (const auto& [id, surface] : surfaces) largest = std::max(largest, surface.area);
   std::vector<Facet> inside;
   for (const Facet& facet : facets)
     if (const auto found = surfaces.find(surface_of(facet));
-        found != surfaces.end() && found->second.area >= options.least_surface * largest)
+        found != surfaces.end() && found->second.area >= kLeastSurface * largest)
       inside.push_back(facet);
   return inside;
 }
@@ -148,17 +160,15 @@ Subject SmallestBall(std::vector<Facet> facets, double left_out) {
 
 }  // namespace
 
-std::optional<Subject> SubjectInMesh(const TriangleMesh& mesh, const Subject& sphere,
-                                     const SubjectInMeshOptions& options) {
-  std::vector<Facet> facets = FacetsNear(mesh, sphere, options.reach);
+std::optional<Subject> SubjectInMesh(const TriangleMesh& mesh, const Subject& sphere) {
+  std::vector<Facet> facets = FacetsNear(mesh, sphere, kReach);
   if (facets.empty()) return std::nullopt;
-  if (const auto support = Support(facets, options))
-    std::erase_if(facets,
-                  [&](const Facet& facet) { return support->Above(facet.middle) < options.plane_thickness; });
-  const std::vector<Facet> inside = SurfacesInside(mesh, facets, options);
+  if (const auto support = Support(facets))
+    std::erase_if(facets, [&](const Facet& facet) { return support->Above(facet.middle) < kPlaneThickness; });
+  const std::vector<Facet> inside = SurfacesInside(mesh, facets);
   if (inside.empty()) return std::nullopt;
-  const Subject ball = SmallestBall(inside, options.left_out);
-  if (!(ball.radius > 0) || ball.radius > options.most_radius) return std::nullopt;
+  const Subject ball = SmallestBall(inside, kSubjectInMeshLeftOut);
+  if (!(ball.radius > 0) || ball.radius > kMostRadius) return std::nullopt;
   return Subject{sphere.center_in_world + sphere.radius * ball.center_in_world, sphere.radius * ball.radius};
 }
 

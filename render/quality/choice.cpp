@@ -12,14 +12,25 @@
 #include <optional>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
 
 namespace ulf::render {
 namespace {
+
+// Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own
+// size: what good geometry gains, small pictures do not show. Guessed.
+constexpr int kDetailedSizePx = 1600, kWindowPx = 400;
+
+// Guessed.
+constexpr double kFitPlaneNearest = 0.4, kFarthest = 2.5;  // shares of the subject's distance
+constexpr int kFirstTries = 13;  // in equal ratios; around the best of them it is looked for more closely
+constexpr int kMoreTries = 6;
 
 // The same views without their first pyramid levels.
 RenderScene Small(const RenderScene& scene, int size_px) {
@@ -268,11 +279,10 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   const auto detailed =
       std::ranges::find_if(proxies, [](const auto& proxy) { return proxy->HasDepthMaps(); });
   const bool in_detail = detailed != proxies.end();
-  const RenderScene tried_on = Small(scene, in_detail ? options.detailed_size_px : options.size_px);
+  const RenderScene tried_on = Small(scene, in_detail ? kDetailedSizePx : options.size_px);
   const auto scores = [&](const std::string& compared, const std::vector<FieldOptions>& some_fields,
                           const std::vector<std::shared_ptr<const Proxy>>& some_proxies) {
-    return Try(compared, tried_on, some_fields, some_proxies, renderer, options,
-               in_detail ? options.window_px : 0);
+    return Try(compared, tried_on, some_fields, some_proxies, renderer, options, in_detail ? kWindowPx : 0);
   };
   // Those between which is chosen: all, or in motion those that are quick enough.
   const auto in_time = [&](const std::string& compared, std::vector<ScoredChoice>& tried) {
@@ -312,21 +322,18 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
 }
 
 std::vector<FieldOptions> EveryField(const FieldOptions& details) {
-  std::vector<FieldOptions> fields(6, details);
-  fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
+  std::vector<FieldOptions> fields(5, details);
+  fields[0].kind = FieldKind::kSubdivision;
   fields[1].kind = FieldKind::kLinear;
-  fields[2].level = kLimitLevel;
-  fields[3].kind = FieldKind::kLumigraph;
-  fields[4].kind = fields[5].kind = FieldKind::kSoft;
-  fields[4].soft_width = kNarrowSoft;
-  fields[5].soft_width = kWideSoft;
-  if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
+  fields[2].kind = FieldKind::kLumigraph;
+  fields[3].kind = fields[4].kind = FieldKind::kSoft;
+  fields[3].soft_width = kNarrowSoft;
+  fields[4].soft_width = kWideSoft;
   return fields;
 }
 
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
-                                      RendererKind renderer, const FitPlaneOptions& options,
-                                      const ChoiceOptions& choice) {
+                                      RendererKind renderer, const ChoiceOptions& choice) {
   if (static_cast<int>(scene.views.size()) < choice.fewest_views)
     return std::make_shared<PlaneProxy>(scene.subject);
   const RenderScene small = Small(scene, choice.size_px);
@@ -345,11 +352,11 @@ std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptio
   // As the plane's name tells it: who gives the name gets the same plane.
   const auto named = [](double share) { return std::stod(fmt::format("{:.4g}", share)); };
   std::vector<double> shares;
-  const double ratio = std::pow(options.farthest / options.nearest, 1.0 / (options.first_tries - 1));
-  for (int i = 0; i < options.first_tries; ++i) shares.push_back(named(options.nearest * std::pow(ratio, i)));
+  const double ratio = std::pow(kFarthest / kFitPlaneNearest, 1.0 / (kFirstTries - 1));
+  for (int i = 0; i < kFirstTries; ++i) shares.push_back(named(kFitPlaneNearest * std::pow(ratio, i)));
   try_at(shares);
   // Between the best and its neighbour on either side in turn, halving.
-  for (int i = 0; i < options.more_tries; ++i) {
+  for (int i = 0; i < kMoreTries; ++i) {
     const auto at = best();
     const bool is_first = at == tried.begin(), is_last = std::next(at) == tried.end();
     std::vector<double> between;
@@ -367,7 +374,7 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          RendererKind renderer) {
   if (proxy != kFittedPlane) return ProxyFromName(proxy, scene.subject, light_field);
   auto plane = FitPlane(scene, FieldThatServes(field, scene.mesh), renderer);
-  spdlog::info("--proxy {}: {}", kFittedPlane, plane->Name());
+  spdlog::info("{} {}: {}", Parameter("proxy"), kFittedPlane, plane->Name());
   return plane;
 }
 

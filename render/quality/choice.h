@@ -16,9 +16,8 @@
 #include <vector>
 
 #include "core/base/model_choice.h"
-#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy.h"
-#include "render/proxy/proxy_choice.h"
 #include "render/renderer/renderer.h"
 #include "render/scene/scene.h"
 
@@ -61,11 +60,8 @@ struct ChoiceOptions {
   double narrow_within_db = 0.05;
   std::optional<InMotion> in_motion = {};  // none: for files
   int fewest_views = kFewestViewsCompared;
-  int views_left_out = 8;  // about, evenly through the light field. Guessed.
-  int size_px = 320;       // longer side of the pictures, at most. Guessed.
-  // Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own size: what good
-  // geometry gains, small pictures do not show. Guessed.
-  int detailed_size_px = 1600, window_px = 400;
+  int views_left_out = 8;    // about, evenly through the light field. Guessed.
+  int size_px = 320;         // longer side of the pictures, at most. Guessed.
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
   // Called before each picture, and after the last, with what is compared ("geometry", "fields") and the share of that
   // which is done, 0 to 1; what it throws ends the comparison.
@@ -93,18 +89,10 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options = {});
 
-// Guessed.
-struct FitPlaneOptions {
-  double nearest = 0.4, farthest = 2.5;  // shares of the subject's distance
-  int first_tries = 13;  // in equal ratios; around the best of them it is looked for more closely
-  int more_tries = 6;
-};
-
 // The plane that faces the virtual camera at the share of the subject's distance at which left-out views are shown best
 // (`choice` says how many, and how large). With too few views to leave some out it is the plane through the subject.
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
-                                      RendererKind renderer, const FitPlaneOptions& options = {},
-                                      const ChoiceOptions& choice = {});
+                                      RendererKind renderer, const ChoiceOptions& choice = {});
 
 // Proxies by names of the command line: those of ProxyFromName(), and kFittedPlane.
 std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::string& proxy,
@@ -119,7 +107,7 @@ std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene,
                                                        RendererKind renderer);
 
 // The choice by names of the command line, among these proxies. "auto" lets the evidence choose among subdivision (of
-// `details`' level), linear, subdivision in the limit, lumigraph weights and, over depth maps, the soft field, narrow
+// `details`' level), linear, lumigraph weights and, over depth maps, the soft field, narrow
 // and wide. Subdivision comes first because it is the calmest in motion, which left-out views do not show; then what
 // costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,

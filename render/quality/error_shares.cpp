@@ -8,48 +8,55 @@
 namespace ulf::render {
 namespace {
 
+// Guessed, all of them; they say how the table is divided and change no picture.
+constexpr int kShareWindowPx =
+    7;  // blur and displacement are judged within this square; light within twice its side
+constexpr double kMostLeftShare =
+    0.5;  // of the squared error in the window: an explanation leaves at most this much
+constexpr int kEdgePx = 4;
+constexpr int kThinPx = 8;
+constexpr double kJump = 0.02;  // of inverse depth, within kEdgePx: more is an edge
+
 constexpr std::array kBlurSigmasPx{0.6, 0.9, 1.3, 1.9};
 constexpr double kDisplacementStepPx = 0.5;  // displacements up to a pixel in each direction
 
 cv::Mat Square(int reach_px) { return cv::Mat::ones(2 * reach_px + 1, 2 * reach_px + 1, CV_8U); }
 
 // CV_8U, 255 near jumps of inverse depth.
-cv::Mat DepthEdges(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
+cv::Mat DepthEdges(const cv::Mat& inverse_depth) {
   cv::Mat most, least;
-  cv::dilate(inverse_depth, most, Square(options.edge_px));
-  cv::erode(inverse_depth, least, Square(options.edge_px));
-  return most - least > options.jump * most;
+  cv::dilate(inverse_depth, most, Square(kEdgePx));
+  cv::erode(inverse_depth, least, Square(kEdgePx));
+  return most - least > kJump * most;
 }
 
 // CV_8U, 255 on and beside what is near and narrow: an opening removes it from the inverse depth.
-cv::Mat ThinParts(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
+cv::Mat ThinParts(const cv::Mat& inverse_depth) {
   cv::Mat opened, thin;
-  cv::morphologyEx(inverse_depth, opened, cv::MORPH_OPEN, Square(options.thin_px / 2));
-  cv::dilate(inverse_depth - opened > options.jump * inverse_depth, thin, Square(options.edge_px));
+  cv::morphologyEx(inverse_depth, opened, cv::MORPH_OPEN, Square(kThinPx / 2));
+  cv::dilate(inverse_depth - opened > kJump * inverse_depth, thin, Square(kEdgePx));
   return thin;
 }
 
 // The photograph's explanations of the rendering, compared with the error that is there.
 class Explanations {
  public:
-  Explanations(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
-               const ErrorShareOptions& options)
-      : options_(options),
-        least_left_(rendered.size(), CV_32F, cv::Scalar(options.left)),
+  Explanations(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid)
+      : least_left_(rendered.size(), CV_32F, cv::Scalar(kMostLeftShare)),
         kinds_(rendered.size(), CV_8U, cv::Scalar(static_cast<int>(ErrorKind::kOther))) {
     rendered.convertTo(rendered_, CV_32F);
     photograph.convertTo(photograph_, CV_32F);
     valid.convertTo(valid_, CV_32F, 1 / 255.0);
-    error_ = MeanSquare(rendered_ - photograph_, options_.window_px);
+    error_ = MeanSquare(rendered_ - photograph_, kShareWindowPx);
     for (const double sigma : kBlurSigmasPx) {
       cv::Mat blurred;
       cv::GaussianBlur(photograph_, blurred, {}, sigma);
-      Take(ErrorKind::kBlurred, MeanSquare(rendered_ - blurred, options_.window_px), error_);
+      Take(ErrorKind::kBlurred, MeanSquare(rendered_ - blurred, kShareWindowPx), error_);
     }
     for (double y = -1; y <= 1; y += kDisplacementStepPx)
       for (double x = -1; x <= 1; x += kDisplacementStepPx)
         if (x != 0 || y != 0)
-          Take(ErrorKind::kDisplaced, MeanSquare(rendered_ - Displaced(x, y), options_.window_px), error_);
+          Take(ErrorKind::kDisplaced, MeanSquare(rendered_ - Displaced(x, y), kShareWindowPx), error_);
     ExplainByLight();
   }
 
@@ -75,7 +82,7 @@ class Explanations {
 
   // An offset of each channel that is constant over the window leaves the variance of the difference.
   void ExplainByLight() {
-    const int side_px = 2 * options_.window_px;
+    const int side_px = 2 * kShareWindowPx;
     const cv::Mat difference = rendered_ - photograph_;
     std::vector<cv::Mat> channels;
     cv::split(difference, channels);
@@ -96,19 +103,17 @@ class Explanations {
     share.copyTo(least_left_, better);
     kinds_.setTo(static_cast<int>(kind), better);
   }
-
-  const ErrorShareOptions& options_;
   cv::Mat rendered_, photograph_, valid_, error_, least_left_, kinds_;
 };
 
 }  // namespace
 
 ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
-                        const cv::Mat& depth, const cv::Mat& confidence, const ErrorShareOptions& options) {
-  cv::Mat kinds = Explanations(rendered, photograph, valid, options).Kinds().clone();
+                        const cv::Mat& depth, const cv::Mat& confidence) {
+  cv::Mat kinds = Explanations(rendered, photograph, valid).Kinds().clone();
   const cv::Mat inverse_depth = 1 / depth;
-  kinds.setTo(static_cast<int>(ErrorKind::kEdge), DepthEdges(inverse_depth, options));
-  kinds.setTo(static_cast<int>(ErrorKind::kThin), ThinParts(inverse_depth, options));
+  kinds.setTo(static_cast<int>(ErrorKind::kEdge), DepthEdges(inverse_depth));
+  kinds.setTo(static_cast<int>(ErrorKind::kThin), ThinParts(inverse_depth));
   kinds.setTo(static_cast<int>(ErrorKind::kUnseen), confidence <= 0);
 
   ErrorShares shares;

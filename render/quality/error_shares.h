@@ -27,18 +27,8 @@ struct ErrorShares {
   double of_worst_hundredth = 0;                // of all error, in the hundredth of the pixels that is worst
 };
 
-// Guessed, all of them; they say how the table is divided and change no picture.
-struct ErrorShareOptions {
-  int edge_px = 4;
-  int thin_px = 8;
-  double jump = 0.02;  // of inverse depth, within edge_px: more is an edge
-  int window_px = 7;   // blur and displacement are judged within this square; light within twice its side
-  double left = 0.5;   // of the squared error in the window: an explanation leaves at most this much
-};
-
 // Pictures in 8-bit sRGB; `valid` CV_8U; `depth` CV_32F; `confidence` CV_32F as Rendering has it.
 ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
-                        const cv::Mat& depth, const cv::Mat& confidence,
-                        const ErrorShareOptions& options = {});
+                        const cv::Mat& depth, const cv::Mat& confidence);
 
 }  // namespace ulf::render

@@ -7,8 +7,9 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
-#include "render/gl/make_renderer.h"
-#include "render/output/narrow_gaps.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
+#include "render/output/picture_files.h"
 #include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
@@ -127,7 +128,8 @@ cv::Mat SubjectDisc(const CameraModel& camera, const Rigid3& cam_from_world, con
 
 EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& options, Progress* progress) {
   if (options.every < 2)
-    throw UsageError("--every {}: every view would be left out; give 2 or more", options.every);
+    throw Refusal(Parameter("every"), std::to_string(options.every), "every view would be left out",
+                  "give 2 or more");
   if (scene.views.size() < 2)
     throw Error("evaluation needs at least two views, one to leave out and one to render from; there is {}",
                 scene.views.size());

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/progress.h"
+#include "render/fields/field_options.h"
 #include "render/quality/quality.h"
 #include "render/renderer/renderer.h"
 
@@ -76,7 +77,7 @@ struct EvaluateSummary {
   std::vector<FieldScore> results = {};
 };
 
-// `scene`: with all views. Throws UsageError for an `every` below 2, Error for fewer than two views.
+// `scene`: with all views. Throws Refusal for an `every` below 2, Error for fewer than two views.
 EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& options,
                          Progress* progress = nullptr);
 

@@ -13,6 +13,10 @@
 namespace ulf::render {
 namespace {
 
+// The simplest model is kept whose error at held-out points is within this share, or this much, of the best.
+// Guessed; the second is a quarter of a level of 255.
+constexpr double kWithinShare = 0.03, kWithin = 0.001;
+
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -95,7 +99,7 @@ std::string NameOf(LightModel model) {
 
 }  // namespace
 
-LightFit FitLight(const RenderScene& scene, const LightFitOptions& options) {
+LightFit FitLight(const RenderScene& scene) {
   LightFit fit;
   std::vector<CameraModel> cameras;
   std::vector<int> camera_of;
@@ -104,11 +108,11 @@ LightFit FitLight(const RenderScene& scene, const LightFitOptions& options) {
     camera_of.push_back(static_cast<int>(same - cameras.begin()));
     if (same == cameras.end()) cameras.push_back(view.camera);
   }
-  std::vector<LightSample> samples = SampleLight(scene, camera_of, options.samples, fit.points);
+  std::vector<LightSample> samples = SampleLight(scene, camera_of, fit.points);
   fit.explained = {
       "light of the views",
       fmt::format("the first within {:g} % of the best at points that were held out, in this order",
-                  100 * options.within_share),
+                  100 * kWithinShare),
       {}};
   constexpr std::array models{LightModel::kAsRecorded, LightModel::kGains, LightModel::kGainsAndFalloff};
   if (std::ranges::none_of(samples, &LightSample::held_out) ||
@@ -136,7 +140,7 @@ LightFit FitLight(const RenderScene& scene, const LightFitOptions& options) {
   std::vector<double> sums;
   for (const auto& of_model : errors) sums.push_back(RootMeanSquare(of_model, most));
   const double best = *std::ranges::min_element(sums);
-  const double enough = std::max((1 + options.within_share) * best, best + options.within);
+  const double enough = std::max((1 + kWithinShare) * best, best + kWithin);
   const auto chosen = static_cast<std::size_t>(
       std::ranges::find_if(sums, [&](double sum) { return sum <= enough; }) - sums.begin());
   fit.model = models[chosen];

@@ -26,13 +26,6 @@
 
 namespace ulf::render {
 
-struct LightFitOptions {
-  LightSampleOptions samples = {};
-  // The simplest model is kept whose error at held-out points is within this share, or this much, of the best.
-  // Guessed; the second is a quarter of a level of 255.
-  double within_share = 0.03, within = 0.001;
-};
-
 struct LightFit {
   LightModel model = LightModel::kAsRecorded;
   std::map<int, cv::Vec3f> gains = {};                                 // B G R, by SceneView::id
@@ -47,7 +40,7 @@ struct LightFit {
 
 // `scene`: over a proxy with triangles, with its shadow maps (WithProxy). A proxy without triangles, or one on which
 // views have no points in common, leaves everything as recorded.
-LightFit FitLight(const RenderScene& scene, const LightFitOptions& options = {});
+LightFit FitLight(const RenderScene& scene);
 
 // The scene with the corrections. A view that was not fitted, such as one that is left out and compared, has the
 // fall-off of its camera where another view has the same one, and a gain of 1: how it was exposed cannot be known. An

@@ -15,6 +15,19 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kComparedSizePx =
+    480;  // longer side of the pictures that are compared, at most: as proxies are made
+constexpr int kPointsPerView =
+    400;                            // tried; their number sets the error, which falls with its root. Guessed.
+constexpr int kMostPoints = 40000;  // in all: their number sets the time. Guessed.
+constexpr int kViewsPerPoint = 8;   // at most, of those that see it. Guessed.
+constexpr int kLightSampleMostAsked = 64;  // views that are asked whether they see a point. Guessed.
+// Light outside of these is not compared: clipped, or mostly noise. Shares of white. Guessed.
+constexpr float kLeastLight = 0.01f, kMostLight = 0.95f;
+// Of the log of light: what points differ by where the picture is smooth; where it is not, what a
+// misplacement by a pixel changes counts as well. Guessed.
+constexpr double kSmoothError = 0.02;
+
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -32,8 +45,7 @@ struct LogLight {
   std::array<double, 3> value{}, slope{};
   std::array<bool, 3> counts{};
 };
-std::optional<LogLight> LogLightAt(const SceneView& view, const SmallPicture& picture, const Vector2d& img,
-                                   const LightSampleOptions& options) {
+std::optional<LogLight> LogLightAt(const SceneView& view, const SmallPicture& picture, const Vector2d& img) {
   const auto sample = [&](double x, double y) {
     return SampleLevel(picture.pixels, view.camera, img + picture.pixel * Vector2d(x, y));
   };
@@ -49,8 +61,8 @@ std::optional<LogLight> LogLightAt(const SceneView& view, const SmallPicture& pi
     light.counts[channel] = true;
     for (std::size_t i = 0; i < around.size(); ++i) {
       const float above_black = around[i][c] - view.black;
-      light.counts[channel] &= around[i][c] <= options.most_light && above_black >= options.least_light;
-      logs[i] = std::log(std::max(above_black, options.least_light) * view.scale);
+      light.counts[channel] &= around[i][c] <= kMostLight && above_black >= kLeastLight;
+      logs[i] = std::log(std::max(above_black, kLeastLight) * view.scale);
     }
     light.value[channel] = logs[0];
     light.slope[channel] = 0.5 * std::max(std::abs(logs[2] - logs[1]), std::abs(logs[4] - logs[3]));
@@ -100,15 +112,15 @@ std::vector<Vector3d> PointsOf(const RenderScene& scene, const SceneView& view, 
 // were left out for that, a limit would cut the bright views of one point and the dark ones of the next.
 std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<SmallPicture>& pictures,
                                    const std::vector<int>& camera_of, int source, const Vector3d& point,
-                                   std::mt19937& random, const LightSampleOptions& options) {
+                                   std::mt19937& random) {
   constexpr double kSeen = 0.999;  // neither at an edge of the proxy nor at that of the image
   std::array<LightSample, 3> samples;
   std::array<bool, 3> counts{true, true, true};
   std::uniform_int_distribution<int> any(0, static_cast<int>(scene.views.size()) - 1);
-  const bool asks_all = static_cast<int>(scene.views.size()) <= options.most_asked;
+  const bool asks_all = static_cast<int>(scene.views.size()) <= kLightSampleMostAsked;
   const int first = any(random);
   std::vector<int> asked;
-  for (int i = 0; i < std::min(options.most_asked, static_cast<int>(scene.views.size())); ++i) {
+  for (int i = 0; i < std::min(kLightSampleMostAsked, static_cast<int>(scene.views.size())); ++i) {
     // All in turn from a random one on, or random ones.
     const int index = i == 0     ? source
                       : asks_all ? (first + i) % static_cast<int>(scene.views.size())
@@ -118,16 +130,16 @@ std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<S
     const SceneView& view = scene.views[At(index)];
     const auto seen = view.See(point);
     if (!seen || seen->feather < kSeen) continue;
-    const auto light = LogLightAt(view, pictures[At(index)], seen->img, options);
+    const auto light = LogLightAt(view, pictures[At(index)], seen->img);
     if (!light) continue;
     const double r2 = (seen->img - Vector2d(view.camera.cx, view.camera.cy)).squaredNorm() /
                       HalfDiagonal(view.camera).squaredNorm();
     for (std::size_t c = 0; c < 3; ++c) {
       counts[c] &= light->counts[c];
-      samples[c].seen.push_back({index, camera_of[At(index)], r2, light->value[c],
-                                 std::hypot(options.smooth_error, light->slope[c])});
+      samples[c].seen.push_back(
+          {index, camera_of[At(index)], r2, light->value[c], std::hypot(kSmoothError, light->slope[c])});
     }
-    if (static_cast<int>(samples[0].seen.size()) == options.views_per_point) break;
+    if (static_cast<int>(samples[0].seen.size()) == kViewsPerPoint) break;
   }
   std::vector<LightSample> kept;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -158,16 +170,15 @@ std::vector<SmallPicture> SmallPictures(const RenderScene& scene, int size_px) {
 Eigen::Vector2d HalfDiagonal(const CameraModel& camera) { return {0.5 * camera.width, 0.5 * camera.height}; }
 
 std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector<int>& camera_of,
-                                     const LightSampleOptions& options, std::size_t& points) {
-  const std::vector<SmallPicture> pictures = SmallPictures(scene, options.size_px);
-  const int tries =
-      std::clamp(options.most_points / static_cast<int>(scene.views.size()), 1, options.points_per_view);
+                                     std::size_t& points) {
+  const std::vector<SmallPicture> pictures = SmallPictures(scene, kComparedSizePx);
+  const int tries = std::clamp(kMostPoints / static_cast<int>(scene.views.size()), 1, kPointsPerView);
   std::vector<std::vector<LightSample>> of_views(scene.views.size());
   std::vector<std::size_t> counts(scene.views.size(), 0);
   ParallelFor(scene.views.size(), [&](std::size_t i) {
     std::mt19937 random(static_cast<unsigned>(i + 1));
     for (const Vector3d& point : PointsOf(scene, scene.views[i], tries)) {
-      auto samples = SamplesOf(scene, pictures, camera_of, static_cast<int>(i), point, random, options);
+      auto samples = SamplesOf(scene, pictures, camera_of, static_cast<int>(i), point, random);
       if (samples.empty()) continue;
       const bool held_out = counts[i]++ % kHeldOutEvery == 0;
       for (LightSample& sample : samples) {

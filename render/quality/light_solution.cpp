@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/at.h"
+#include "core/base/error.h"
 #include "core/base/quantile.h"
 
 namespace ulf::render {

@@ -44,11 +44,9 @@ void SplitByFolder(const LightField& light_field, ProtocolSplit& split) {
     if (path.starts_with("images/train/")) split.given.push_back(static_cast<int>(i));
   }
   if (split.test.empty() || split.given.empty())
-    throw UsageError(
-        "--protocol {}: the photographs are not in images/train and images/test; import a set of NeRF's "
-        "synthetic "
-        "scenes with ulf import, or give every:8 or a file of names",
-        split.name);
+    throw Refusal(
+        Parameter("protocol"), split.name, "the photographs are not in images/train and images/test",
+        "import a set of NeRF's synthetic scenes with ulf import, or give every:8 or a file of names");
 }
 
 void SplitByList(const LightField& light_field, const fs::path& file, ProtocolSplit& split) {
@@ -74,10 +72,11 @@ void SplitByList(const LightField& light_field, const fs::path& file, ProtocolSp
     if (line.empty() || line.starts_with('#')) continue;
     const auto view = views.find(line);
     if (view == views.end() || ambiguous.contains(line))
-      throw UsageError("--protocol {}: '{}' is {}; give names as ulf export writes them, such as {}",
-                       file.string(), line,
-                       view == views.end() ? "no photograph of this light field" : "the name of several",
-                       light_field.views.front().image_path);
+      throw Refusal(
+          Parameter("protocol"), file.string(),
+          fmt::format("'{}' is {}", line,
+                      view == views.end() ? "no photograph of this light field" : "the name of several"),
+          "give names as ulf export writes them, such as " + light_field.views.front().image_path);
     test.insert(view->second);
   }
   split.test.assign(test.begin(), test.end());
@@ -101,16 +100,17 @@ ProtocolSplit SplitByProtocol(const LightField& light_field, const std::string& 
   } else if (fs::is_regular_file(protocol, unknown)) {
     SplitByList(light_field, protocol, split);
   } else {
-    throw UsageError(
-        "--protocol {}: there are llff, nerf-synthetic, every:N with an N of 2 or more, and files that name "
-        "the "
-        "photographs to leave out",
-        protocol);
+    throw Refusal(
+        Parameter("protocol"), protocol,
+        "there are llff, nerf-synthetic, every:N with an N of 2 or more, and files that name the photographs "
+        "to leave out",
+        "");
   }
   if (split.test.empty() || split.given.size() < 2)
-    throw UsageError(
-        "--protocol {}: {} would be left out and {} given; two have to be given and one left out", protocol,
-        Counted(split.test.size(), "photograph"), split.given.size());
+    throw Refusal(Parameter("protocol"), protocol,
+                  fmt::format("{} would be left out and {} given", Counted(split.test.size(), "photograph"),
+                              split.given.size()),
+                  "two have to be given and one left out");
   std::ranges::sort(split.test);
   std::ranges::sort(split.given);
   return split;

@@ -19,7 +19,7 @@ struct ProtocolSplit {
 //   every:N          the same with every N-th
 //   nerf-synthetic   photographs of images/test are left out, those of images/train are given (Mildenhall et al. 2020)
 //   a file           its lines name the photographs that are left out, with or without folder and ending
-// Throws UsageError for another text and for a split that leaves nothing out, or fewer than two.
+// Throws Refusal for another text and for a split that leaves nothing out, or fewer than two.
 ProtocolSplit SplitByProtocol(const LightField& light_field, const std::string& protocol);
 
 // The light field as these views alone (indices, ascending) make it: points are fitted again to what they see of them,

@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "render/fields/field_options.h"
 #include "render/renderer/renderer.h"
 
 namespace ulf::render {

@@ -12,8 +12,11 @@
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/pinhole.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
+#include "render/fields/make_field.h"
 #include "render/renderer/soft_pixel.h"
 
 namespace ulf::render {
@@ -176,7 +179,7 @@ void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
   aperture_field_ = nullptr;
   if (aperture && UsesMesh(options_.field.kind))
     aperture_field_ = std::make_unique<ApertureField>(
-        std::make_shared<MeshField>(scene_, ApertureLevel(options_.field.level), options_.field.rules));
+        std::make_shared<MeshField>(scene_, options_.field.level, options_.field.rules));
 }
 
 std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const CameraModel& camera,

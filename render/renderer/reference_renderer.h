@@ -3,6 +3,8 @@
 #pragma once
 
 #include "render/fields/aperture_field.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/renderer/renderer.h"
 
 namespace ulf::render {

@@ -3,7 +3,7 @@
 // (render/gl/gl_renderer.h), which is fast and must agree with it.
 //
 //   auto scene = LoadScene(ReadLightField(dir), {});
-//   auto renderer = MakeRenderer(scene, {});  // render/gl/make_renderer.h
+//   auto renderer = MakeRenderer(scene, {});  // render/gl/gl_renderer.h
 //   const Rendering picture = renderer->Render(camera, cam_from_world);
 //   WritePictureFile("picture.png", Srgb8FromLinear(picture.linear));
 //
@@ -21,10 +21,11 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "render/fields/aperture.h"
-#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy.h"
 #include "render/scene/scene.h"
 
@@ -84,7 +85,7 @@ class Renderer {
   // Fields without a mesh of viewpoints have no rings that could be widened: of them only the proxy changes.
   virtual void SetAperture(const std::optional<Aperture>& aperture) = 0;
   // Starts to read the photographs of a picture that is expected next.
-  virtual void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world);
+  virtual void Prefetch(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) {}
   // Whether the last picture lacked photographs that are still being read (RenderOptions::complete).
   virtual bool loading() const { return false; }
   // The field in use: FieldThatServes() of the one that was set.
@@ -102,19 +103,25 @@ struct Filling {
   double whole = kLeastWeight;  // below this sum of weights a pixel is filled up
   int views = 0;                // that fill it; 0: pixels are not filled
 };
-struct FillingOptions {
-  // Sum of weights below which other views fill up a pixel, for fields of several views. Guessed; with
-  // lumigraph weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of
-  // the proxy (docs/architecture.md, What differs from the first plan).
-  double whole_weight = 0.5;
-  // Views that fill a pixel, by lumigraph weights. Guessed.
-  int views = 4;
-};
+// Sum of weights below which other views fill up a pixel, for fields of several views. Guessed; with lumigraph
+// weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of the proxy
+// (docs/architecture.md, What differs from the first plan).
+inline constexpr double kWholeWeight = 0.5;
+// Views that fill a pixel, by lumigraph weights. Guessed.
+inline constexpr int kFillingViews = 4;
 // The nearest view must remain a single view, and the blur of a wide aperture consists of all its views:
 // these pixels are filled only where no own view sees the point.
-Filling FillingOf(const RenderOptions& options, const FillingOptions& filling = {});
+inline Filling FillingOf(const RenderOptions& options) {
+  if (options.field.kind == FieldKind::kNearest) return {kLeastWeight, 1};
+  if (!options.fill) return {};
+  return {options.aperture ? kLeastWeight : kWholeWeight, kFillingViews};
+}
 
 // Throws Error for a camera with distortion or with values out of range.
-void RequireUndistorted(const CameraModel& camera);
+inline void RequireUndistorted(const CameraModel& camera) {
+  camera.Validate("the virtual camera");
+  if (camera.distortion != Distortion::kNone)
+    throw Error("the virtual camera has lens distortion; render with CameraModel::WithoutDistortion()");
+}
 
 }  // namespace ulf::render

@@ -9,6 +9,7 @@
 
 #include "core/base/at.h"
 #include "core/geometry/pinhole.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 
 namespace ulf::render {

@@ -14,6 +14,12 @@
 namespace ulf::render {
 namespace {
 
+// Points that a view must share with views of known exposure, and of how many of these at most. Guessed.
+constexpr std::size_t kExposureScaleLeastPoints = 12, kMostViews = 6;
+constexpr LightAtPointsOptions kExposureScaleLight = {};
+// Refused where half of the ratios differ from their median by more than this, of their logarithm. Guessed.
+constexpr double kMostDeviation = 0.3;
+
 // None where the view does not say; `has_times`, `has_apertures`: whether any view does.
 std::optional<double> ToldExposure(const View& view, bool has_times, bool has_apertures) {
   if (has_times && !(view.exposure_s > 0)) return std::nullopt;
@@ -33,22 +39,21 @@ std::optional<LightAtPoints> LightOf(const LightField& light_field, const View& 
 }
 
 std::optional<double> ExposureByOthers(const LightField& light_field, const View& view,
-                                       const std::map<int, double>& known,
-                                       const ExposureScaleOptions& options) {
+                                       const std::map<int, double>& known) {
   std::vector<std::pair<std::size_t, int>> others;  // by the number of shared points
   const std::map<int, SharedPoints> shared = PointsSharedWith(light_field, view.id);
   for (const auto& [id, points] : shared)
     if (known.contains(id)) others.emplace_back(points.size(), id);
   std::ranges::sort(others, std::greater());
-  others.resize(std::min(others.size(), options.most_views));
+  others.resize(std::min(others.size(), kMostViews));
   if (others.empty()) return std::nullopt;
-  const auto own = LightOf(light_field, view, options.light);
+  const auto own = LightOf(light_field, view, kExposureScaleLight);
   if (!own) return std::nullopt;
   const auto brightness = [](const std::array<double, 3>& bgr) { return bgr[0] + bgr[1] + bgr[2]; };
   std::vector<double> logs;
   for (const auto& [count, id] : others) {
     const auto other =
-        LightOf(light_field, *std::ranges::find(light_field.views, id, &View::id), options.light);
+        LightOf(light_field, *std::ranges::find(light_field.views, id, &View::id), kExposureScaleLight);
     if (!other) continue;
     for (const auto& [here, there] : shared.at(id)) {
       const auto light_here = own->At(here), light_there = other->At(there);
@@ -56,10 +61,10 @@ std::optional<double> ExposureByOthers(const LightField& light_field, const View
         logs.push_back(std::log(brightness(*light_here) / brightness(*light_there) * known.at(id)));
     }
   }
-  if (logs.size() < options.least_points) return std::nullopt;
+  if (logs.size() < kExposureScaleLeastPoints) return std::nullopt;
   const double median = Median(logs);
   for (double& log : logs) log = std::abs(log - median);
-  if (Median(std::move(logs)) > options.most_deviation) return std::nullopt;
+  if (Median(std::move(logs)) > kMostDeviation) return std::nullopt;
   return std::exp(median);
 }
 
@@ -71,7 +76,7 @@ bool KnowsExposures(const LightField& light_field) {
   });
 }
 
-ExposureScales ScalesOf(const LightField& light_field, const ExposureScaleOptions& options) {
+ExposureScales ScalesOf(const LightField& light_field) {
   const std::vector<View>& views = light_field.views;
   ExposureScales result;
   result.scales.assign(views.size(), 1.0f);
@@ -92,7 +97,7 @@ ExposureScales ScalesOf(const LightField& light_field, const ExposureScaleOption
     if (const auto told = known.find(views[i].id); told != known.end()) {
       exposure = told->second;
     } else {
-      exposure = ExposureByOthers(light_field, views[i], known, options);
+      exposure = ExposureByOthers(light_field, views[i], known);
       (exposure ? result.estimated : result.unmatched).push_back(views[i].id);
     }
     if (exposure) result.scales[i] = static_cast<float>(median / *exposure);

@@ -20,19 +20,11 @@ struct ExposureScales {
   std::vector<int> unmatched;  // ids of views of which nothing is known
 };
 
-struct ExposureScaleOptions {
-  // Points that a view must share with views of known exposure, and of how many of these at most. Guessed.
-  std::size_t least_points = 12, most_views = 6;
-  LightAtPointsOptions light = {};
-  // Refused where half of the ratios differ from their median by more than this, of their logarithm. Guessed.
-  double most_deviation = 0.3;
-};
-
 // Whether the light field says anything of exposures.
 bool KnowsExposures(const LightField& light_field);
 
 // Reads the photographs of views of unknown exposure, and of those that they are compared with; none where all exposures
 // are known, or none is.
-ExposureScales ScalesOf(const LightField& light_field, const ExposureScaleOptions& options = {});
+ExposureScales ScalesOf(const LightField& light_field);
 
 }  // namespace ulf::render

@@ -1,5 +1,6 @@
 #include "render/scene/scene.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -41,9 +42,10 @@ void ReportExposures(const LightField& light_field, const ExposureScales& scales
     spdlog::warn(
         "{}: nothing says how {} (the first is {}) had been exposed, and too few points are shared with "
         "others: shown as "
-        "if of the median exposure; if too bright or too dark, measure points with ulf refine, or give "
-        "--light fit",
-        light_field.root.string(), Counted(scales.unmatched.size(), "view"), scales.unmatched.front());
+        "if of the median exposure; if too bright or too dark, measure points with ulf refine, or give {} "
+        "fit",
+        light_field.root.string(), Counted(scales.unmatched.size(), "view"), scales.unmatched.front(),
+        Parameter("light"));
 }
 
 // kAuto: where 8 bits would lose light, because a master or a photograph holds more, a flat field is divided
@@ -72,8 +74,8 @@ void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) 
     return;
   spdlog::warn(
       "{}: every camera looks away from the subject: are the poses flipped (a camera looks along its z axis, "
-      "y is down), or is the subject elsewhere (--subject x,y,z,radius)?",
-      light_field.root.string());
+      "y is down), or is the subject elsewhere ({} x,y,z,radius)?",
+      light_field.root.string(), Parameter("subject"));
 }
 
 }  // namespace
@@ -128,11 +130,12 @@ Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& g
   if (given) return *given;
   if (light_field.subject) return *light_field.subject;
   if (const auto found = SubjectFromAxes(light_field)) return *found;
-  throw UsageError(
-      "{}: the light field names no subject, and its optical axes do not meet in front of the cameras (they "
-      "are nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y "
-      "is down); give its place with --subject x,y,z,radius",
-      light_field.root.string());
+  throw Refusal(
+      light_field.root.string(), "",
+      "the light field names no subject, and its optical axes do not meet in front of the cameras (they are "
+      "nearly "
+      "parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is down)",
+      fmt::format("give its place with {} x,y,z,radius", Parameter("subject")));
 }
 
 std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options) {

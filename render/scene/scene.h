@@ -106,8 +106,8 @@ struct SceneOptions {
   bool masks_clipped = true;  // false: clipped pixels are light like others, for comparison
 };
 
-// The given subject, else the light field's, else the point where the optical axes meet. Throws UsageError
-// that asks for --subject where there is none.
+// The given subject, else the light field's, else the point where the optical axes meet. Throws Refusal
+// that asks for a subject where there is none.
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
 // Reads no photograph yet, but those that tell a view's unknown exposure (exposure_scales.h). The proxy is the plane through the subject that faces the virtual camera. Throws

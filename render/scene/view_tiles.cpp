@@ -15,6 +15,19 @@ using Eigen::Vector4d;
 
 namespace {
 
+// A tile is not split below the larger of these two sizes: a fixed one, and this share of the picture's
+// longer side. Smaller tiles cost more than they save. Guessed.
+constexpr int kViewTilerLeastTilePx = 32;
+constexpr int kTilesAcross = 32;
+// A tile with no more views is not split. Guessed.
+constexpr std::size_t kFewViews = 4;
+// Images are taken as larger or smaller by this share of their size: the edges of distorted images are
+// sampled. Guessed.
+constexpr double kViewTilerMargin = 0.02;
+// Of a unit ray: views with a ray whose z is smaller are not tested by half-spaces but kept everywhere.
+// Guessed.
+constexpr double kViewTilerLeastForward = 0.1;
+
 // A linear function of a point in the camera's frame, divided by the point's depth, as a function of the
 // picture's (x, y, 1, 1 / depth).
 Vector4d OfPixel(const Eigen::RowVector3d& of_ray, double of_nearness, const CameraModel& camera) {
@@ -53,14 +66,14 @@ Extent ExtentOf(const Eigen::AlignedBox3f& box, const ViewTiler::Picture& pictur
 class Splitter {
  public:
   Splitter(const ViewTiler::Picture& picture, const std::optional<Extent>& triangles, int enough,
-           const ViewTilerOptions& options, ViewTiles& tiles)
+           ViewTiles& tiles)
       : picture_(picture),
         triangles_(triangles),
         enough_(enough),
-        few_views_(options.few_views),
+        few_views_(kFewViews),
         plane_(OfPixel(picture.plane.normal.transpose(), 0, picture.camera) / picture.plane.offset),
-        least_px_(std::max(options.least_tile_px,
-                           std::max(picture.camera.width, picture.camera.height) / options.tiles_across)),
+        least_px_(std::max(kViewTilerLeastTilePx,
+                           std::max(picture.camera.width, picture.camera.height) / kTilesAcross)),
         tiles_(tiles) {}
 
   void Split(const cv::Rect& px, const std::vector<Candidate>& all,
@@ -145,8 +158,7 @@ class Splitter {
 
 }  // namespace
 
-ViewTiler::ViewTiler(const std::vector<SceneView>& views, const ViewTilerOptions& options)
-    : options_(options) {
+ViewTiler::ViewTiler(const std::vector<SceneView>& views) {
   // Most views have the same camera as the view before.
   for (std::size_t i = 0; i < views.size(); ++i)
     slopes_.push_back(i > 0 && views[i].camera == views[i - 1].camera ? slopes_.back()
@@ -161,7 +173,7 @@ std::optional<ViewTiler::Slopes> ViewTiler::SlopesOf(const CameraModel& camera) 
     for (const Vector2d& img :
          {Vector2d(x, 0), Vector2d(x, camera.height), Vector2d(0, y), Vector2d(camera.width, y)}) {
       const auto ray = camera.RayFromImg(img);
-      if (!ray || ray->z() < options_.least_forward) return std::nullopt;
+      if (!ray || ray->z() < kViewTilerLeastForward) return std::nullopt;
       box.extend(ray->head<2>() / ray->z());
     }
   }
@@ -194,7 +206,7 @@ ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const i
       const Eigen::Matrix3d r = view_from_cam.RotationMatrix();
       const auto row = [&](int i) { return OfPixel(r.row(i), view_from_cam.translation[i], picture.camera); };
       const Vector4d x = row(0), y = row(1), z = row(2);
-      const Vector2d margin = options_.margin * (slopes->high - slopes->low);
+      const Vector2d margin = kViewTilerMargin * (slopes->high - slopes->low);
       const auto sides = [&](const Vector2d& low, const Vector2d& high) {
         return HalfSpaces{z, x - low.x() * z, high.x() * z - x, y - low.y() * z, high.y() * z - y};
       };
@@ -207,7 +219,7 @@ ViewTiles ViewTiler::Tile(const std::vector<SceneView>& views, std::span<const i
     candidates.push_back({static_cast<int>(all.size()) - 1, candidate.whole});
   }
   ViewTiles tiles;
-  Splitter(picture, triangles, enough, options_, tiles)
+  Splitter(picture, triangles, enough, tiles)
       .Split({0, 0, picture.camera.width, picture.camera.height}, all, std::move(candidates));
   return tiles;
 }

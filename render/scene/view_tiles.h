@@ -26,24 +26,9 @@ struct ViewTiles {
   std::vector<int> views;   // of each tile, in the order in which its pixels go through them
 };
 
-struct ViewTilerOptions {
-  // A tile is not split below the larger of these two sizes: a fixed one, and this share of the picture's
-  // longer side. Smaller tiles cost more than they save. Guessed.
-  int least_tile_px = 32;
-  int tiles_across = 32;
-  // A tile with no more views is not split. Guessed.
-  std::size_t few_views = 4;
-  // Images are taken as larger or smaller by this share of their size: the edges of distorted images are
-  // sampled. Guessed.
-  double margin = 0.02;
-  // Of a unit ray: views with a ray whose z is smaller are not tested by half-spaces but kept everywhere.
-  // Guessed.
-  double least_forward = 0.1;
-};
-
 class ViewTiler {
  public:
-  explicit ViewTiler(const std::vector<SceneView>& views, const ViewTilerOptions& options = {});
+  explicit ViewTiler(const std::vector<SceneView>& views);
 
   // What the picture shows: the plane, and points of triangles in front of it or behind it.
   struct Picture {
@@ -64,8 +49,6 @@ class ViewTiler {
   };
   std::optional<Slopes> SlopesOf(const CameraModel& camera) const;
   void UpdateBox(const std::shared_ptr<const TriangleMesh>& triangles);
-
-  ViewTilerOptions options_;
   std::vector<std::optional<Slopes>> slopes_;
   std::shared_ptr<const TriangleMesh> boxed_;  // held, so that another mesh cannot get its address
   Eigen::AlignedBox3f box_;                    // of the triangles

@@ -1,4 +1,4 @@
-// Merges the exposures of a recorded view (`ulf capture --bracket`) to one picture of linear light, in the view's pixels.
+// Merges the exposures of a recorded view (a bracket) to one picture of linear light, in the view's pixels.
 //
 // The camera moved from one exposure to the next: each is resampled as the view's camera would have seen it, by its pose
 // and the geometry's depth (core/image/exposure_alignment.h), then merged by noise (core/image/exposure_merge.h).
@@ -24,12 +24,7 @@
 namespace ulf::render {
 
 struct BracketMergeOptions {
-  bool align = true;                // false: as if the camera had stood still, for comparison
-  double trusted_ratio = 0.02;      // a told ratio that the pictures contradict by less stands. Guessed
-  double most_contradiction = 0.5;  // stops. Guessed
-  // How far an aligned exposure may lie off: poses that were tracked are right to 0.02 to 0.16 px (sim:lightbox, 5x2EV); the
-  // rest is geometry. Settled on seed 1 of sim:lightbox and sim:branch.
-  double misaligned_px = 0.2;
+  bool align = true;  // false: as if the camera had stood still, for comparison
 };
 
 struct MergedView {
@@ -40,14 +35,14 @@ struct MergedView {
   std::vector<std::string> left_out;  // a sentence each
 };
 
-// The best geometry that the light field has of its own, else the plane through its subject. Throws UsageError where it
-// has neither geometry nor subject, and the optical axes meet nowhere.
+// The best geometry that the light field has of its own, else the plane through its subject. Throws Refusal
+// where it has neither geometry nor subject, and the optical axes meet nowhere.
 std::shared_ptr<const Proxy> ProxyForBrackets(const LightField& light_field);
 
 // Depth of what the view shows, along the optical axis of its picture's pixels: CV_32FC1, world units.
 cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy& proxy);
 
-// Throws Error for files that cannot be read, UsageError where the view's own exposure time is not known.
+// Throws Error for files that cannot be read, Refusal where the view's own exposure time is not known.
 MergedView MergeExposuresOf(const LightField& light_field, const View& view, const Proxy& proxy,
                             const BracketMergeOptions& options = {});
 

@@ -6,6 +6,9 @@
 namespace ulf::render {
 namespace {
 
+// Depths of the first sweep with a larger agreement (DepthMap::agreement) count. Guessed.
+constexpr float kSure = 0.6f;
+
 // How many pixels the middle of the view's image moves in a neighbour's image over the range of depths.
 double PathLengthPx(const StereoView& view, const StereoView& neighbour, double nearest, double farthest) {
   const Eigen::Vector3d ray = view.RayInWorld(view.camera.width / 2, view.camera.height / 2);
@@ -56,7 +59,7 @@ InverseDepthRange FindRange(const StereoView& view, const std::vector<const Ster
   std::vector<double> inverse;
   for (int y = 0; y < map.depth.rows; ++y)
     for (int x = 0; x < map.depth.cols; ++x)
-      if (map.agreement.at<float>(y, x) > options.sure) inverse.push_back(1 / map.depth.at<float>(y, x));
+      if (map.agreement.at<float>(y, x) > kSure) inverse.push_back(1 / map.depth.at<float>(y, x));
   if (inverse.size() < options.fewest) return PixelSpacedRange(view, neighbours, nearest, farthest);
   std::ranges::sort(inverse);
   const std::size_t left_out =

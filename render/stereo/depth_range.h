@@ -15,8 +15,6 @@ struct DepthRangeOptions {
   int coarse_from_px = 160;
   // The first sweep's range, in distances to the subject. Guessed.
   double nearest = 0.2, farthest = 100;
-  // Depths of the first sweep with a larger agreement (DepthMap::agreement) count. Guessed.
-  float sure = 0.6f;
   // The first sweep must give at least this many depths that count, else its own range is used. Guessed.
   std::size_t fewest = 100;
   // Share of these depths that is cut off at either end, as outliers. Guessed.

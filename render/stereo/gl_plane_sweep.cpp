@@ -12,7 +12,10 @@
 namespace ulf::render {
 namespace {
 
-constexpr char kSmallerPictures[] = "compare smaller pictures (--size), or use --renderer reference";
+std::string SmallerPictures() {
+  return fmt::format("compare smaller pictures ({}), or use {} reference", Parameter("size"),
+                     Parameter("renderer"));
+}
 
 // Grey images as layers of one texture, each in its upper left corner.
 class GreyLayers {
@@ -33,7 +36,7 @@ class GreyLayers {
     // Without filtering: an image smaller than the texture must not blend with the texels beside it.
     SetSampling(texture_, GL_NEAREST);
     try {
-      CheckGl("uploading the pictures to compare", kSmallerPictures);
+      CheckGl("uploading the pictures to compare", SmallerPictures);
     } catch (const Error&) {
       glDeleteTextures(1, &texture_);
       throw;
@@ -117,7 +120,7 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
     const int end = std::min(first + band, volume.height());
     // Anew for each band: on NVIDIA's driver 580 a buffer that was read back gave wrong costs the second time.
     costs_.Reserve(At(end - first) * row_bytes);
-    CheckGl("making room for what is compared", kSmallerPictures);  // before a shader writes into it
+    CheckGl("making room for what is compared", SmallerPictures);  // before a shader writes into it
     costs_.BindStorage(3);
     program_.Set("first_row", first);
     program_.Set("end_row", end);
@@ -125,7 +128,7 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
     glDispatchCompute(groups(volume.width()), groups(end - first), static_cast<GLuint>(quads));
     costs_.ReadBytes(volume.At(0, first), At(end - first) * row_bytes);
   }
-  CheckGl("sweeping planes", kSmallerPictures);
+  CheckGl("sweeping planes", SmallerPictures);
   return volume;
 }
 

@@ -15,6 +15,20 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kNeighbours = 6;  // with which a view is compared. Guessed.
+// Neighbours stand around a view where the mean of the directions to them is shorter than this; 1: all on one
+// side. Guessed.
+constexpr double kMostOneSided = 0.7;
+// A map is made anew when corrected poses move what it shows by more, in pixels of its image. Guessed.
+constexpr double kStalePx = 1.0;
+
+// How RangeOfKnown() finds a range.
+constexpr int kGridX = 8, kGridY = 6;  // parts of the image
+constexpr double kLeastParts = 0.7;    // share of the parts that known depths must reach. Guessed.
+constexpr int kStepPx = 5;             // of the known maps, from one depth that is looked at to the next
+constexpr double kKnownRangeLeftOut = 0.005;  // as DepthRangeOptions
+constexpr double kKnownRangeMargin = 0.15, kMarginOfMost = 0.02;
+
 using Eigen::Vector3d;
 
 constexpr std::size_t kMapsAskedForRange = 4;  // nearest ones. Guessed.
@@ -25,13 +39,12 @@ constexpr std::size_t kMapsAtOnce = 8;
 
 std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const std::vector<const StereoView*>& neighbours,
-                                              const std::vector<const ViewDepth*>& known,
-                                              const KnownRangeOptions& options) {
+                                              const std::vector<const ViewDepth*>& known) {
   std::vector<double> inverse;
-  std::vector<bool> reached(At(options.grid_x * options.grid_y), false);
+  std::vector<bool> reached(At(kGridX * kGridY), false);
   for (const ViewDepth* map : known)
-    for (int y = options.step_px / 2; y < map->depth.rows; y += options.step_px)
-      for (int x = options.step_px / 2; x < map->depth.cols; x += options.step_px) {
+    for (int y = kStepPx / 2; y < map->depth.rows; y += kStepPx)
+      for (int x = kStepPx / 2; x < map->depth.cols; x += kStepPx) {
         const double depth = map->depth.at<float>(y, x);
         if (!(depth > 0)) continue;
         const Vector3d point = map->view.center_in_world + depth * map->view.RayInWorld(x, y);
@@ -39,19 +52,18 @@ std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
         const auto img = view.See(point);
         if (!img || !(in_cam.z() > 0)) continue;
         inverse.push_back(1 / in_cam.z());
-        const int part_x =
-            std::min(options.grid_x - 1, static_cast<int>(img->x() * options.grid_x / view.camera.width));
-        const int part_y =
-            std::min(options.grid_y - 1, static_cast<int>(img->y() * options.grid_y / view.camera.height));
-        reached[At(part_y * options.grid_x + part_x)] = true;
+        const int part_x = std::min(kGridX - 1, static_cast<int>(img->x() * kGridX / view.camera.width));
+        const int part_y = std::min(kGridY - 1, static_cast<int>(img->y() * kGridY / view.camera.height));
+        reached[At(part_y * kGridX + part_x)] = true;
       }
   const auto parts = static_cast<double>(std::ranges::count(reached, true));
-  if (parts < options.least_parts * static_cast<double>(reached.size())) return std::nullopt;
-  const double least = Quantile(inverse, options.left_out), most = Quantile(inverse, 1 - options.left_out);
-  const double margin = options.margin * (most - least) + options.margin_of_most * most;
+  if (parts < kLeastParts * static_cast<double>(reached.size())) return std::nullopt;
+  const double least = Quantile(inverse, kKnownRangeLeftOut),
+               most = Quantile(inverse, 1 - kKnownRangeLeftOut);
+  const double margin = kKnownRangeMargin * (most - least) + kMarginOfMost * most;
   const double farthest = least - margin;
   return PixelSpacedRange(view, neighbours, 1 / (most + margin),
-                          1 / std::max(farthest, options.margin_of_most * most));
+                          1 / std::max(farthest, kMarginOfMost * most));
 }
 
 GrowingGeometry::GrowingGeometry(const GrowingGeometryOptions& options) : options_(options) {}
@@ -122,7 +134,7 @@ void GrowingGeometry::MoveMap(Entry& entry) const {
       const Vector3d is_there = now * Vector3d(0, 0, distance);
       moved_px.push_back(neighbour->view.camera.MeanFocalPx() * AngleBetween(was_there, is_there));
     }
-  if (Median(moved_px) > options_.stale_px) {
+  if (Median(moved_px) > kStalePx) {
     entry.map.reset();
     entry.baselines.clear();
     return;
@@ -203,14 +215,14 @@ double GrowingGeometry::LeastApartNow() const {
 bool GrowingGeometry::StandsAmongNeighbours(const Entry& entry, const std::vector<StereoView>& views) const {
   if (came_ - entry.came >= static_cast<std::uint64_t>(options_.views_waited_for)) return true;
   const int index = static_cast<int>(&entry - entries_.data());
-  const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, {.count = options_.neighbours});
-  if (static_cast<int>(neighbours.size()) < std::min(options_.neighbours_waited_for, options_.neighbours))
+  const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, {.count = kNeighbours});
+  if (static_cast<int>(neighbours.size()) < std::min(options_.neighbours_waited_for, kNeighbours))
     return false;
   Vector3d mean = Vector3d::Zero();
   for (const int neighbour : neighbours)
     mean += (views[At(neighbour)].center_in_world - entry.view.center_in_world).normalized() /
             static_cast<double>(neighbours.size());
-  return mean.norm() < options_.most_one_sided;
+  return mean.norm() < kMostOneSided;
 }
 
 int GrowingGeometry::Next(bool all_views_are_here) const {
@@ -247,7 +259,7 @@ GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoV
   const Entry& entry = entries_[At(index)];
   Made made;
   std::vector<const StereoView*> neighbours;
-  for (const int other : NeighboursOf(index, views, *subject_, {.count = options_.neighbours})) {
+  for (const int other : NeighboursOf(index, views, *subject_, {.count = kNeighbours})) {
     neighbours.push_back(&views[At(other)]);
     made.baselines.push_back(
         {entries_[At(other)].id, views[At(other)].cam_from_world * entry.view.cam_from_world.Inverse()});

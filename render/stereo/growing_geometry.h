@@ -22,35 +22,21 @@
 
 namespace ulf::render {
 
-// From the depth maps of other views: the depths of what a view has in its image, for a sweep with
+// Finds the depths of what a view has in its image from the depth maps of other views, for a sweep with
 // `neighbours`. None where `known` show too little of its image.
-struct KnownRangeOptions {
-  int grid_x = 8, grid_y = 6;  // parts of the image
-  double least_parts = 0.7;    // share of the parts that known depths must reach. Guessed.
-  int step_px = 5;             // of the known maps, from one depth that is looked at to the next
-  double left_out = 0.005;     // as DepthRangeOptions
-  double margin = 0.15, margin_of_most = 0.02;
-};
 std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const std::vector<const StereoView*>& neighbours,
-                                              const std::vector<const ViewDepth*>& known,
-                                              const KnownRangeOptions& options = {});
+                                              const std::vector<const ViewDepth*>& known);
 
 struct GrowingGeometryOptions {
   int size_px = 320;    // longer side of the photographs that are compared. Guessed: a sixth of 640's time.
   int depth_maps = 60;  // about; as ProxyOptions::depth_maps
-  int neighbours = 6;   // with which a view is compared. Guessed.
   // A view waits until this many neighbours stand around it, or until this many views have come after it: at
   // the rim none come on one side. Guessed.
   int neighbours_waited_for = 4, views_waited_for = 15;
-  // Neighbours stand around a view where the mean of the directions to them is shorter than this; 1: all on one
-  // side. Guessed.
-  double most_one_sided = 0.7;
   // Between the directions from the subject of two views with depth maps, radians; twice that when
   // `depth_maps` are made, three times beyond. Guessed.
   double least_apart = Radians(3);
-  // A map is made anew when corrected poses move what it shows by more, in pixels of its image. Guessed.
-  double stale_px = 1.0;
   MapsMeshOptions mesh = {.most_triangles = 150000};
 };
 

@@ -11,13 +11,16 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kMapsCompared = 10;     // neighbours whose depth maps confirm a view's. Guessed.
+constexpr int kWidestSpacingPx = 64;  // FusionOptions::spacing_px does not grow further
+
 // Spaces the points wider until they are at most half as many as the surface may have triangles.
 std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
                                      const std::vector<std::vector<int>>& others, FusionOptions fusion,
                                      const MapsMeshOptions& options) {
   std::vector<FusedPoint> points = FusePoints(maps, others, fusion);
   while (points.size() > static_cast<std::size_t>(options.most_triangles) / 2 &&
-         fusion.spacing_px < options.widest_spacing_px) {
+         fusion.spacing_px < kWidestSpacingPx) {
     ++fusion.spacing_px;
     points = FusePoints(maps, others, fusion);
   }
@@ -25,13 +28,12 @@ std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
 }
 
 // For each map the others that may confirm it, and how.
-std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject,
-                                            const MapsMeshOptions& options) {
+std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject) {
   std::vector<StereoView> mapped;
   for (const ViewDepth& map : maps) mapped.push_back(map.view);
   std::vector<std::vector<int>> others;
   for (std::size_t i = 0; i < mapped.size(); ++i)
-    others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = options.maps_compared}));
+    others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = kMapsCompared}));
   return others;
 }
 
@@ -53,7 +55,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   Stopwatch watch;
   std::vector<Eigen::Vector3d> centers;
   for (const ViewDepth& map : maps) centers.push_back(map.view.center_in_world);
-  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject, options);
+  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   const FusionOptions fusion = FusionOf(maps.size(), options);
   KeepWhatAgrees(maps, others, fusion);
   double agreeing = 0, pixels = 0;
@@ -73,7 +75,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
 std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
                                              const TriangleMesh& mesh, const Subject& subject,
                                              const MapsMeshOptions& options) {
-  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject, options);
+  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   FusionOptions fusion = FusionOf(maps.size(), options);
   fusion.tolerance_planes = kConfirmedPlanes;
   KeepWhatAgrees(maps, others, fusion);

@@ -14,11 +14,9 @@
 namespace ulf::render {
 
 struct MapsMeshOptions {
-  int maps_compared = 10;  // neighbours whose depth maps confirm a view's. Guessed.
   // About: the points are spaced wider until there are half as many. Measured (docs/speed_and_accuracy.md:
   // beyond 77,000 triangles more hardly help).
   int most_triangles = 400000;
-  int widest_spacing_px = 64;   // FusionOptions::spacing_px does not grow further
   bool in_this_thread = false;  // otherwise on all processors
 };
 

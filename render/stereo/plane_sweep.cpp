@@ -14,6 +14,13 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kAroundPx = 6;      // surroundings of a tile
+constexpr int kAroundPlanes = 3;  // on either side of a plane that is chosen
+// At half the size a pixel's best plane counts as well as the chosen one, up to this cost, where so many of
+// the nine pixels around like it, too.
+constexpr float kLikedCost = 0.65f;
+constexpr int kLikedBy = 3;
+
 bool IsGivenUp(const SweepOptions& options) { return options.given_up && options.given_up->load(); }
 
 using Eigen::Matrix3f;
@@ -315,8 +322,8 @@ int OwnBest(const CostVolume& volume, int x, int y) {
 }
 
 // Each pixel's own best plane; -1 where even that costs too much.
-cv::Mat_<int> LikedPlanes(const CostVolume& volume, const SweepOptions& options) {
-  const int most = CostByte(options.liked_cost);
+cv::Mat_<int> LikedPlanes(const CostVolume& volume) {
+  const int most = CostByte(kLikedCost);
   cv::Mat_<int> liked(volume.height(), volume.width(), -1);
   for (int y = 0; y < liked.rows; ++y)
     for (int x = 0; x < liked.cols; ++x)
@@ -395,21 +402,20 @@ PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const
   const auto add = [&](int x, int y, double plane) {  // of the half-size image
     const int at = static_cast<int>(std::lround(plane * fine_per_coarse));
     const auto tiles = [&](int middle, int tiles_there) {
-      return std::pair(
-          std::clamp((2 * middle - options.around_px) / options.tile_px, 0, tiles_there - 1),
-          std::clamp((2 * middle + 1 + options.around_px) / options.tile_px, 0, tiles_there - 1));
+      return std::pair(std::clamp((2 * middle - kAroundPx) / options.tile_px, 0, tiles_there - 1),
+                       std::clamp((2 * middle + 1 + kAroundPx) / options.tile_px, 0, tiles_there - 1));
     };
     const auto [left, right] = tiles(x, near.columns());
     const auto [top, bottom] = tiles(y, near.rows());
     for (int row = top; row <= bottom; ++row)
       for (int column = left; column <= right; ++column)
-        near.Add(column, row, at - options.around_planes, at + options.around_planes);
+        near.Add(column, row, at - kAroundPlanes, at + kAroundPlanes);
   };
-  const cv::Mat_<int> liked = LikedPlanes(volume, options);
+  const cv::Mat_<int> liked = LikedPlanes(volume);
   for (int y = 0; y < chosen.rows; ++y)
     for (int x = 0; x < chosen.cols; ++x) {
       add(x, y, chosen.at<float>(y, x));
-      if (liked(y, x) >= 0 && CountLikingPlane(liked, x, y) >= options.liked_by) add(x, y, liked(y, x));
+      if (liked(y, x) >= 0 && CountLikingPlane(liked, x, y) >= kLikedBy) add(x, y, liked(y, x));
     }
   return near;
 }

@@ -39,13 +39,7 @@ struct SweepOptions {
   // Settled on fern of LLFF and fox_half (decibels), the simulated plant, and a simulated post of six pixels before a
   // wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view is.
   int coarse_from_px = 400;
-  int tile_px = 16;       // of the image; more take planes that few of their pixels need
-  int around_px = 6;      // surroundings of a tile
-  int around_planes = 3;  // on either side of a plane that is chosen
-  // At half the size a pixel's best plane counts as well as the chosen one, up to this cost, where so many of the nine
-  // pixels around like it, too.
-  float liked_cost = 0.65f;
-  int liked_by = 3;
+  int tile_px = 16;  // of the image; more take planes that few of their pixels need
   const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() returns soon, and no depth
 };
 

@@ -73,7 +73,7 @@ std::unique_ptr<GlPlaneSweep> MakeSweepOn(SweepDevice device) {
   try {
     return std::make_unique<GlPlaneSweep>();
   } catch (const Error& error) {
-    throw Error("{}, or use --renderer reference", error.what());
+    throw Error("{}, or use {} reference", error.what(), Parameter("renderer"));
   }
 }
 
@@ -144,10 +144,9 @@ Beginning Begin(const RenderScene& scene, const ProxyOptions& options, Progress*
     throw Error(
         "no two of the {} views look at the subject from different places, so that no distance can be found: "
         "they stand at most {:.3g} from the first view, which is {:.3g} away from the subject. Where the "
-        "subject is elsewhere, give its place (--subject x,y,z,radius); else move the camera sideways "
-        "between "
+        "subject is elsewhere, give its place ({} x,y,z,radius); else move the camera sideways between "
         "views",
-        scene.views.size(), apart, (scene.subject.center_in_world - first).norm());
+        scene.views.size(), apart, (scene.subject.center_in_world - first).norm(), Parameter("subject"));
   }
   return begun;
 }

@@ -14,6 +14,19 @@
 namespace ulf::render {
 namespace {
 
+constexpr int kSightLines = 6;  // of a point, at most. Guessed.
+constexpr double kSoftness =
+    0.25;  // distance from a point, in its spreads, at which evidence is weaker. Guessed.
+constexpr double kBehind = 1.0;  // distance behind a point, in its spreads, where space is filled. Guessed.
+constexpr double kRegularity =
+    0.1;  // weight against thin tetrahedra at the surface, in lines of sight. Guessed.
+// Triangles with a longer edge (in pixels at its points) are left out: no view saw what lies between.
+// Guessed.
+constexpr double kLongestEdgePx = 60;
+// Triangles whose edges are no longer are always kept. Of those between, some view that saw a corner must
+// stand in front. Guessed.
+constexpr double kNeighboursPx = 10;
+
 using Eigen::Vector3d;
 using Cell = std::uint32_t;
 
@@ -145,7 +158,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
   const Walk walk(space, cells_at);
   const auto look = [&](const FusedPoint& point, std::uint32_t vertex, const Vector3d& center) {
     const Vector3d to_camera = center - space.points[vertex];
-    const double length = to_camera.norm(), soft = options.softness * point.spread;
+    const double length = to_camera.norm(), soft = kSoftness * point.spread;
     const auto weight_at = [&](double distance) {
       return kSightLine * (1 - std::exp(-distance * distance / (2 * soft * soft)));
     };
@@ -155,7 +168,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
       Add(evidence.crossing[next][At(IndexOf(space.neighbours[next], cell))], weight_at(share * length));
     });
     if (at_camera != Tetrahedra::kAtInfinity) Add(evidence.empty[at_camera], kSightLine);
-    const double behind = options.behind * point.spread;
+    const double behind = kBehind * point.spread;
     const Cell at_back = walk.To(vertex, to_camera * (-behind / length), [&](Cell cell, int k, double share) {
       Add(evidence.crossing[cell][At(k)], weight_at(share * behind));
     });
@@ -166,7 +179,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
       points.size(),
       [&](std::size_t i) {
         const auto& seen_by = points[i].seen_by;
-        const std::size_t lines = std::min(seen_by.size(), At(options.sight_lines));
+        const std::size_t lines = std::min(seen_by.size(), At(kSightLines));
         for (std::size_t k = 0; k < lines; ++k)
           look(points[i], vertex_of[i], centers[seen_by[k * seen_by.size() / lines]]);
       },
@@ -213,15 +226,15 @@ double Irregularity(const Tetrahedra& space, Cell cell, int k,
 // Other faces close the surface where no view looked.
 bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face,
                const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& point_of,
-               const std::vector<Vector3d>& centers, const SurfaceOptions& options) {
+               const std::vector<Vector3d>& centers) {
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t a = face[i], b = face[(i + 1) % 3];
     const double pixel = std::max(points[point_of[a]].pixel, points[point_of[b]].pixel);
     longest = std::max(longest, (space.points[a] - space.points[b]).norm() / pixel);
   }
-  if (longest <= options.neighbours_px) return true;
-  if (longest > options.longest_edge_px) return false;
+  if (longest <= kNeighboursPx) return true;
+  if (longest > kLongestEdgePx) return false;
   const Vector3d corner = space.points[face[0]];
   const Vector3d outward = (space.points[face[1]] - corner).cross(space.points[face[2]] - corner);
   return std::ranges::any_of(face, [&](std::uint32_t of) {
@@ -263,7 +276,7 @@ TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector
         regular = Irregularity(space, cell, k, spheres);
       else if (!space.Outer(next))
         regular = Irregularity(space, next, back, spheres);
-      const int both = static_cast<int>(std::lround(kSightLine * options.regularity * regular));
+      const int both = static_cast<int>(std::lround(kSightLine * kRegularity * regular));
       graph.addEdges(static_cast<int>(cell), static_cast<int>(next), both + evidence.crossing[cell][At(k)],
                      both + evidence.crossing[next][At(back)]);
     }
@@ -285,7 +298,7 @@ TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector
         face[i] = space.corners[cell][kFace[k][2 - i]];
         finite = finite && face[i] != Tetrahedra::kAtInfinity;
       }
-      if (!finite || !Supported(space, face, points, point_of, centers_in_world, options)) continue;
+      if (!finite || !Supported(space, face, points, point_of, centers_in_world)) continue;
       for (std::uint32_t& corner : face) {
         if (number[corner] == Tetrahedra::kAtInfinity) {
           number[corner] = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -14,16 +14,6 @@
 namespace ulf::render {
 
 struct SurfaceOptions {
-  int sight_lines = 6;      // of a point, at most. Guessed.
-  double softness = 0.25;   // distance from a point, in its spreads, at which evidence is weaker. Guessed.
-  double behind = 1.0;      // distance behind a point, in its spreads, where space is filled. Guessed.
-  double regularity = 0.1;  // weight against thin tetrahedra at the surface, in lines of sight. Guessed.
-  // Triangles with a longer edge (in pixels at its points) are left out: no view saw what lies between.
-  // Guessed.
-  double longest_edge_px = 60;
-  // Triangles whose edges are no longer are always kept. Of those between, some view that saw a corner must
-  // stand in front. Guessed.
-  double neighbours_px = 10;
   bool in_this_thread = false;  // otherwise on all processors
 };
 

@@ -14,7 +14,7 @@
 #include "core/base/json_text.h"
 #include "core/geometry/digest.h"
 #include "core/image/files/tiff_file.h"
-#include "render/proxy/indexed_file.h"
+#include "render/proxy/depth_map_files.h"
 
 namespace ulf::render {
 namespace {
@@ -47,8 +47,9 @@ MapShare MapShare::Parse(const std::string& text) {
   const std::string_view all = text;
   if (slash == std::string::npos || !number(all.substr(0, slash), share.index) ||
       !number(all.substr(slash + 1), share.of) || !share.IsValid())
-    throw UsageError("--maps-of {}: give K/N, a share K of N (at most {}) counted from 0, such as 0/4 to 3/4",
-                     text, kMost);
+    throw Refusal(
+        Parameter("maps_of"), text,
+        fmt::format("give K/N, a share K of N (at most {}) counted from 0, such as 0/4 to 3/4", kMost), "");
   return share;
 }
 
@@ -90,8 +91,8 @@ SweptMap SweptMapFiles::Read(int id, const cv::Size& size) const {
 
 SweptMapFiles FindSweptMaps(const fs::path& folder, std::uint64_t digest) {
   if (!fs::is_directory(folder))
-    throw Error("{}: is no folder; make the maps first, with --maps-of 0/1 --maps {}", folder.string(),
-                folder.string());
+    throw Error("{}: is no folder; make the maps first, with {} 0/1 {} {}", folder.string(),
+                Parameter("maps_of"), Parameter("maps"), folder.string());
   SweptMapFiles maps(folder);
   std::optional<int> of;
   std::set<int> there;
@@ -102,9 +103,9 @@ SweptMapFiles FindSweptMaps(const fs::path& folder, std::uint64_t digest) {
     try {
       if (index->at("made_of").get<std::string>() != ChecksumText(digest))
         throw Error(
-            "{}: was made of other photographs, masks, cameras, poses or options; give the options of "
-            "--maps-of here as well, or make the maps again in an empty folder",
-            entry.path().string());
+            "{}: was made of other photographs, masks, cameras, poses or options; give the options of {} "
+            "here as well, or make the maps again in an empty folder",
+            entry.path().string(), Parameter("maps_of"));
       const MapShare share{index->at("share").get<int>(), index->at("of").get<int>()};
       if (!share.IsValid())
         throw Error("{}: says share {} of {}, which there cannot be; make this share again",
@@ -127,15 +128,15 @@ SweptMapFiles FindSweptMaps(const fs::path& folder, std::uint64_t digest) {
     }
   }
   if (!of)
-    throw Error("{}: holds no depth maps; make them first, with --maps-of 0/1 --maps {}", folder.string(),
-                folder.string());
+    throw Error("{}: holds no depth maps; make them first, with {} 0/1 {} {}", folder.string(),
+                Parameter("maps_of"), Parameter("maps"), folder.string());
   constexpr std::size_t kNamed = 10;
   std::vector<std::string> missing;
   for (int share = 0; share < *of && missing.size() < kNamed; ++share)
     if (!there.contains(share)) missing.push_back(fmt::format("{}/{}", share, *of));
   const std::size_t more = static_cast<std::size_t>(*of) - there.size() - missing.size();
   if (!missing.empty())
-    throw Error("{}: shares are missing; make them with --maps-of {}{}", folder.string(),
+    throw Error("{}: shares are missing; make them with {} {}{}", folder.string(), Parameter("maps_of"),
                 fmt::join(missing, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
   return maps;
 }

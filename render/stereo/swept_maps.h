@@ -1,6 +1,6 @@
-// Depth maps of a share of a light field's views, made by one process and fused by another (proxy_builder.h), on one disk:
-// `ulf proxy --maps-of K/N` and `ulf proxy --maps`. A folder holds each map as a TIFF of 32-bit floats, and for each share
-// an index, written last: a share is there as a whole or not at all, and one that is made again replaces itself.
+// Depth maps of a share of a light field's views, made by one process and fused by another (proxy_builder.h),
+// on one disk. A folder holds each map as a TIFF of 32-bit floats, and for each share an index, written last:
+// a share is there as a whole or not at all, and one that is made again replaces itself.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct MapShare {
   static constexpr int kMost = 60000;  // as many as depth maps
   int index = 0, of = 1;
   bool IsValid() const { return of >= 1 && of <= kMost && index >= 0 && index < of; }
-  // "K/N"; throws UsageError.
+  // "K/N"; throws Refusal.
   static MapShare Parse(const std::string& text);
 };
 

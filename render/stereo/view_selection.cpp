@@ -10,6 +10,17 @@
 namespace ulf::render {
 namespace {
 
+// Angle between the lines of sight to the subject, radians. Smaller ones give a worse depth, and larger
+// ones images that look different. Guessed.
+constexpr double kWantedParallax = Radians(8);
+// Views with a larger parallax are no neighbours. Guessed.
+constexpr double kMostParallax = Radians(45);
+// A view nearer than this share of the distance to the subject stands in the same place and is no
+// neighbour.
+constexpr double kLeastBaseline = 1e-4;
+// Views with a lower score are no neighbours; 1 is the best score. Guessed.
+constexpr double kLeastScore = 0.02;
+
 using Eigen::Vector3d;
 
 // The share of a view's image that another view sees, if everything has the depth `depth`.
@@ -59,14 +70,14 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
     if (static_cast<int>(i) == view) continue;
     const Vector3d sight = views[i].center_in_world - target;
     const double parallax = AngleBetween(own_sight, sight);
-    if (parallax > options.most_parallax ||
-        (views[i].center_in_world - own.center_in_world).norm() < options.least_baseline * own_sight.norm())
+    if (parallax > kMostParallax ||
+        (views[i].center_in_world - own.center_in_world).norm() < kLeastBaseline * own_sight.norm())
       continue;
     const double scale = sight.norm() / own_sight.norm();
-    const double ratio = parallax / options.wanted_parallax;
+    const double ratio = parallax / kWantedParallax;
     const double score = std::min(ratio, 1 / (ratio * ratio)) * std::min(scale, 1 / scale) *
                          SharedImage(own, views[i], own_sight.norm());
-    if (score > options.least_score) candidates.push_back({static_cast<int>(i), sight, score});
+    if (score > kLeastScore) candidates.push_back({static_cast<int>(i), sight, score});
   }
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < options.count && !candidates.empty()) {
@@ -77,8 +88,7 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
     chosen.push_back(taken.view);
     // A view next to a chosen one adds little.
     for (Candidate& other : candidates) {
-      const double apart =
-          AngleBetween(taken.sight, other.sight) / (options.spread * options.wanted_parallax);
+      const double apart = AngleBetween(taken.sight, other.sight) / (options.spread * kWantedParallax);
       other.score *= std::clamp(apart, options.least_of_score, 1.0);
     }
   }

@@ -11,16 +11,6 @@ namespace ulf::render {
 
 struct NeighbourOptions {
   int count = 8;
-  // Angle between the lines of sight to the subject, radians. Smaller ones give a worse depth, and larger
-  // ones images that look different. Guessed.
-  double wanted_parallax = Radians(8);
-  // Views with a larger parallax are no neighbours. Guessed.
-  double most_parallax = Radians(45);
-  // A view nearer than this share of the distance to the subject stands in the same place and is no
-  // neighbour.
-  double least_baseline = 1e-4;
-  // Views with a lower score are no neighbours; 1 is the best score. Guessed.
-  double least_score = 0.02;
   // Angle to a chosen view, over the wanted parallax, below which the score falls; and how far it falls.
   // Guessed.
   double spread = 0.5, least_of_score = 0.1;

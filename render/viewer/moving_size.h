@@ -1,33 +1,48 @@
-// The size at which a picture is drawn while its camera moves: the largest that allows MovingSizeOptions::fps
-// pictures a second, in steps that halve the number of pixels, and not below a quarter of the width. Assumes
+// The size at which a picture is drawn while its camera moves: the largest that allows the pictures a second
+// that are wanted, in steps that halve the number of pixels, and not below a quarter of the width. Assumes
 // that the time is proportional to the number of pixels.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <opencv2/core.hpp>
 
 namespace ulf::render {
 
-struct MovingSizeOptions {
-  double fps = 30;  // wanted
-  // In times of 1 / fps. A frame that takes longer than the first makes the size smaller; one that would take
-  // less than the second at the next larger size makes it larger. Guessed.
-  double too_slow = 1.2, quick_enough = 0.8;
-};
-
 class MovingSize {
  public:
-  explicit MovingSize(const MovingSizeOptions& options = {}) : options_(options) {}
+  // `fps`: pictures a second that are wanted.
+  explicit MovingSize(double fps = 30) : fps_(fps) {}
+
   static constexpr std::array<double, 5> kShares{1, 0.707, 0.5, 0.354, 0.25};  // of width and height
 
-  cv::Size For(const cv::Size& screen) const;
+  cv::Size For(const cv::Size& screen) const {
+    const auto part = [&](int px) { return std::max(1, static_cast<int>(std::ceil(kShares[step_] * px))); };
+    return {part(screen.width), part(screen.height)};
+  }
   // Records the time of a frame whose picture had the size `drawn` on a screen of `screen`, whether it moved
   // or not.
-  void AddFrame(double ms, const cv::Size& drawn, const cv::Size& screen);
+  // Two successive frames must agree, because a single frame may have waited for photographs or a shader.
+  void AddFrame(double ms, const cv::Size& drawn, const cv::Size& screen) {
+    const double target_ms = 1000 / fps_;
+    const double full_ms = ms * screen.area() / std::max(1, drawn.area());
+    const auto [least_ms, most_ms] = std::minmax(full_ms, full_ms_);
+    const auto ms_at = [&](double of_full_ms, std::size_t step) {
+      return of_full_ms * kShares[step] * kShares[step];
+    };
+    if (step_ > 0 && ms_at(most_ms, step_ - 1) < kQuickEnough * target_ms) --step_;
+    while (step_ + 1 < kShares.size() && ms_at(least_ms, step_) > kTooSlow * target_ms) ++step_;
+    full_ms_ = full_ms;
+  }
 
  private:
-  MovingSizeOptions options_;
+  // In times of 1 / fps. A frame that takes longer than the first makes the size smaller; one that would take
+  // less than the second at the next larger size makes it larger. Guessed.
+  static constexpr double kTooSlow = 1.2, kQuickEnough = 0.8;
+
+  double fps_;
   std::size_t step_ = 0;
   double full_ms_ = 0;  // the time of the last frame, converted to full size
 };

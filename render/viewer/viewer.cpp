@@ -7,12 +7,21 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 #include "render/viewer/mesh_view.h"
 #include "render/viewer/viewer_files.h"
-#include "render/viewer/viewer_words.h"
+#include "render/viewer/viewer_state.h"
 
 namespace ulf::render {
 namespace {
+
+// The camera rests when it has not moved for this time, and is drawn at full size. Guessed.
+constexpr double kRest_s = 0.2;
+constexpr double kReread_s =
+    0.02;  // while photographs are missing, a picture is drawn at least this often. Guessed.
+// Photographs are prefetched for a camera that has moved on by this many movements like the last one.
+// Guessed.
+constexpr int kMovementsAhead = 10;
 
 constexpr std::size_t kFramesRemembered = 1000;  // for the median in the report
 
@@ -62,8 +71,8 @@ Viewer::Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const
 
 bool Viewer::Step(double patience_s) {
   const bool was_loading = frames_ > 0 && loading();
-  if (was_loading) patience_s = std::min(patience_s, options_.reread_s);
-  if (IsReduced()) patience_s = std::clamp(moved_s_ + options_.rest_s - options_.seconds(), 0.0, patience_s);
+  if (was_loading) patience_s = std::min(patience_s, kReread_s);
+  if (IsReduced()) patience_s = std::clamp(moved_s_ + kRest_s - options_.seconds(), 0.0, patience_s);
   const std::vector<InputEvent> events = surface_.TakeEvents(patience_s);
   for (const InputEvent& event : events) {
     if (std::holds_alternative<KeyPressed>(event) || std::holds_alternative<Typed>(event) ||
@@ -78,7 +87,7 @@ bool Viewer::Step(double patience_s) {
   }
   if (screen.empty()) return true;  // iconified
   const bool moves = shown_ && Moves(*shown_, input_.state());
-  const bool rests = IsReduced() && !moves && options_.seconds() >= moved_s_ + options_.rest_s;
+  const bool rests = IsReduced() && !moves && options_.seconds() >= moved_s_ + kRest_s;
   if (stale_ || was_loading || rests || shown_ != input_.state() || shown_size_ != screen)
     Draw(moves || (IsReduced() && !rests));
   return true;
@@ -184,7 +193,7 @@ void Viewer::Paint(const cv::Size& drawn_size) {
   const CameraModel camera = now.camera.For(screen);
   const Rigid3 cam_from_world = now.camera.CamFromWorld();
   if (shown_ && shown_->camera != now.camera) {
-    const ViewerCamera ahead = Extrapolated(shown_->camera, now.camera, options_.movements_ahead);
+    const ViewerCamera ahead = Extrapolated(shown_->camera, now.camera, kMovementsAhead);
     ToRenderers([&](GlRenderer& renderer) { renderer.Prefetch(ahead.For(screen), ahead.CamFromWorld()); });
   }
   ToRenderers([&](GlRenderer& renderer) { renderer.Draw(now.camera.For(drawn_size), cam_from_world); });

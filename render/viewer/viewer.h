@@ -11,6 +11,7 @@
 
 #include "render/display/painter.h"
 #include "render/display/surface.h"
+#include "render/fields/field_options.h"
 #include "render/fields/mesh_field.h"
 #include "render/gl/gl_renderer.h"
 #include "render/viewer/moving_size.h"
@@ -35,13 +36,6 @@ struct ViewerOptions {
   double sensor_width_mm = 36;           // for f-numbers
   bool reduces_motion = true;            // draw smaller while the camera moves (MovingSize)
   std::function<double()> seconds = {};  // a clock; null: std::chrono::steady_clock
-
-  // The camera rests when it has not moved for this time, and is drawn at full size. Guessed.
-  double rest_s = 0.2;
-  double reread_s = 0.02;  // while photographs are missing, a picture is drawn at least this often. Guessed.
-  // Photographs are prefetched for a camera that has moved on by this many movements like the last one.
-  // Guessed.
-  int movements_ahead = 10;
 };
 
 class Viewer {

@@ -1,4 +1,4 @@
-// The files of the viewer: pictures, and keyframes for `ulf render --path` (docs/rendering.md).
+// The files of the viewer: pictures, and keyframes as `ulf render` reads them (docs/rendering.md).
 #pragma once
 
 #include <cstddef>

@@ -1,13 +1,29 @@
 #include "render/viewer/viewer_state.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
 #include <utility>
 
+#include "core/base/counted.h"
+#include "render/fields/field_options.h"
+
 namespace ulf::render {
 namespace {
+
+// What a key, a step of the wheel or a drag does. All guessed.
+constexpr double kTurnRad = Radians(2);     // an arrow key
+constexpr double kDragRad = M_PI;           // a drag over the height of the window
+constexpr double kPan = 0.03;               // an arrow key with Shift, in distances to the target
+constexpr double kNearer = 1.05;            // PgUp, or a step of the wheel: divides the distance
+constexpr double kZoom = 1.05;              // +, or a step of the wheel with Shift
+constexpr double kStops = 0.25;             // E
+constexpr double kWider = 1.25;             // O, or a step of the wheel with Ctrl: multiplies the aperture
+constexpr double kViewerInputWidest = 100;  // the largest aperture, in least apertures
+constexpr double kFarther = 1.03;           // U: multiplies the distance of the focus
+constexpr double kStillPx = 4;              // a press that moves less is a click
 
 // Skips those for which a software rasteriser needs seconds: they have their own keys.
 FieldKind NextField(FieldKind kind) {
@@ -40,8 +56,8 @@ void ViewerInput::Handle(const InputEvent& event, const cv::Size& screen) {
 
 void ViewerInput::Turn(const WheelTurned& wheel) {
   if (wheel.control) return Widen(wheel.steps);
-  state_.camera = wheel.shift ? Zoomed(state_.camera, std::pow(options_.zoom, wheel.steps))
-                              : MovedIn(state_.camera, std::pow(options_.nearer, wheel.steps));
+  state_.camera = wheel.shift ? Zoomed(state_.camera, std::pow(kZoom, wheel.steps))
+                              : MovedIn(state_.camera, std::pow(kNearer, wheel.steps));
 }
 
 void ViewerInput::Click(const MouseButton& button) {
@@ -57,7 +73,7 @@ void ViewerInput::Click(const MouseButton& button) {
 
 void ViewerInput::Move(const Eigen::Vector2d& to, const cv::Size& screen) {
   if (pressed_ && dragging_) Drag(to - mouse_, screen);
-  if (pressed_ && !dragging_ && (to - pressed_at_).norm() >= options_.still_px) {
+  if (pressed_ && !dragging_ && (to - pressed_at_).norm() >= kStillPx) {
     dragging_ = true;
     Drag(to - pressed_at_, screen);
   }
@@ -68,7 +84,7 @@ void ViewerInput::Move(const Eigen::Vector2d& to, const cv::Size& screen) {
 void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
   if (screen.empty()) return;
   if (*pressed_ == 0) {
-    const double turn = options_.drag_rad / screen.height;
+    const double turn = kDragRad / screen.height;
     state_.camera = Orbited(state_.camera, -turn * by.x(), turn * by.y());
   } else {
     const double focal_px = state_.camera.For(screen).fx;
@@ -79,15 +95,14 @@ void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
 // An aperture is closed, or at least the least aperture.
 void ViewerInput::Widen(double steps) {
   constexpr double kRounding = 0.99;  // of the least aperture, after steps out and back
-  const double wider =
-      std::max(state_.aperture, least_aperture_ / options_.wider) * std::pow(options_.wider, steps);
+  const double wider = std::max(state_.aperture, least_aperture_ / kWider) * std::pow(kWider, steps);
   state_.aperture =
-      wider < kRounding * least_aperture_ ? 0 : std::min(wider, options_.widest * least_aperture_);
+      wider < kRounding * least_aperture_ ? 0 : std::min(wider, kViewerInputWidest * least_aperture_);
 }
 
 void ViewerInput::FocusFarther(double steps) {
   const Eigen::Vector3d& eye = state_.camera.eye_in_world;
-  state_.focus_in_world = eye + std::pow(options_.farther, steps) * (state_.focus_in_world - eye);
+  state_.focus_in_world = eye + std::pow(kFarther, steps) * (state_.focus_in_world - eye);
 }
 
 void ViewerInput::Open(const Aperture& aperture) {
@@ -97,8 +112,8 @@ void ViewerInput::Open(const Aperture& aperture) {
 
 void ViewerInput::Press(const KeyPressed& key) {
   const auto move = [&](double right, double up) {
-    state_.camera = key.shift ? Panned(state_.camera, options_.pan * right, options_.pan * up)
-                              : Orbited(state_.camera, options_.turn_rad * right, options_.turn_rad * up);
+    state_.camera = key.shift ? Panned(state_.camera, kPan * right, kPan * up)
+                              : Orbited(state_.camera, kTurnRad * right, kTurnRad * up);
   };
   switch (key.key) {
     case Key::kLeft:
@@ -110,10 +125,10 @@ void ViewerInput::Press(const KeyPressed& key) {
     case Key::kDown:
       return move(0, -1);
     case Key::kPageUp:
-      state_.camera = MovedIn(state_.camera, options_.nearer);
+      state_.camera = MovedIn(state_.camera, kNearer);
       return;
     case Key::kPageDown:
-      state_.camera = MovedIn(state_.camera, 1 / options_.nearer);
+      state_.camera = MovedIn(state_.camera, 1 / kNearer);
       return;
     case Key::kHome:
       state_.camera = start_;
@@ -153,8 +168,9 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
       state_.field.kind = NextField(state_.field.kind);
       return;
     case 'l':
-      state_.field.level = state_.field.kind == FieldKind::kSubdivision ? state_.field.level % kLimitLevel + 1
-                                                                        : state_.field.level;
+      state_.field.level = state_.field.kind == FieldKind::kSubdivision
+                               ? state_.field.level % kFinestLevel + 1
+                               : state_.field.level;
       state_.field.kind = FieldKind::kSubdivision;
       return;
     case 'p':
@@ -162,16 +178,16 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
       return;
     case '+':
     case '=':  // the same key without Shift
-      state_.camera = Zoomed(state_.camera, options_.zoom);
+      state_.camera = Zoomed(state_.camera, kZoom);
       return;
     case '-':
-      state_.camera = Zoomed(state_.camera, 1 / options_.zoom);
+      state_.camera = Zoomed(state_.camera, 1 / kZoom);
       return;
     case 'e':
-      state_.exposure_stops += options_.stops;
+      state_.exposure_stops += kStops;
       return;
     case 'd':
-      state_.exposure_stops -= options_.stops;
+      state_.exposure_stops -= kStops;
       return;
     case 'o':
       return Widen(1);
@@ -192,6 +208,36 @@ void ViewerInput::Type(char32_t character, const cv::Size& screen) {
     default:
       return;
   }
+}
+
+std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures& figures) {
+  std::vector<StatusItem> items;
+  const bool as_asked = figures.field.kind == state.field.kind;
+  items.push_back(
+      {FieldText(figures.field) +
+           (as_asked ? "" : fmt::format(" ({} is not possible here)", FieldName(state.field.kind))),
+       as_asked ? ink::kText : ink::kCareful});
+  if (state.aperture > 0) {
+    const bool widens = UsesMesh(figures.field.kind);
+    items.push_back({fmt::format("aperture {:.3g}{}, focus {:.3g}{}", state.aperture,
+                                 figures.f_number ? fmt::format(" (f/{:.2g})", *figures.f_number) : "",
+                                 figures.focus_depth, widens ? "" : ": this field has no rings to widen"),
+                     widens ? ink::kText : ink::kCareful});
+  } else {
+    items.push_back({"proxy " + figures.proxy});
+  }
+  items.push_back({Counted(figures.views, "view")});
+  if (state.camera.zoom != 1) items.push_back({fmt::format("zoom {:.2f}", state.camera.zoom)});
+  if (state.exposure_stops != 0) items.push_back({fmt::format("{:+.2f} stops", state.exposure_stops)});
+  if (figures.loading) items.push_back({"reading photographs", ink::kCareful});
+  if (!figures.drawn_size.empty())
+    items.push_back(
+        {fmt::format("drawn at {}x{} while it moves", figures.drawn_size.width, figures.drawn_size.height)});
+  if (figures.frame_ms > 0)
+    items.push_back(
+        {fmt::format("{:.1f} ms a frame, {:.1f} the light field; {:.{}f} frames/s", figures.frame_ms,
+                     figures.picture_ms, 1000 / figures.frame_ms, figures.frame_ms > 100 ? 1 : 0)});
+  return items;
 }
 
 }  // namespace ulf::render

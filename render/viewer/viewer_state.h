@@ -5,13 +5,14 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/geometry/angles.h"
 #include "render/display/plain_panels.h"
 #include "render/display/surface.h"
 #include "render/fields/aperture.h"
-#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/viewer/viewer_camera.h"
 
 namespace ulf::render {
@@ -40,31 +41,12 @@ struct ViewerRequest {
   Eigen::Vector2d img = {};  // of kFocus: the pixel
 };
 
-// What a key, a step of the wheel or a drag does. All guessed.
-struct ViewerInputOptions {
-  double turn_rad = Radians(2);  // an arrow key
-  double drag_rad = M_PI;        // a drag over the height of the window
-  double pan = 0.03;             // an arrow key with Shift, in distances to the target
-  double nearer = 1.05;          // PgUp, or a step of the wheel: divides the distance
-  double zoom = 1.05;            // +, or a step of the wheel with Shift
-  double stops = 0.25;           // E
-  double wider = 1.25;           // O, or a step of the wheel with Ctrl: multiplies the aperture
-  double widest = 100;           // the largest aperture, in least apertures
-  double farther = 1.03;         // U: multiplies the distance of the focus
-  double still_px = 4;           // a press that moves less is a click
-};
-
 class ViewerInput {
  public:
   // `proxies`: their number. `least_aperture`: the distance of neighbouring viewpoints; a smaller aperture
   // has no effect (aperture.h).
-  ViewerInput(const ViewerState& start, int proxies, double least_aperture,
-              const ViewerInputOptions& options = {})
-      : options_(options),
-        state_(start),
-        start_(start.camera),
-        proxies_(proxies),
-        least_aperture_(least_aperture) {}
+  ViewerInput(const ViewerState& start, int proxies, double least_aperture)
+      : state_(start), start_(start.camera), proxies_(proxies), least_aperture_(least_aperture) {}
 
   void Handle(const InputEvent& event, const cv::Size& screen);
   const ViewerState& state() const { return state_; }
@@ -86,8 +68,6 @@ class ViewerInput {
   void Request(ViewerRequest::What what, const Eigen::Vector2d& img = Eigen::Vector2d::Zero()) {
     requests_.push_back({what, img});
   }
-
-  ViewerInputOptions options_;
   ViewerState state_;
   ViewerCamera start_;
   int proxies_;
@@ -128,5 +108,20 @@ inline constexpr KeyHelp kViewerKeys[] = {{"arrows, left drag", "round the subje
 inline constexpr FieldKind kViewerFields[] = {FieldKind::kSubdivision, FieldKind::kLinear,
                                               FieldKind::kLumigraph,   FieldKind::kLumigraphPerPixel,
                                               FieldKind::kNearest,     FieldKind::kSoft};
+
+// The texts of the viewer, as values.
+struct ViewerFigures {
+  std::size_t views = 0;
+  FieldOptions field;  // in use, which may differ from the selected one
+  std::string proxy;
+  double focus_depth = 0;               // of the focal plane, along the optical axis, world units
+  std::optional<double> f_number = {};  // of the aperture, where world units are metres
+  bool loading = false;                 // photographs of this picture are still being read
+  cv::Size drawn_size = {};             // of the light field where it differs from the window's, else empty
+  double frame_ms = 0;                  // time of the last frame; 0: none yet
+  double picture_ms = 0;                // the light field's part of it
+};
+
+std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures& figures);
 
 }  // namespace ulf::render

@@ -9,10 +9,19 @@
 #include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "render/viewer/viewer_camera.h"
-#include "render/viewpoints/subject_center.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::render {
 namespace {
+
+// The sphere is seen from this much above where more than this share of the views stand on its far side.
+// Guessed.
+constexpr double kFromAboveRad = Radians(20), kFarShare = 0.25;
+// Views of a row or a ring: a camera farther from all of them than this many median spacings, and this
+// angle, is outside. Guessed.
+constexpr double kOutsideSpacings = 2, kOutsideRad = Radians(1);
+// A camera is too near or too far when it leaves the views' distances by more than this factor. Guessed.
+constexpr double kDistanceMargin = 1.02;
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -57,8 +66,7 @@ Patch Square(const Vector2d& middle, double half, const Rgba& color) {
 
 }  // namespace
 
-ViewpointGizmo::ViewpointGizmo(const RenderScene& scene, const ViewpointGizmoOptions& options)
-    : options_(options), subject_(scene.subject), mesh_(scene.mesh) {
+ViewpointGizmo::ViewpointGizmo(const RenderScene& scene) : subject_(scene.subject), mesh_(scene.mesh) {
   const ViewerCamera start = StartingCamera(scene);
   Rigid3 look = start.CamFromWorld();
   std::vector<double> distances;
@@ -70,8 +78,8 @@ ViewpointGizmo::ViewpointGizmo(const RenderScene& scene, const ViewpointGizmoOpt
     directions_.push_back(arm.normalized());
     behind += arm.dot(start.eye_in_world - start.target_in_world) < 0;
   }
-  if (behind > options_.far_share * static_cast<double>(directions_.size()))
-    look = Orbited(start, 0, options_.from_above_rad).CamFromWorld();
+  if (behind > kFarShare * static_cast<double>(directions_.size()))
+    look = Orbited(start, 0, kFromAboveRad).CamFromWorld();
   right_ = look.DirectionInSource(Vector3d::UnitX());
   up_ = look.DirectionInSource(-Vector3d::UnitY());
   towards_ = look.DirectionInSource(-Vector3d::UnitZ());
@@ -126,7 +134,7 @@ double ViewpointGizmo::Spacing() const {
 
 bool ViewpointGizmo::IsOutside(const Vector3d& direction) const {
   if (mesh_.span == Span::kSurface) return !InsideHull(mesh_, direction);
-  const double allowed = std::max(options_.outside_rad, options_.outside_spacings * spacing_rad_);
+  const double allowed = std::max(kOutsideRad, kOutsideSpacings * spacing_rad_);
   return std::ranges::none_of(directions_,
                               [&](const Vector3d& view) { return AngleBetween(view, direction) <= allowed; });
 }
@@ -138,9 +146,9 @@ std::string ViewpointGizmo::Warning(const Vector3d& eye) const {
   std::string warning;
   const auto add = [&](const std::string& words) { warning += (warning.empty() ? "" : "; ") + words; };
   if (IsOutside(arm)) add("outside the recorded views: the nearest ones are stretched");
-  if (distance * options_.distance_margin < nearest_)
+  if (distance * kDistanceMargin < nearest_)
     add(fmt::format("{:.1f} times nearer than any view", nearest_ / distance));
-  if (distance > farthest_ * options_.distance_margin)
+  if (distance > farthest_ * kDistanceMargin)
     add(fmt::format("{:.1f} times farther than any view", distance / farthest_));
   return warning;
 }

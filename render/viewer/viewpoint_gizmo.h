@@ -14,20 +14,9 @@
 
 namespace ulf::render {
 
-struct ViewpointGizmoOptions {
-  // The sphere is seen from this much above where more than this share of the views stand on its far side.
-  // Guessed.
-  double from_above_rad = Radians(20), far_share = 0.25;
-  // Views of a row or a ring: a camera farther from all of them than this many median spacings, and this
-  // angle, is outside. Guessed.
-  double outside_spacings = 2, outside_rad = Radians(1);
-  // A camera is too near or too far when it leaves the views' distances by more than this factor. Guessed.
-  double distance_margin = 1.02;
-};
-
 class ViewpointGizmo {
  public:
-  explicit ViewpointGizmo(const RenderScene& scene, const ViewpointGizmoOptions& options = {});
+  explicit ViewpointGizmo(const RenderScene& scene);
 
   struct Place {
     Eigen::Vector2d img;  // in the picture
@@ -45,8 +34,6 @@ class ViewpointGizmo {
 
  private:
   bool IsOutside(const Eigen::Vector3d& direction_in_world) const;
-
-  ViewpointGizmoOptions options_;
   Subject subject_;
   ViewpointMesh mesh_;
   Eigen::Vector3d right_, up_, towards_;     // of the picture, in world axes

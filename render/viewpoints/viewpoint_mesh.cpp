@@ -11,13 +11,34 @@
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "render/viewpoints/delaunay.h"
 #include "render/viewpoints/near_directions.h"
-#include "render/viewpoints/planar_delaunay.h"
-#include "render/viewpoints/spherical_delaunay.h"
-#include "render/viewpoints/subject_center.h"
 
 namespace ulf::render {
 namespace {
+
+// A rim triangle whose circumscribed cap has a radius of more than this many local spacings is removed; an
+// interior one loses confidence. Guessed.
+constexpr double kWideTriangle = 3.0;
+// Radians. A gap into which a cap of this radius fits is an opening of the mesh, a smaller one is a hole
+// that triangles cover. Guessed.
+constexpr double kOpeningRad = 60.0 * 3.14159265358979323846 / 180.0;
+// Directions closer than this share of the local spacing share one vertex, others get a vertex each.
+// Guessed.
+constexpr double kDuplicateShare = 0.1;
+// The local spacing is taken as at least this share of the usual one: the tremor of a camera that stood
+// still is not a spacing. Guessed.
+constexpr double kLeastSpacingShare = 0.2;
+// Which nearest direction gives the local spacing: about as many as a regular mesh has at a vertex.
+constexpr int kSpacingNeighbour = 6;
+// The mesh is a surface when at least this share of its vertices is interior, else a line. Guessed.
+constexpr double kLeastInteriorShare = 0.1;
+// Length of the outward tangents over the median distance: further than a picture looks past the rim.
+// Guessed.
+constexpr double kOutwardOverDistance = 8;
+// Cosine. An outward direction away from the cap's middle is used when its cosine with the boundary's
+// normal is larger, else the normal itself: the direction would lead back over the mesh. Guessed.
+constexpr double kLeastOutwardCosine = 0.2;
 
 using Eigen::Vector3d;
 
@@ -67,18 +88,17 @@ double EvenSpacing(const std::vector<Vector3d>& directions) {
 }
 
 // Directions closer than a share of the local spacing, in groups.
-std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions,
-                                                const ViewpointMeshOptions& options) {
+std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions) {
   constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
   const NearDirections near(directions);
-  const std::vector<double> spacing = LocalSpacing(directions, near, options.spacing_neighbour);
+  const std::vector<double> spacing = LocalSpacing(directions, near, kSpacingNeighbour);
   // Where all cameras stood still the median is only their tremor; the even spacing is then larger.
-  const double floor = options.least_spacing_share * std::max(Median(spacing), EvenSpacing(directions));
+  const double floor = kLeastSpacingShare * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
   constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> begun_by(directions.size(), kNone);  // the group that a direction is the first of
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    const double merge_rad = std::max(kSameRad, options.duplicate_share * std::max(spacing[i], floor));
+    const double merge_rad = std::max(kSameRad, kDuplicateShare * std::max(spacing[i], floor));
     std::size_t home = kNone;  // the first of those that are near enough; a chord is shorter than its angle
     near.Within(directions[i], merge_rad + kRounding, [&](std::size_t j) {
       if (begun_by[j] < home && AngleBetween(directions[j], directions[i]) < merge_rad) home = begun_by[j];
@@ -97,8 +117,7 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
 // distance. Grouping makes the directions sparser, so it is repeated until nothing changes.
 std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
                                               const std::vector<Vector3d>& directions,
-                                              const std::vector<double>& distances, double median_distance,
-                                              const ViewpointMeshOptions& options) {
+                                              const std::vector<double>& distances, double median_distance) {
   std::vector<std::vector<std::size_t>> groups(directions.size());
   for (std::size_t i = 0; i < directions.size(); ++i) groups[i] = {i};
   for (std::size_t before = groups.size() + 1; groups.size() < before;) {
@@ -106,7 +125,7 @@ std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
     std::vector<Vector3d> heads;
     for (const auto& group : groups) heads.push_back(directions[group.front()]);
     std::vector<std::vector<std::size_t>> merged;
-    for (const std::vector<std::size_t>& together : GroupOnce(heads, options)) {
+    for (const std::vector<std::size_t>& together : GroupOnce(heads)) {
       auto& out = merged.emplace_back();
       for (const std::size_t group : together)
         out.insert(out.end(), groups[group].begin(), groups[group].end());
@@ -231,7 +250,7 @@ void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, d
 
 // Outward tangents point away from the middle of the cap, so that the strips between them do not cross. Where
 // that direction leads back over the mesh, the tangent is the boundary's normal.
-void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const ViewpointMeshOptions& options) {
+void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology) {
   const Vector3d middle = Sum(Directions(mesh)).normalized();
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const auto [before, behind] = topology.boundary_neighbours[i];
@@ -243,8 +262,8 @@ void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const Vi
     const Vector3d normal = along.cross(radial).normalized();
     Vector3d fan = radial.dot(middle) * radial - middle;
     fan = fan.norm() > 1e-6 ? Vector3d(fan.normalized()) : normal;
-    vertex.outward_in_world = options.outward_over_distance * mesh.median_distance *
-                              (fan.dot(normal) > options.least_outward_cosine ? fan : normal);
+    vertex.outward_in_world =
+        kOutwardOverDistance * mesh.median_distance * (fan.dot(normal) > kLeastOutwardCosine ? fan : normal);
     ++mesh.boundary_vertices;
   }
 }
@@ -279,20 +298,19 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const double cap = CapRadius(directions, mesh.triangles[t]);
     cap_ratio.push_back(cap / spacing[t]);
-    keep.push_back(cap < options.opening_rad);
+    keep.push_back(cap < kOpeningRad);
   }
   Keep(mesh.triangles, cap_ratio, keep);
   for (const int old : SplitPinches(static_cast<int>(mesh.vertices.size()), mesh.triangles))
     mesh.vertices.push_back(mesh.vertices[At(old)]);
-  PeelRim(static_cast<int>(mesh.vertices.size()), options.wide_triangle, mesh.triangles, cap_ratio);
-  for (const double ratio : cap_ratio)
-    mesh.confidence.push_back(std::min(1.0, options.wide_triangle / ratio));
+  PeelRim(static_cast<int>(mesh.vertices.size()), kWideTriangle, mesh.triangles, cap_ratio);
+  for (const double ratio : cap_ratio) mesh.confidence.push_back(std::min(1.0, kWideTriangle / ratio));
 }
 
 // The number of groups that stand at least the widest opening apart.
 int CountGroups(const ViewpointMesh& mesh) {
   const std::vector<Vector3d> directions = Directions(mesh);
-  const double least_cosine = std::cos(mesh.opening_rad);
+  const double least_cosine = std::cos(kOpeningRad);
   std::vector<Vector3d> apart = directions;  // from all that were reached
   int groups = 0;
   while (!apart.empty()) {
@@ -315,7 +333,7 @@ std::string GroupsText(const ViewpointMesh& mesh) {
   if (mesh.groups < 2) return {};
   return fmt::format(
       "; they stand in {} groups, {:.0f} deg or more apart: pictures from between them are a guess",
-      mesh.groups, Degrees(mesh.opening_rad));
+      mesh.groups, Degrees(kOpeningRad));
 }
 
 }  // namespace
@@ -369,7 +387,6 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   constexpr double kSamePlaceShare = 1e-6;  // of the median distance: rounding
   ViewpointMesh mesh;
   mesh.center_in_world = subject.center_in_world;
-  mesh.opening_rad = options.opening_rad;
 
   std::vector<int> views;
   std::vector<Vector3d> directions;
@@ -386,7 +403,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   double extent = 0;
   for (const int view : views)
     extent = std::max(extent, (centers_in_world[At(view)] - centers_in_world[At(views[0])]).norm());
-  for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance, options))
+  for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance))
     mesh.vertices.push_back({.position_in_world = centers_in_world[At(group.front())], .views = group});
   if (extent <= kSamePlaceShare * mesh.median_distance) return mesh;
   mesh.groups = CountGroups(mesh);
@@ -398,13 +415,12 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   std::size_t inside = 0;
   for (std::size_t i = 0; i < viewpoints; ++i)
     inside += !topology.neighbours[i].empty() && topology.boundary_neighbours[i][0] < 0;
-  if (static_cast<double>(inside) < options.least_interior_share * static_cast<double>(viewpoints) ||
-      inside == 0)
+  if (static_cast<double>(inside) < kLeastInteriorShare * static_cast<double>(viewpoints) || inside == 0)
     return mesh;
 
   mesh.span = Span::kSurface;
-  SmoothWhileFolding(mesh, topology, subject.radius, options.most_smoothing_rounds);
-  FindOutward(mesh, topology, options);
+  SmoothWhileFolding(mesh, topology, subject.radius, kMostSmoothingRounds);
+  FindOutward(mesh, topology);
   double sum = 0;
   for (const MeshEdge& edge : topology.edges)
     sum += AngleBetween(mesh.vertices[At(edge.from)].position_in_world - mesh.center_in_world,

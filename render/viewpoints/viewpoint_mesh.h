@@ -20,6 +20,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -51,10 +52,8 @@ struct ViewpointMesh {
   int boundary_vertices = 0;
   int smoothing_rounds = 0;
   bool folds_remain = false;
-  // How many groups of views there are, at least ViewpointMeshOptions::opening_rad apart; 0: no view has a
-  // direction.
+  // How many groups of views there are, at least an opening (60 degrees) apart; 0: no view has a direction.
   int groups = 0;
-  double opening_rad = 0;      // the ViewpointMeshOptions::opening_rad of this mesh
   double median_distance = 0;  // of the views to the subject's centre, world units
   double mean_edge_rad = 0;    // mean angle of an edge as seen from the subject's centre
 
@@ -68,32 +67,10 @@ struct ViewpointMesh {
 struct ViewpointMeshOptions {
   bool in_plane = false;  // triangulate in the plane of azimuth and elevation about `up_in_world`
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
-
-  // A rim triangle whose circumscribed cap has a radius of more than this many local spacings is removed; an
-  // interior one loses confidence. Guessed.
-  double wide_triangle = 3.0;
-  // Radians. A gap into which a cap of this radius fits is an opening of the mesh, a smaller one is a hole
-  // that triangles cover. Guessed.
-  double opening_rad = 60.0 * 3.14159265358979323846 / 180.0;
-  // Directions closer than this share of the local spacing share one vertex, others get a vertex each.
-  // Guessed.
-  double duplicate_share = 0.1;
-  // The local spacing is taken as at least this share of the usual one: the tremor of a camera that stood
-  // still is not a spacing. Guessed.
-  double least_spacing_share = 0.2;
-  // Which nearest direction gives the local spacing: about as many as a regular mesh has at a vertex.
-  int spacing_neighbour = 6;
-  // A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
-  int most_smoothing_rounds = 20;
-  // The mesh is a surface when at least this share of its vertices is interior, else a line. Guessed.
-  double least_interior_share = 0.1;
-  // Length of the outward tangents over the median distance: further than a picture looks past the rim.
-  // Guessed.
-  double outward_over_distance = 8;
-  // Cosine. An outward direction away from the cap's middle is used when its cosine with the boundary's
-  // normal is larger, else the normal itself: the direction would lead back over the mesh. Guessed.
-  double least_outward_cosine = 0.2;
 };
+
+// A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
+inline constexpr int kMostSmoothingRounds = 20;
 
 // `centers_in_world`: of all views. Views at the subject's centre have no direction and are left out.
 ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_world, const Subject& subject,
@@ -101,5 +78,12 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_w
 
 // Whether a direction from the subject's centre meets the mesh.
 bool InsideHull(const ViewpointMesh& mesh, const Eigen::Vector3d& direction_in_world);
+
+// Whether a point is so near the subject's centre that it has no direction from there.
+inline bool IsAtCenter(const Subject& subject, const Eigen::Vector3d& point_in_world) {
+  // Of the subject's radius, or of one unit where that is larger: rounding.
+  constexpr double kLeastShare = 1e-9;
+  return !((point_in_world - subject.center_in_world).norm() > kLeastShare * std::max(1.0, subject.radius));
+}
 
 }  // namespace ulf::render

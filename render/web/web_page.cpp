@@ -16,10 +16,11 @@
 #include "core/image/files/picture_codecs.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/formats/xml_file.h"
+#include "render/fields/field_options.h"
 #include "render/fields/mesh_field.h"
+#include "render/proxy/mesh_resolution.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/web/embedded_page.h"
-#include "render/web/mesh_simplification.h"
 #include "render/web/web_file.h"
 #include "render/web/web_pictures.h"
 
@@ -370,10 +371,12 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
       geometry.first.file.size() + geometry.fine.file.size();
   for (const NamedFile& file : files) taken += file.text.size();
   if (taken >= options.budget_bytes)
-    throw UsageError(
-        "a budget of {:.3g} MB is too little: page, cameras and geometry alone take {:.3g} MB, and "
-        "pictures come on top of it; give some times as much",
-        1e-6 * static_cast<double>(options.budget_bytes), 1e-6 * static_cast<double>(taken));
+    throw Refusal(
+        fmt::format("a budget of {:.3g} MB is too little", 1e-6 * static_cast<double>(options.budget_bytes)),
+        "",
+        fmt::format("page, cameras and geometry alone take {:.3g} MB, and pictures come on top of it",
+                    1e-6 * static_cast<double>(taken)),
+        "give some times as much");
   WebPictures pictures = MakeWebPictures(scene, {.most_bytes = (options.budget_bytes - taken) / 4 * 3,
                                                  .longest_px = options.longest_px,
                                                  .progress = options.progress,

@@ -51,7 +51,7 @@ LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& opti
                          std::size_t budget_bytes);
 
 // `scene`: over a plane through the subject that faces the camera, or over triangles that do not change from picture to
-// picture. `out` must not exist or be empty. Throws Error, UsageError where the budget does not suffice.
+// picture. `out` must not exist or be empty. Throws Error, Refusal where the budget does not suffice.
 WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,
                              const WebPageOptions& options);
 

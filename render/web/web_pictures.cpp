@@ -205,10 +205,10 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
   constexpr double kSampleMayBeOff = 1.25;  // guessed
   constexpr double kBase64 = 4.0 / 3;       // bytes of a page's text for one of a picture
   const auto too_little = [&](double bytes) {
-    return UsageError(
-        "the pictures of {} take at least {:.3g} MB, and the budget leaves {:.3g} MB for them; give a larger "
-        "one, or export fewer views",
-        Counted(all.size(), "view"), kBase64 * 1e-6 * bytes, kBase64 * 1e-6 * budget);
+    return Refusal(
+        fmt::format("the pictures of {} take at least {:.3g} MB, and the budget leaves {:.3g} MB for them",
+                    Counted(all.size(), "view"), kBase64 * 1e-6 * bytes, kBase64 * 1e-6 * budget),
+        "", "", "give a larger one, or export fewer views");
   };
   if (quality == kLeastQuality)
     if (const double bytes = expected(longest_px, quality); bytes > kSampleMayBeOff * budget)

@@ -41,7 +41,7 @@ struct WebPictures {
 };
 
 // At least 95 % of the bytes are used, unless the photographs' own size and the best quality take fewer. Throws
-// UsageError that says how many are needed where they do not suffice, Error where a photograph cannot be read.
+// Refusal that says how many are needed where they do not suffice, Error where a photograph cannot be read.
 WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& options);
 
 }  // namespace ulf::render

@@ -19,6 +19,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/mesh_field.h"
@@ -36,9 +37,8 @@ namespace {
 
 constexpr FieldOptions kNearest{.kind = FieldKind::kNearest}, kLinear{.kind = FieldKind::kLinear},
     kSubdivision{.kind = FieldKind::kSubdivision, .level = 1},
-    kSubdivision2{.kind = FieldKind::kSubdivision, .level = 2},
-    kSubdivisionLimit{.kind = FieldKind::kSubdivision, .level = kLimitLevel},
-    kPerVertex{.kind = FieldKind::kLumigraph}, kPerPixel{.kind = FieldKind::kLumigraphPerPixel};
+    kSubdivision2{.kind = FieldKind::kSubdivision, .level = 2}, kPerVertex{.kind = FieldKind::kLumigraph},
+    kPerPixel{.kind = FieldKind::kLumigraphPerPixel};
 
 constexpr int kRepetitions = 3;
 constexpr double kGpuSeconds =
@@ -214,8 +214,7 @@ void GivenLightField(benchmark::State& state) {
   const std::vector<std::pair<const char*, FieldOptions>> fields{
       {"nearest", kNearest},           {"linear", kLinear},
       {"subdivision_1", kSubdivision}, {"subdivision_2", kSubdivision2},
-      {"limit", kSubdivisionLimit},    {"per_vertex", kPerVertex},
-      {"per_pixel", kPerPixel}};
+      {"per_vertex", kPerVertex},      {"per_pixel", kPerPixel}};
   std::vector<Contender> contenders;
   for (const auto& [name, field] : fields) contenders.push_back({&renderer, field});
   for (auto _ : state) {

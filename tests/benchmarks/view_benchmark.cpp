@@ -12,6 +12,7 @@
 #include "core/base/json_text.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/viewer/viewer.h"
 #include "tests/benchmarks/figures.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/plot/chart.h"
+#include "tests/charts/plot/chart.h"
 
 namespace ulf::test {
 

@@ -1,5 +1,3 @@
-// Tests: core/plot/chart, core/plot/chart_layout, core/plot/gnuplot.
-//
 // The room that draws: which rows are the front and which is ringed, that tables come back as they were, and
 // that names lie on nothing.
 #include "tests/charts/chart.h"
@@ -12,7 +10,8 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "core/plot/chart_layout.h"
+#include "tests/charts/plot/chart_layout.h"
+#include "tests/charts/plot/gnuplot.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -272,6 +271,18 @@ TEST(ChartDrawing, MakesBothPictures) {
   const std::string svg(std::istreambuf_iterator<char>(file), {});
   for (const char* text : {"left, of two", "c_d", "the default", "Pareto front", "./run charts sample"})
     EXPECT_THAT(svg, HasSubstr(text));
+}
+
+TEST(ChartDrawing, AFailingChartLeavesNoHalfPicture) {
+  const ScratchFolder scratch;
+  const std::string path = (scratch / "chart.png").string();
+  try {
+    DrawChart(path, 100, 100, "plot sin(x)\nplot nothing_of_this_name\n");
+    FAIL() << "drawn";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("nothing_of_this_name"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // Geometry by the size of the photographs it is made of: what it costs, and what pictures over it are worth.
 #include <map>
 
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/charts/makers.h"

@@ -4,7 +4,8 @@
 #include <array>
 #include <map>
 
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "render/quality/choice.h"
 #include "render/stereo/proxy_builder.h"

@@ -25,11 +25,12 @@
 #include "core/base/progress.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/mesh_file.h"
 #include "render/quality/choice.h"
 #include "render/quality/evaluate.h"
-#include "render/quality/quality_chart.h"
 #include "render/stereo/proxy_builder.h"
+#include "tests/charts/plot/chart.h"
 #include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
@@ -48,7 +49,6 @@ const std::vector<std::pair<std::string, FieldOptions>>& Fields() {
       {"nearest", {.kind = FieldKind::kNearest}},
       {"linear", {.kind = FieldKind::kLinear}},
       {"subdivision 1", {.kind = FieldKind::kSubdivision, .level = 1}},
-      {"subdivision limit", {.kind = FieldKind::kSubdivision, .level = kLimitLevel}},
       {"lumigraph", {.kind = FieldKind::kLumigraph}},
       {"lumigraph 4", {.kind = FieldKind::kLumigraphPerPixel, .lumigraph_k = 4}},
       {"lumigraph 8", {.kind = FieldKind::kLumigraphPerPixel, .lumigraph_k = 8}}};
@@ -137,12 +137,10 @@ void MarkChoices(const Set& set, const RenderScene& scene,
   for (int i = 0; i < static_cast<int>(set.light_field.views.size()); i += kEvery) left_out.push_back(i);
   const auto rest = Without(scene, left_out);
   for (const auto& proxy : proxies) {
-    const Choice choice = ChooseByEvidence(*rest,
-                                           {{.kind = FieldKind::kSubdivision},
-                                            {.kind = FieldKind::kLinear},
-                                            {.kind = FieldKind::kSubdivision, .level = kLimitLevel},
-                                            {.kind = FieldKind::kLumigraph}},
-                                           {proxy}, RendererKind::kGl);
+    const Choice choice = ChooseByEvidence(
+        *rest,
+        {{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}, {.kind = FieldKind::kLumigraph}},
+        {proxy}, RendererKind::kGl);
     for (const auto& [name, field] : Fields())
       if (field.kind == choice.field.kind && field.level == choice.field.level)
         table[proxy->Name()][name].chosen = true;
@@ -237,19 +235,28 @@ void PrintTargets(const std::string& set, const Table& table) {
 
 // Each set over each proxy a colour, what is chosen by --field auto ringed.
 void DrawQuality(const std::vector<std::pair<std::string, Table>>& tables, const std::string& path) {
-  std::vector<ChartRow> points;
+  std::vector<test::ChartRow> points;
   for (const auto& [set, table] : tables)
     for (const auto& [proxy, row] : table)
       for (const auto& [name, field] : Fields())
         if (const Cell& cell = row.at(name); cell.asked) {
-          points.push_back(QualityRow(set + ", " + proxy, name, cell.ms, cell.all_db));
-          points.back().is_default = cell.chosen;
+          points.push_back({set + ", " + proxy, name, test::ChartSpread::Exactly(cell.ms),
+                            test::ChartSpread::Exactly(cell.all_db), cell.chosen});
         }
-  Chart chart = QualityChart("How good pictures of left-out views are, and what they cost",
-                             "Means over all left-out views; the default is what --field auto takes.",
-                             std::move(points));
-  chart.panels.front().compared = tables.size() == 1;
-  DrawChartFile(path, chart);
+  test::Chart chart{.name = "quality",
+                    .title = "How good pictures of left-out views are, and what they cost",
+                    .about = "Means over all left-out views; the default is what --field auto takes.",
+                    .caption = {},
+                    .panels = {}};
+  chart.panels.push_back(
+      {.title = {},
+       .cost = {.label = "milliseconds a picture", .logarithmic = true},
+       .error = {.label = "PSNR of left-out views, dB", .logarithmic = false, .more_is_better = true},
+       .points = std::move(points),
+       .compared = tables.size() == 1,
+       .joined = false,
+       .all_named = true});
+  test::DrawChartFile(path, chart);
 }
 
 int Run(int argc, char** argv) {

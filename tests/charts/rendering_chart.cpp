@@ -2,7 +2,8 @@
 // light field's own mesh, at two sizes.
 #include <map>
 
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/stereo/proxy_builder.h"
@@ -33,7 +34,6 @@ std::vector<NamedField> Fields(const ChartEffort& effort) {
           linear,
           once,
           {"2 levels", {.kind = FieldKind::kSubdivision, .level = 2}},
-          {"limit", {.kind = FieldKind::kSubdivision, .level = kLimitLevel}},
           lumigraph,
           {"per pixel", {.kind = FieldKind::kLumigraphPerPixel}}};
 }

@@ -11,7 +11,7 @@
 #include "coverage/bound/coverage_map.h"
 #include "render/photographs/photograph.h"
 #include "render/quality/evaluate.h"
-#include "render/quality/temporal_error.h"
+#include "tests/charts/temporal/temporal_error.h"
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 

@@ -1,5 +1,5 @@
 // What a threshold of the coverage bound buys: views recorded against how well what lies between is shown.
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"

@@ -9,7 +9,8 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/quality/choice.h"
 #include "render/quality/quality.h"
 #include "render/stereo/proxy_builder.h"
@@ -223,8 +224,8 @@ void PricePictures(unsigned seed, const ChartEffort& effort, Prices& prices) {
   prices.Add(kTooSimple, "a plane for a studio", plane, right);
   prices.Add(kTooSimple, "the nearest view", price({.kind = FieldKind::kNearest}), right);
   prices.Add(kTooSimple, "linear weights", price({.kind = FieldKind::kLinear}), right);
-  prices.Add(kTooRich, "subdivision in the limit",
-             price({.kind = FieldKind::kSubdivision, .level = kLimitLevel}), right);
+  prices.Add(kTooRich, "three levels of subdivision",
+             price({.kind = FieldKind::kSubdivision, .level = kFinestLevel}), right);
   prices.Add(kTooRich, "lumigraph at every pixel", price({.kind = FieldKind::kLumigraphPerPixel}), right);
 }
 

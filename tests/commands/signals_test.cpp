@@ -239,8 +239,8 @@ std::vector<Writer> Writers() {
   writers.push_back({"`ulf proxy -o`", "proxy {lf} --size 80 --depth-maps 6 -o {out}.ply", Ends::kAtOnce});
   writers.push_back({"`ulf sheet`", "sheet {lf} -o {out}.png", Ends::kAtOnce});
   // These two show how long it took.
-  const std::string plot = "evaluate {lf} --every 9 --proxy plane --plot {out}.png";
-  writers.push_back({"`ulf evaluate --plot`", plot, Ends::kInGoodOrder, plot});
+  const std::string table = "evaluate {lf} --every 9 --proxy plane --table {out}.csv";
+  writers.push_back({"`ulf evaluate --table`", table, Ends::kInGoodOrder, table});
   const std::string screenshot = "view {lf} --screenshot {out}.png";
   writers.push_back({"`ulf view --screenshot`", screenshot, Ends::kInGoodOrder, screenshot});
   writers.push_back({"`ulf track`", "track 'sim:studio?width=320&height=240&seed=1' -o {out}.tum",

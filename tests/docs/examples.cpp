@@ -111,7 +111,6 @@ Trial TrialOf(const Example& example) {
     change(R"(--frames \d+)", "--frames 6", "6 frames");
   else if (Has(command, R"(^ulf render\b.*--path\b)") || Has(command, R"(^ulf render\b.*-o \S+\.mp4)"))
     command += " --frames 12", trial.changes.push_back("12 frames");
-  if (Has(command, R"(^ulf evaluate\b.*--temporal)")) change(R"(--frames \d+)", "--frames 8", "8 frames");
   return trial;
 }
 

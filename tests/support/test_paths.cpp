@@ -32,9 +32,13 @@ CommandResult RunUlf(const std::string& arguments) {
   const char* binary = std::getenv("ULF_BINARY");
   if (!binary)
     ADD_FAILURE() << "ULF_BINARY is not set: run through ctest, or export ULF_BINARY=$PWD/build/release/ulf";
+  return RunProgram(binary ? binary : "false", arguments);
+}
+
+CommandResult RunProgram(const std::string& program, const std::string& arguments) {
   ScratchFolder scratch;
   const std::string errors_path = (scratch / "stderr").string();
-  const std::string command = std::string(binary ? binary : "false") + " " + arguments + " 2>" + errors_path;
+  const std::string command = program + " " + arguments + " 2>" + errors_path;
   CommandResult result;
   FILE* pipe = popen(command.c_str(), "r");
   char buffer[4096];

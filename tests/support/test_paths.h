@@ -35,6 +35,8 @@ struct CommandResult {
 
 // Runs the ulf binary (ULF_BINARY) with shell-quoted arguments.
 CommandResult RunUlf(const std::string& arguments);
+// Runs another program with shell-quoted arguments.
+CommandResult RunProgram(const std::string& program, const std::string& arguments);
 
 }  // namespace ulf::test
 

@@ -20,7 +20,7 @@
 #include "coverage/measured/threshold_by_errors.h"
 #include "coverage/session/record/geometry_files.h"
 #include "render/proxy/geometry_state.h"
-#include "render/proxy/proxy_choice.h"
+#include "render/proxy/mesh_file.h"
 
 namespace ulf::coverage {
 namespace {
@@ -63,7 +63,7 @@ ErrorMeter::Options MeterOptions(const CaptureRecord::Options& options) {
   constexpr double kOnlyShown = 0.1;
   if (options.cover.by == CoverBy::kBound) meter.processor_share = kOnlyShown;
   meter.every_frame = options.deterministic;
-  meter.cause.good_db = options.cover.db;
+  meter.good_db = options.cover.db;
   return meter;
 }
 

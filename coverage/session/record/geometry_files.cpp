@@ -17,7 +17,6 @@
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
-#include "render/proxy/proxy_choice.h"
 
 namespace ulf::coverage {
 namespace {

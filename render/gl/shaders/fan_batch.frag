@@ -1,12 +1,6 @@
 // DIRECT: every triangle has one batch, and its pixels are finished at once.
 flat in vec4 right[VIEWS], down[VIEWS], numerator[VIEWS], layers[(VIEWS + 3) / 4];
-#ifdef LIMIT_RINGS
-flat in vec4 row0, row1, row2;
-#define CONFIDENCE row0.w
-#else
 flat in vec4 denominator;
-#define CONFIDENCE denominator.w
-#endif
 #ifdef ONE_CAMERA
 #define OF_CAMERA(what, n) what
 #else
@@ -45,16 +39,7 @@ out vec4 color;  // a finished pixel (resolve.glsl), or to be added up: light ti
 void main() {
   vec3 ray = RayOfPixel();
   float inverse_depth = 1.0 / DepthOf(ray);
-#ifdef LIMIT_RINGS
-  vec3 place = max(vec3(dot(row0.xyz, ray), dot(row1.xyz, ray), dot(row2.xyz, ray)), 0.0);
-  place /= max(place.x + place.y + place.z, 1e-30);
-  int piece = PieceAt(place, int(row1.w));
-  mat4 terms = QuarticTerms(place);
-#define WEIGHT(n) (numerator[n].y * LimitWeight(uint(numerator[n].x), piece, terms))
-#else
   float share = 1.0 / max(dot(denominator.xyz, ray), 1e-30);
-#define WEIGHT(n) (dot(numerator[n].xyz, ray) * share)
-#endif
   vec4 all = vec4(0.0);
   for (int n = 0; n < VIEWS; ++n) {
     vec3 forward = cross(right[n].xyz, down[n].xyz);
@@ -64,7 +49,7 @@ void main() {
     bool before = DISTORT(n, in_view, p);
     vec2 uv = OF_CAMERA(to_uv, n).xy * p + OF_CAMERA(to_uv, n).zw;
     vec2 to_edge = min(uv, 1.0 - uv) * LIGHT(n).xy;
-    float weight = WEIGHT(n) * clamp(min(to_edge.x, to_edge.y), 0.0, 1.0);
+    float weight = dot(numerator[n].xyz, ray) * share * clamp(min(to_edge.x, to_edge.y), 0.0, 1.0);
     float layer = layers[n / 4][n % 4];
 #ifdef HIDES
     float shadow_map_layer = floor(layer / 4096.0);
@@ -85,7 +70,7 @@ void main() {
 #endif
   }
 #ifdef DIRECT
-  color = Resolved(all.rgb / all.a, all.a, CONFIDENCE);
+  color = Resolved(all.rgb / all.a, all.a, denominator.w);
   gl_FragDepth = IsOpen(color) ? 0.0 : 1.0;
 #else
   color = all;

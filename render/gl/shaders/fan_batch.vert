@@ -4,8 +4,7 @@
 struct Fan {
   uint triangle;
   uint view;
-  uint first_piece;  // limit.glsl
-  uint unused;
+  uint unused[2];
   vec4 weights;  // of the view at the triangle's corners
 };
 layout(std430, binding = 2) readonly buffer Fans { Fan fans[]; };
@@ -21,13 +20,7 @@ invariant gl_Position;
 flat out vec4 right[VIEWS], down[VIEWS];
 // A view's weight is numerator . ray / denominator . ray. The numerator's w is the z of the view's translation, the
 // denominator's w the triangle's confidence.
-#ifdef LIMIT_RINGS
-// Barycentric from ray, up to scale; w: the triangle's confidence, and which corners have rings. A numerator's x is its
-// view's first piece as a number below 2^24, its y 1, or 0 for an unused view.
-flat out vec4 numerator[VIEWS], row0, row1, row2;
-#else
 flat out vec4 numerator[VIEWS], denominator;
-#endif
 // Layers of the views' photographs. HIDES: plus 4096 times the layers of their shadow maps, counted from 1; 0: no map.
 flat out vec4 layers[(VIEWS + 3) / 4];
 #ifndef ONE_CAMERA
@@ -54,13 +47,7 @@ void main() {
   vec3 r0 = triangles[batch.triangle].row[0].xyz;
   vec3 r1 = triangles[batch.triangle].row[1].xyz;
   vec3 r2 = triangles[batch.triangle].row[2].xyz;
-#ifdef LIMIT_RINGS
-  row0 = triangles[batch.triangle].row[0];
-  row1 = triangles[batch.triangle].row[1];
-  row2 = triangles[batch.triangle].row[2];
-#else
   denominator = vec4(r0 + r1 + r2, triangles[batch.triangle].row[0].w);
-#endif
   for (uint n = 0u; n < VIEWS; ++n) {
     // Unused views read what the last one reads, with weight 0.
     Fan fan = fans[batch.first + min(n, batch.count - 1u)];
@@ -68,11 +55,7 @@ void main() {
     View v = ViewAt(int(fan.view));
     right[n] = v.row0;
     down[n] = v.row1;
-#ifdef LIMIT_RINGS
-    numerator[n] = vec4(float(fan.first_piece), n < batch.count ? 1.0 : 0.0, 0.0, v.row2.w);
-#else
     numerator[n] = vec4(weights.x * r0 + weights.y * r1 + weights.z * r2, v.row2.w);
-#endif
     float layer = float(v.place.y);
 #ifdef HIDES
     layer += 4096.0 * float(v.place.w + 1);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/stereo/proxy_builder.h"
 #include "render/viewer/viewer.h"

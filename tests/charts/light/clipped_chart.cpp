@@ -3,7 +3,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/image/clipped.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "tests/charts/makers.h"
 #include "tests/render/scenes/held_photograph.h"

@@ -12,9 +12,9 @@
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/mesh_file.h"
-#include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
 #include "tests/render/scenes/held_photograph.h"
 

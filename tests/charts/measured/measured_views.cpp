@@ -8,6 +8,7 @@
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
+#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/proxy.h"
 #include "render/quality/evaluate.h"

@@ -1,4 +1,4 @@
-// Tests: render/stereo/swept_maps, commands/rendering/proxy_command, render/output/frame_range.
+// Tests: render/stereo/swept_maps, commands/rendering/proxy_command, render/output/camera_path.
 //
 // Depth maps and pictures by the tasks of a real Slurm, started here with one node and two slots, with the scripts of
 // docs/farm: one task of each array is killed, runs again, and the bytes are those of one process.

@@ -1,6 +1,6 @@
 // Tests: commands/tracking/track_command, commands/capture/capture_command,
-// commands/tracking/lens_use_option, commands/tracking/readout_option, commands/tracking/track_report, commands/tracking/tracking_side_option,
-// commands/tracking/trajectory_plot.
+// commands/tracking/lens_use_option, commands/tracking/readout_option, commands/tracking/track_report,
+// commands/tracking/tracking_side_option.
 // ulf track as a process: told to stop, it writes what it has.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,10 +10,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "commands/tracking/track_report.h"
@@ -23,7 +25,7 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "core/plot/gnuplot.h"
+#include "tests/charts/plot/gnuplot.h"
 #include "tests/support/floors.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/small_disk.h"
@@ -80,13 +82,13 @@ TEST(TrackCommand, OnAFullDiskTheReportIsPrinted) {
   EXPECT_THAT(run.output, testing::HasSubstr("40 frames, 40 tracked"));
   EXPECT_THAT(run.errors, testing::HasSubstr("poses.txt: writing failed: No space left on device"));
   EXPECT_FALSE(std::filesystem::exists(poses)) << "an empty file is none";
-  const std::filesystem::path chart = scratch / "run.png";
-  const auto drawn = test::RunUlf(
-      "track 'sim:studio?width=160&height=120' --frames 10 --poses known --deterministic --plot " +
-      chart.string());
-  EXPECT_EQ(drawn.exit_code, 1);
-  EXPECT_THAT(drawn.errors, testing::HasSubstr("No space left on device"));
-  EXPECT_FALSE(std::filesystem::exists(chart));
+  const std::filesystem::path table = scratch / "run.csv";
+  const auto listed = test::RunUlf(
+      "track 'sim:studio?width=160&height=120' --frames 10 --poses known --deterministic --table " +
+      table.string());
+  EXPECT_EQ(listed.exit_code, 1);
+  EXPECT_THAT(listed.errors, testing::HasSubstr("No space left on device"));
+  EXPECT_FALSE(std::filesystem::exists(table));
 }
 
 // A map that fails and finds itself within one frame was lost as often as it was found.
@@ -195,15 +197,17 @@ TEST(TrackCommand, RunsAnySourceOfPoses) {
   EXPECT_LT(report["ate_live_rmse"].get<double>(), 1e-9);
   EXPECT_EQ(report["map_points"], 0);
 
-  const test::ScratchFolder drawn;
-  const std::string picture = (drawn / "run.png").string();
+  const test::ScratchFolder scratch;
+  const std::string table = (scratch / "run.csv").string();
   const auto unseen = test::RunUlf(
       "track 'sim:studio?width=320&height=240' --frames 5 --poses markers:charuco:7x5:30:22:DICT_5X5_100 "
-      "--plot " +
-      picture);
+      "--table " +
+      table);
   EXPECT_EQ(unseen.exit_code, 1);
   EXPECT_THAT(unseen.output, testing::HasSubstr("no frame has a pose: check what --poses names"));
-  EXPECT_THAT(unseen.errors, testing::HasSubstr("not drawn"));
+  const std::string rows = ReadWholeFile(table);
+  EXPECT_EQ(std::ranges::count(rows, '\n'), 6);
+  EXPECT_THAT(rows, testing::HasSubstr(",0,0.0000,0,,\n"));
   EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --poses tum:").errors,
               testing::HasSubstr("write tum:FILE"));
   const auto unknown = test::RunUlf("track sim:studio --frames 5 --poses rosary");
@@ -223,15 +227,15 @@ TEST(TrackCommand, OfARollingShutterThePicturesPosesAndTheCamerasAreJudged) {
   EXPECT_TRUE(JsonFromText(global.output)["middle_row"].is_null());
 }
 
-// The figures are those of the files, and the picture is one.
-TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
+// The figures are those of the files, and so are the table's.
+TEST(TrackCommand, FiguresAreThoseOfTheFiles) {
   const test::ScratchFolder scratch;
   const std::string sim = "track 'sim:studio?width=320&height=240&noise=0' --frames 40 --deterministic ";
   const auto in = [&](const char* name) { return (scratch / name).string(); };
   // The device's own poses, as a file of truth.
   ASSERT_EQ(test::RunUlf(sim + "--poses known -o " + in("truth.txt")).exit_code, 0);
   const auto run = test::RunUlf(sim + "--json --truth " + in("truth.txt") + " -o " + in("live.txt") +
-                                " --final " + in("final.txt") + " --plot \"" + in("it's a run.png") + "\"");
+                                " --final " + in("final.txt") + " --table " + in("run.csv"));
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   const auto report = JsonFromText(run.output);
   const auto truth = ReadTum(in("truth.txt"));
@@ -255,9 +259,20 @@ TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
   for (const char* stage : {"pyramid", "features", "matching", "alignment", "refinement", "initialisation"})
     EXPECT_GT(stages[stage].get<double>(), 0) << stage;
   EXPECT_GE(report["ms_longest"].get<double>(), report["ms_p95"].get<double>());
-  const cv::Mat picture = cv::imread(in("it's a run.png"));
-  ASSERT_FALSE(picture.empty());
-  EXPECT_EQ(picture.cols, 1200);
+  std::istringstream table(ReadWholeFile(in("run.csv")));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line, "time_s,has_pose,quality,map_points_found,error_live,error_final");
+  int rows = 0;
+  double largest = 0;
+  for (; std::getline(table, line); ++rows) {
+    const std::string before_final = line.substr(0, line.rfind(','));
+    const std::string live = before_final.substr(before_final.rfind(',') + 1);
+    if (!live.empty()) largest = std::max(largest, std::stod(live));
+  }
+  EXPECT_EQ(rows, 40);
+  const double live_max = report["ate_live_max"];
+  EXPECT_NEAR(largest, live_max, 1e-4 * live_max);
 }
 
 TEST(TrackCommand, SaysWhatStartedTheMapAndWhatItKeeps) {
@@ -284,29 +299,6 @@ TEST(TrackCommand, SaysWhatStartedTheMapAndWhatItKeeps) {
   EXPECT_EQ(count(1, 2), 20);
   EXPECT_THAT(test::RunUlf(track).output,
               testing::HasSubstr(flat ? "\n* homography  " : "\n* essential matrix  "));
-}
-
-TEST(TrackCommand, WithoutGnuplotThePackageIsNamedBeforeTheWork) {
-  const test::ScratchFolder scratch;
-  const std::string path = std::getenv("PATH");
-  setenv("PATH", scratch.path().c_str(), 1);
-  const auto refused = test::RunUlf("track sim:studio --frames 5 --plot " + (scratch / "run.png").string());
-  setenv("PATH", path.c_str(), 1);
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.errors, testing::HasSubstr("gnuplot-nox"));
-  EXPECT_EQ(test::RunUlf("track sim:studio --frames 5 --plot run.gif").exit_code, 2);
-}
-
-TEST(TrackCommand, AFailingChartLeavesNoHalfPicture) {
-  const test::ScratchFolder scratch;
-  const std::string path = (scratch / "chart.png").string();
-  try {
-    DrawChart(path, 100, 100, "plot sin(x)\nplot nothing_of_this_name\n");
-    FAIL() << "drawn";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("nothing_of_this_name"));
-  }
-  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 // `count` pictures of a room whose camera has a focal length of 520 px, as a folder to replay.

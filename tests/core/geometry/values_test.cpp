@@ -147,6 +147,23 @@ TEST(CameraModel, SaysNothingBehindItselfOrPastTheFold) {
   EXPECT_FALSE(folding.RayFromImg({folding.cx + 300 * 0.7, folding.cy})) << "no ray reaches so far out";
 }
 
+TEST(CameraModel, DistortionExtentIsWhereImagesEnd) {
+  CameraModel camera = CameraModel::Pinhole(640, 480, 500);
+  EXPECT_GT(camera.DistortionExtent(), 1e20) << "no distortion";
+  camera.distortion = Distortion::kRadialTangential;
+  camera.coefficients = {-0.3, 0.05, 0, 0, 0};
+  const auto has_image = [&](double radius) { return camera.ImgFromCam({radius, 0, 1}).has_value(); };
+  const double radius = std::sqrt(camera.DistortionExtent());
+  EXPECT_TRUE(has_image(0.9999 * radius));
+  EXPECT_FALSE(has_image(1.0001 * radius));
+  camera.distortion = Distortion::kFisheye;
+  camera.coefficients = {-0.2, 0, 0, 0, 0};
+  const double angle = camera.DistortionExtent();
+  EXPECT_NEAR(angle, std::sqrt(1 / 0.6), 1e-6);
+  EXPECT_TRUE(camera.ImgFromCam({std::sin(angle - 1e-4), 0, std::cos(angle - 1e-4)}));
+  EXPECT_FALSE(camera.ImgFromCam({std::sin(angle + 1e-4), 0, std::cos(angle + 1e-4)}));
+}
+
 TEST(CameraModel, ScalingKeepsRays) {
   for (const auto& [name, camera] : Cameras()) {
     const CameraModel half = camera.ScaledTo(camera.width / 2, camera.height / 2);

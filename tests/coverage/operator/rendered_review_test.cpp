@@ -14,6 +14,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/live_geometry.h"
+#include "render/fields/field_options.h"
 #include "render/proxy/proxy.h"
 #include "tests/coverage/operator/display_stage.h"
 #include "tests/support/test_paths.h"

@@ -3,7 +3,7 @@
 #include <exception>
 #include <memory>
 
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/renderer/renderer.h"
 #include "tests/support/floors.h"
 

@@ -4,7 +4,7 @@
 
 #include "core/image/files/picture_file.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 
 int main(int argc, char** argv) {
   if (argc != 3) return std::fputs("usage: between_views FOLDER PICTURE.png\n", stderr), 2;

@@ -1,15 +1,14 @@
 // Tests: render/display/surface, render/display/painter, render/display/shapes, render/display/live_texture,
-// render/display/plain_panels, render/display/picture_window, render/display/key_names.
+// render/display/plain_panels, render/display/live_texture, render/display/surface.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
 #include "core/base/error.h"
-#include "render/display/key_names.h"
 #include "render/display/live_texture.h"
-#include "render/display/picture_window.h"
 #include "render/display/plain_panels.h"
+#include "render/display/surface.h"
 #include "tests/support/floors.h"
 
 namespace ulf {
@@ -132,7 +131,7 @@ TEST(KeyNames, AreCharactersOrKeys) {
   // As the screens write them.
   EXPECT_EQ(std::get<KeyPressed>(KeysFromNames("Esc")[0]).key, Key::kEscape);
   EXPECT_EQ(std::get<KeyPressed>(KeysFromNames("PgUp")[0]).key, Key::kPageUp);
-  EXPECT_THROW(KeysFromNames("Nowhere"), UsageError);
+  EXPECT_THROW(KeysFromNames("Nowhere"), Refusal);
 }
 
 TEST(PictureWindow, WithoutADisplayIsAnError) {

@@ -1,4 +1,4 @@
-// How far two weights of a vertex are apart, for the tests of subdivision and of its limit.
+// How far two weights of a vertex are apart, for the tests of subdivision.
 #pragma once
 
 #include <algorithm>

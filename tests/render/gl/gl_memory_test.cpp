@@ -1,4 +1,4 @@
-// Tests: render/gl/gl_objects, render/gl/gl_photographs, render/gl/gl_renderer, render/gl/make_renderer,
+// Tests: render/gl/gl_objects, render/gl/gl_photographs, render/gl/gl_renderer,
 // render/stereo/gl_plane_sweep.
 //
 // A driver that has no more memory: what is refused, what is said, and what goes on. Rows of docs/reliability.md.
@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "render/gl/gl_renderer.h"
-#include "render/gl/make_renderer.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -116,7 +115,7 @@ TEST(GlMemory, ADriverWithoutRoomIsAnErrorAndThePictureIsTheSameWhenThereIsRoom)
       for (int i = 0; i < 2; ++i)  // the second time it must not be taken for what is there
         EXPECT_THAT([&] { starved.Render(camera, pose); },
                     ThrowsMessage<Error>(AllOf(HasSubstr("out of memory while"), HasSubstr(c.says),
-                                               HasSubstr("limit the photographs with --gpu-memory"))))
+                                               HasSubstr("limit the photographs with gpu_memory"))))
             << which;
       EXPECT_TRUE(driver.refused()) << which;
       // What stood there already goes on beside it.
@@ -158,9 +157,9 @@ TEST(GlMemory, PlanesAreSweptWhenThereIsRoomAgain) {
     for (int after = 0; after < 2; ++after) {
       {
         const FullDriver driver(refused, after);
-        EXPECT_THAT(costs, ThrowsMessage<Error>(AllOf(HasSubstr("out of memory while"), HasSubstr("--size"),
-                                                      HasSubstr("--renderer reference"),
-                                                      Not(HasSubstr("--gpu-memory")))))
+        EXPECT_THAT(
+            costs, ThrowsMessage<Error>(AllOf(HasSubstr("out of memory while"), HasSubstr("size"),
+                                              HasSubstr("renderer reference"), Not(HasSubstr("gpu_memory")))))
             << after;
         EXPECT_TRUE(driver.refused()) << after;
       }

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
-#include "render/gl/make_renderer.h"
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"

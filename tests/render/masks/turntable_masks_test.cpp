@@ -158,7 +158,7 @@ TEST(SilhouetteHull, HoldsTheBallAndForgivesASilhouette) {
     silhouettes.push_back(
         {camera, pose, i == 5 ? cv::Mat(cv::Mat::zeros(120, 160, CV_8U)) : seen_from(pose)});
   }
-  const SilhouetteHull hull(silhouettes, Eigen::Vector3d::Zero(), 0.5, {.cells = 64});
+  const SilhouetteHull hull(silhouettes, Eigen::Vector3d::Zero(), 0.5, 64);
   ASSERT_FALSE(hull.empty());
   const Rigid3 pose = silhouettes[5].cam_from_world;
   const cv::Mat seen = hull.SeenFrom(camera, pose), truth = seen_from(pose);

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/output/keyframes.h"
 #include "render/output/path_files.h"
 #include "tests/render/scenes/held_photograph.h"

@@ -1,4 +1,4 @@
-// Tests: render/output/gltf_file, render/output/texture_atlas, render/output/texture_baking,
+// Tests: render/output/gltf_file, render/output/texture_atlas,
 // render/output/surface_views.
 //
 // A textured mesh for other programs: the file by the rules of glTF 2.0, its cameras against the photographs', its
@@ -19,9 +19,8 @@
 #include "core/geometry/angles.h"
 #include "core/image/files/png_picture.h"
 #include "render/output/gltf_file.h"
-#include "render/output/mesh_resolution.h"
 #include "render/output/texture_atlas.h"
-#include "render/output/texture_baking.h"
+#include "render/proxy/mesh_resolution.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -151,7 +150,7 @@ const Baked& BakedScene() {
         std::make_shared<TriangleMesh>(Split(*test::PlaneAndSquare(), plain->Centers(), 0.06, 100000));
     made.scene = WithProxy(*plain, std::make_shared<MeshProxy>(plain->subject, made.mesh));
     made.shares = SharesOfVertices(*made.scene, *made.mesh);
-    made.atlas = MakeTextureAtlas(*made.scene, *made.mesh, {1024});
+    made.atlas = MakeTextureAtlas(*made.scene, *made.mesh, 1024);
     made.texture = BakeTexture(*made.scene, made.atlas, made.shares);
     return made;
   }();
@@ -265,16 +264,16 @@ TEST(TextureAtlas, ChartsKeepTheirDistance) {
 
 TEST(TextureAtlas, ASmallPageTakesAllAtLessDetail) {
   const Baked& baked = BakedScene();
-  const TextureAtlas small = MakeTextureAtlas(*baked.scene, *baked.mesh, {128});
+  const TextureAtlas small = MakeTextureAtlas(*baked.scene, *baked.mesh, 128);
   EXPECT_EQ(small.width, 128);
   EXPECT_LT(small.scale, 0.95);
   EXPECT_EQ(baked.atlas.scale, 1);
   EXPECT_EQ(small.mesh.triangles.size(), baked.atlas.mesh.triangles.size());
-  EXPECT_THAT([&] { MakeTextureAtlas(*baked.scene, *baked.mesh, {4}); },
-              ThrowsMessage<Error>(HasSubstr("--texture")));
+  EXPECT_THAT([&] { MakeTextureAtlas(*baked.scene, *baked.mesh, 4); },
+              ThrowsMessage<Error>(HasSubstr("texture")));
   TriangleMesh behind = *baked.mesh;
   for (Vector3f& vertex : behind.vertices) vertex.z() += 50;
-  EXPECT_THAT([&] { MakeTextureAtlas(*baked.scene, behind, {1024}); },
+  EXPECT_THAT([&] { MakeTextureAtlas(*baked.scene, behind, 1024); },
               ThrowsMessage<Error>(HasSubstr("no view sees")));
 }
 

@@ -1,5 +1,5 @@
-// Tests: render/output/narrow_gaps.
-#include "render/output/narrow_gaps.h"
+// Tests: render/output/picture_files.
+#include "render/output/picture_files.h"
 
 #include <gtest/gtest.h>
 

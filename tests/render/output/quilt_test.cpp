@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
+#include "render/fields/field_options.h"
 #include "render/output/quilt.h"
 #include "render/renderer/reference_renderer.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -177,17 +178,17 @@ TEST(Quilt, NamesAndDisplays) {
     EXPECT_GE(views, 45) << known.display;
     EXPECT_LE(views, 100) << known.display;
   }
-  EXPECT_THAT([] { QuiltOfDisplay("wall"); }, ThrowsMessage<UsageError>(HasSubstr("portrait, go")));
+  EXPECT_THAT([] { QuiltOfDisplay("wall"); }, ThrowsMessage<Refusal>(HasSubstr("portrait, go")));
   EXPECT_THAT(
       [] {
         QuiltViewsOf(*SceneOfCap(), {.format = {1, 1, 100, 100, 1}});
       },
-      ThrowsMessage<UsageError>(HasSubstr("at least 2 tiles")));
+      ThrowsMessage<Refusal>(HasSubstr("at least 2 tiles")));
   EXPECT_THAT(
       [] {
         QuiltViewsOf(*SceneOfCap(), {.format = {40, 40, 100, 100, 1}});
       },
-      ThrowsMessage<UsageError>(HasSubstr("--size")));
+      ThrowsMessage<Refusal>(HasSubstr("size")));
 }
 
 }  // namespace

@@ -10,7 +10,8 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/points_proxy.h"
 #include "render/quality/choice.h"
@@ -158,7 +159,7 @@ TEST(PlaneSearchTest, SaysWhyThereAreNone) {
   few.AddPatch(20, Vector3d::Zero(), kX, kY);
   EXPECT_THAT([&] { MakePlanesProxy(kSubject, few.light_field); },
               testing::ThrowsMessage<Error>(
-                  testing::AllOf(HasSubstr("--proxy planes: 20 tracked points"), HasSubstr("50 or more"))));
+                  testing::AllOf(HasSubstr("proxy planes: 20 tracked points"), HasSubstr("50 or more"))));
   MadeOfPoints some;
   some.AddPatch(200, Vector3d::Zero(), 0.5 * kX, 0.5 * kY);
   some.AddCloud(2000);

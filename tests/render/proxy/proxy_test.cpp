@@ -8,8 +8,9 @@
 #include <Eigen/Geometry>
 
 #include "core/base/error.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/visible_points.h"
@@ -274,7 +275,7 @@ TEST(PlaneProxyTest, FacesTheCameraAtAShareOfTheDistance) {
   EXPECT_EQ(ProxyFromName("plane:1", subject, {})->Name(), "plane");
   for (const char* bad :
        {"plane:0", "plane:-1", "plane:nan", "plane:1,2", "plane:0.5x", "plane:inf", "plane:fitted"})
-    EXPECT_THROW(ProxyFromName(bad, subject, {}), UsageError) << bad;
+    EXPECT_THROW(ProxyFromName(bad, subject, {}), Refusal) << bad;
 }
 
 TEST(PointsProxy, IsTheSurfaceThatThePointsAreOf) {

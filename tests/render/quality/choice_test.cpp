@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <map>
 
+#include "render/fields/field_options.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/proxy.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -48,7 +49,7 @@ TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
         std::make_shared<MeshProxy>(scene->subject, surface)};
     const Choice choice = ChooseByEvidence(*scene, fields, proxies, RendererKind::kGl);
     EXPECT_EQ(choice.proxy->Name(), with_square ? "mesh" : "plane:0,0,1,0") << choice.why;
-    ASSERT_EQ(choice.candidates.size(), 4u);
+    ASSERT_EQ(choice.candidates.size(), 3u);
     EXPECT_EQ(choice.field.kind, FieldKind::kSubdivision) << choice.why;
     EXPECT_THAT(choice.why, testing::HasSubstr("plane:0,0,1,0 "));
     EXPECT_THAT(choice.why, testing::HasSubstr("linear "));
@@ -155,7 +156,7 @@ TEST(Choice, FewViewsGetTheLumigraphOverTheBestGeometryThereIs) {
 // Of the candidates in the order in which they are tried.
 TEST(Choice, IsTheFirstNearTheBest) {
   struct Case {
-    std::vector<double> psnr_db;  // of subdivision 1, linear, subdivision limit, lumigraph
+    std::vector<double> psnr_db;  // of candidates in the order in which they are tried
     std::size_t taken;
   };
   for (const Case& c :
@@ -173,17 +174,17 @@ TEST(Choice, IsTheSoftFieldWhereItGains) {
     std::vector<double> psnr_db;  // of EveryField(): the last two are soft
     std::size_t taken;
   };
-  for (const Case& c : {Case{{30, 30, 30, 30, 30.05, 30.09}, 0}, Case{{30, 30, 30, 30, 30.05, 30.2}, 5},
-                        Case{{30, 30.2, 30, 30.25, 30.3, 30.2}, 4}, Case{{30, 30, 30, 30, 30.2, 30.24}, 4},
-                        Case{{30, 30, 30, 30, 30.2, 30.26}, 5}, Case{{30, 30.4, 30, 30.6, 30.45, 30}, 1},
-                        Case{{30, 29, 29, 29, 25, 24}, 0}}) {
+  for (const Case& c : {Case{{30, 30, 30, 30.05, 30.09}, 0}, Case{{30, 30, 30, 30.05, 30.2}, 4},
+                        Case{{30, 30.2, 30.25, 30.3, 30.2}, 3}, Case{{30, 30, 30, 30.2, 30.24}, 3},
+                        Case{{30, 30, 30, 30.2, 30.26}, 4}, Case{{30, 30.4, 30.6, 30.45, 30}, 1},
+                        Case{{30, 29, 29, 25, 24}, 0}}) {
     std::vector<ScoredChoice> candidates;
     const std::vector<FieldOptions> fields = EveryField();
     for (std::size_t i = 0; i < fields.size(); ++i) candidates.push_back({fields[i], nullptr, c.psnr_db[i]});
-    EXPECT_EQ(&PreferredField(candidates), &candidates[c.taken]) << c.psnr_db[4] << " " << c.psnr_db[5];
+    EXPECT_EQ(&PreferredField(candidates), &candidates[c.taken]) << c.psnr_db[3] << " " << c.psnr_db[4];
   }
   const std::vector<FieldOptions> fields = EveryField();
-  const std::vector<ScoredChoice> soft{{fields[4], nullptr, 30}, {fields[5], nullptr, 30.06}};
+  const std::vector<ScoredChoice> soft{{fields[3], nullptr, 30}, {fields[4], nullptr, 30.06}};
   EXPECT_EQ(&PreferredField(soft), &soft[1]) << "of soft fields alone the best";
 }
 
@@ -252,7 +253,7 @@ TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
   const auto scene = test::MakeScene(spec);
   const Choice choice = ChooseByName(
       *scene, kAuto, {}, ProxiesToTry(*scene, "plane", {}, {}, RendererKind::kGl), RendererKind::kGl);
-  ASSERT_EQ(choice.candidates.size(), 4u);
+  ASSERT_EQ(choice.candidates.size(), 3u);
   EXPECT_EQ(choice.field.kind, FieldKind::kLumigraph) << choice.why;
   for (const ModelCandidate& candidate : choice.explained.back().candidates)
     EXPECT_EQ(candidate.chosen, candidate.model == "lumigraph") << ToText(choice.explained.back());

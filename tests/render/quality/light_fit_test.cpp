@@ -14,7 +14,8 @@
 #include <vector>
 
 #include "core/base/at.h"
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/quality/evaluate.h"
 #include "tests/render/scenes/agreement.h"
 #include "tests/render/scenes/held_photograph.h"

@@ -1,12 +1,10 @@
-// Tests: render/quality/nearest_view, render/quality/quality_chart.
+// Tests: render/quality/nearest_view.
 #include "render/quality/nearest_view.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
 #include "render/quality/quality.h"
-#include "render/quality/quality_chart.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -44,33 +42,6 @@ TEST(NearestView, ChoosesByDirectionAndNotByDistance) {
 }
 
 TEST(NearestView, NeedsAView) { EXPECT_THROW(NearestViewRenderer(RenderScene{}), Error); }
-
-TEST(QualityChart, HasAPointForEachFieldAndAColourForEachProxy) {
-  EvaluateSummary summary{.views = 20, .held_out = 4, .width = 64, .height = 48, .renderer = "reference"};
-  FieldScore score;
-  score.asked.kind = score.used.kind = FieldKind::kSubdivision;
-  score.used.level = 2;
-  score.proxy = "mesh";
-  score.inside = {.views = 3, .psnr_db = 31.5};
-  score.ms_per_frame = 12;
-  summary.results.push_back(score);
-  score.proxy = "plane";
-  score.used.kind = FieldKind::kLumigraph;
-  summary.results.push_back(score);
-  const Chart chart = QualityChart(summary, "vase");
-  ASSERT_EQ(chart.panels.size(), 1u);
-  ASSERT_EQ(chart.panels[0].points.size(), 2u);
-  const ChartRow &mesh = chart.panels[0].points[0], &plane = chart.panels[0].points[1];
-  EXPECT_EQ(mesh.series, "mesh");
-  EXPECT_EQ(mesh.name, "subdivision 2");
-  EXPECT_EQ(mesh.cost.median, 12);
-  EXPECT_EQ(mesh.error.median, 31.5);
-  EXPECT_EQ(plane.series, "plane");
-  EXPECT_EQ(plane.name, "subdivision as lumigraph");
-  EXPECT_THAT(chart.title, testing::HasSubstr("vase"));
-  EXPECT_THAT(chart.about,
-              testing::HasSubstr("4 of 20 views left out; means over the 3 of them inside the hull"));
-}
 
 }  // namespace
 }  // namespace ulf

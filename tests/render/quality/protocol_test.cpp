@@ -58,7 +58,7 @@ TEST(Protocol, NerfsScenesAreSplitByFolder) {
       [] {
         SplitByProtocol(Named({"a.png", "b.png", "c.png"}), "nerf-synthetic");
       },
-      ThrowsMessage<UsageError>(HasSubstr("images/train")));
+      ThrowsMessage<Refusal>(HasSubstr("images/train")));
 }
 
 TEST(Protocol, AFileNamesWhatIsLeftOut) {
@@ -75,11 +75,11 @@ TEST(Protocol, AFileNamesWhatIsLeftOut) {
                                                                   {"", "0 photographs"},
                                                                   {"left/a\nleft/b\nright/a", "1 given"}}) {
     std::ofstream(file) << line << "\n";
-    EXPECT_THAT([&] { SplitByProtocol(light_field, file); }, ThrowsMessage<UsageError>(HasSubstr(words)))
+    EXPECT_THAT([&] { SplitByProtocol(light_field, file); }, ThrowsMessage<Refusal>(HasSubstr(words)))
         << line;
   }
   for (const char* bad : {"nerf", "every:1", "every:8x", "every:-3", ""})
-    EXPECT_THROW(SplitByProtocol(light_field, bad), UsageError) << bad;
+    EXPECT_THROW(SplitByProtocol(light_field, bad), Refusal) << bad;
 }
 
 TEST(Protocol, PointsKnowNothingOfWhatIsLeftOut) {

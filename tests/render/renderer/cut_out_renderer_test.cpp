@@ -1,7 +1,8 @@
 // Tests: render/renderer/cut_out_renderer.
 #include <gtest/gtest.h>
 
-#include "render/gl/make_renderer.h"
+#include "render/fields/field_options.h"
+#include "render/gl/gl_renderer.h"
 #include "render/output/picture_files.h"
 #include "render/renderer/cut_out_renderer.h"
 #include "tests/render/scenes/disc_masks.h"

@@ -15,8 +15,9 @@
 #include <string>
 #include <tuple>
 
+#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/points_proxy.h"
 #include "render/renderer/renderer.h"
 #include "tests/render/scenes/agreement.h"
@@ -182,7 +183,7 @@ TEST_P(RandomScenes, OpenGlEqualsTheReference) {
          {std::tuple{"within two levels", agreement.within_share, least_within},
           {"as sure and drawn", agreement.confidence_share, least_as_sure}})
       EXPECT_GE(share, least) << name << ": " << random.name << ", " << FieldName(gl->field().kind) << " "
-                              << LevelName(gl->field().level)
+                              << gl->field().level
                               << (aperture ? ", aperture " + std::to_string(aperture->radius / random.unit)
                                            : "")
                               << ", from " << pose.OriginInSource().transpose() / random.unit << ", band "

@@ -1,5 +1,5 @@
 // Tests: render/renderer/renderer, render/renderer/reference_renderer, render/scene/scene,
-// render/gl/gl_renderer, render/gl/gl_renderer_state, render/gl/make_renderer, render/gl/gl_over_triangles,
+// render/gl/gl_renderer_state, render/gl/gl_renderer, render/gl/gl_over_triangles,
 // render/gl/gl_programs, render/gl/gl_triangles, render/gl/gl_views.
 #include "render/renderer/renderer.h"
 
@@ -12,10 +12,10 @@
 
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer.h"
 #include "render/gl/gl_triangles.h"
-#include "render/gl/make_renderer.h"
 #include "render/proxy/proxy.h"
 #include "tests/render/scenes/agreement.h"
 #include "tests/render/scenes/held_photograph.h"
@@ -68,8 +68,8 @@ TEST(GlRenderer, EqualsTheReference) {
   const std::vector<FieldOptions> fields{
       {.kind = FieldKind::kLinear},
       {.kind = FieldKind::kSubdivision},
-      {.kind = FieldKind::kSubdivision, .level = kLimitLevel},
-      {.kind = FieldKind::kSubdivision, .level = kLimitLevel, .rules = SubdivisionRules::kLoop},
+      {.kind = FieldKind::kSubdivision, .level = 2},
+      {.kind = FieldKind::kSubdivision, .level = 2, .rules = SubdivisionRules::kLoop},
       {.kind = FieldKind::kLumigraphPerPixel},
       {.kind = FieldKind::kNearest}};
   double worst_band = 0, worst_within = 1, worst_of_all = 1;

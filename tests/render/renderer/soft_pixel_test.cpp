@@ -12,8 +12,9 @@
 
 #include "core/geometry/rigid3.h"
 #include "core/image/image.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/quality/quality.h"

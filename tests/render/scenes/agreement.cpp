@@ -5,7 +5,10 @@
 #include <optional>
 
 #include "render/fields/aperture_field.h"
+#include "render/fields/blending_field.h"
+#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
+#include "render/fields/make_field.h"
 #include "render/proxy/depth_raster.h"
 #include "render/renderer/reference_renderer.h"
 #include "tests/support/floors.h"
@@ -128,7 +131,7 @@ cv::Mat VisibilityBand(const RenderScene& scene, const RenderOptions& options, c
   if (!UsesMesh(options.field.kind))
     return BandOf(*focused, *MakeField(focused, options.field)->From(cam_from_world.OriginInSource()),
                   filling, camera, cam_from_world);
-  const ApertureField wide(std::make_shared<MeshField>(plain, ApertureLevel(options.field.level)));
+  const ApertureField wide(std::make_shared<MeshField>(plain, options.field.level));
   return BandOf(*focused, *wide.From(cam_from_world, *options.aperture), filling, camera, cam_from_world);
 }
 

@@ -119,7 +119,7 @@ TEST(BracketMerge, AnExposureWhoseLightIsNotWhatItsTimeTellsIsLeftOut) {
   EXPECT_EQ(MergeExposuresOf(light_field, light_field.views[0], *geometry).exposures, 3);
   EXPECT_NEAR(MergeExposuresOf(light_field, light_field.views[0], *geometry).longest, 4, 0.08);
   light_field.views[0].exposure_s = 0;
-  EXPECT_THROW(MergeExposuresOf(light_field, light_field.views[0], *geometry), UsageError);
+  EXPECT_THROW(MergeExposuresOf(light_field, light_field.views[0], *geometry), Refusal);
 }
 
 TEST(BracketMerge, TheFileHoldsLightAndWhereItIsNotSure) {

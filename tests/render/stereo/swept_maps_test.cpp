@@ -1,6 +1,5 @@
-// Tests: render/stereo/swept_maps, render/proxy/indexed_file.
+// Tests: render/stereo/swept_maps, render/proxy/depth_map_files.
 #include "render/stereo/swept_maps.h"
-#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +11,8 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "render/proxy/indexed_file.h"
+#include "core/base/json_text.h"
+#include "render/proxy/depth_map_files.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -90,10 +90,10 @@ TEST_F(SweptMapsOnDisk, AreOfTheSizeThatIsAskedForAndOfNoOther) {
 TEST_F(SweptMapsOnDisk, MissingSharesAreNamedTenAtMost) {
   std::filesystem::remove(folder_ / "share-0-of-1.json");
   Write({1, 3});
-  EXPECT_THAT(Problem(), AllOf(HasSubstr("--maps-of 0/3, 2/3"), Not(HasSubstr("more"))));
+  EXPECT_THAT(Problem(), AllOf(HasSubstr("maps_of 0/3, 2/3"), Not(HasSubstr("more"))));
   std::filesystem::remove(folder_ / "share-1-of-3.json");
   Write({4, render::MapShare::kMost});
-  EXPECT_THAT(Problem(), AllOf(HasSubstr("--maps-of 0/60000, 1/60000"), HasSubstr("10/60000 and 59989 more"),
+  EXPECT_THAT(Problem(), AllOf(HasSubstr("maps_of 0/60000, 1/60000"), HasSubstr("10/60000 and 59989 more"),
                                Not(HasSubstr("4/60000, 4")), Not(HasSubstr("11/60000"))));
 }
 

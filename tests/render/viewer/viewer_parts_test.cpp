@@ -1,4 +1,4 @@
-// Tests: render/viewer/moving_size, render/viewer/viewer_words, render/viewer/viewpoint_gizmo,
+// Tests: render/viewer/moving_size, render/viewer/viewer_state, render/viewer/viewpoint_gizmo,
 // render/viewer/mesh_view.
 //
 // What the viewer is made of, each by itself: sizes, words, the sphere, the mesh's lines.
@@ -8,7 +8,7 @@
 
 #include "render/viewer/mesh_view.h"
 #include "render/viewer/moving_size.h"
-#include "render/viewer/viewer_words.h"
+#include "render/viewer/viewer_state.h"
 #include "render/viewer/viewpoint_gizmo.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"

@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "render/display/key_names.h"
+#include "render/display/surface.h"
 #include "render/output/path_files.h"
 #include "render/output/picture_files.h"
 #include "render/viewer/viewer_files.h"

@@ -1,16 +1,15 @@
-// Tests: render/viewpoints/planar_delaunay, render/viewpoints/spherical_delaunay,
-// render/viewpoints/triangle_topology, render/viewpoints/subject_center, render/viewpoints/near_directions.
+// Tests: render/viewpoints/delaunay,
+// render/viewpoints/triangle_topology, render/viewpoints/viewpoint_mesh, render/viewpoints/near_directions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <set>
 
+#include "render/viewpoints/delaunay.h"
 #include "render/viewpoints/near_directions.h"
-#include "render/viewpoints/planar_delaunay.h"
-#include "render/viewpoints/spherical_delaunay.h"
-#include "render/viewpoints/subject_center.h"
 #include "render/viewpoints/triangle_topology.h"
+#include "render/viewpoints/viewpoint_mesh.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 

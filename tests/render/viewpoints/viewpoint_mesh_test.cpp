@@ -172,7 +172,7 @@ TEST(ViewpointMesh, SmoothsOnlyWhileItFolds) {
   const ViewpointMesh rough = MakeViewpointMesh(viewpoints, subject);
   ExpectSound(rough, "rough");
   EXPECT_GT(rough.smoothing_rounds, 0);
-  EXPECT_LE(rough.smoothing_rounds, ViewpointMeshOptions().most_smoothing_rounds);
+  EXPECT_LE(rough.smoothing_rounds, kMostSmoothingRounds);
   EXPECT_FALSE(rough.folds_remain);
   for (std::size_t v = 0; v < rough.vertices.size(); ++v) {
     const Vector3d& before = viewpoints[At(rough.vertices[v].views.front())];

@@ -1,4 +1,4 @@
-// Tests: render/web/web_page, render/web/web_file, render/web/web_pictures, render/web/mesh_simplification,
+// Tests: render/web/web_page, render/web/web_file, render/web/web_pictures, render/proxy/mesh_resolution,
 // commands/rendering/export_web_command.
 //
 // `ulf export web`: what it writes, and the page itself in Chromium, beside pictures of the GL renderer.
@@ -21,11 +21,11 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "render/fields/aperture.h"
-#include "render/gl/make_renderer.h"
+#include "render/gl/gl_renderer.h"
 #include "render/proxy/mesh_file.h"
+#include "render/proxy/mesh_resolution.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/viewer/viewer_camera.h"
-#include "render/web/mesh_simplification.h"
 #include "render/web/web_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/fault_row.h"

@@ -17,7 +17,6 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
-#include "render/proxy/proxy_choice.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/seeds.h"

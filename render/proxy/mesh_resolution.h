@@ -1,0 +1,34 @@
+// Coarser and finer meshes.
+//
+// Coarser: vertices that lie in one cell of a grid become one (Rossignac and Borrel 1993),
+// at the place that is nearest to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification
+// of large polygonal models"). The mesh need not be a manifold. Cells have one size, or grow with the
+// distance from a centre, as the scene does in pictures that are taken around it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "render/proxy/triangle_mesh.h"
+
+namespace ulf::render {
+
+struct MeshSimplification {
+  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
+  double even_within = 1;  // world units: nearer to the centre than this all cells have one size
+  std::size_t most_triangles = 20000;
+};
+
+// The mesh as it is where it has no more triangles, else one of at most `most_triangles`, and of not many fewer where
+// the mesh allows that. Triangles that collapse, and copies, are left out.
+TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options);
+// The same with cells of one size everywhere.
+TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles);
+
+// A finer mesh of the same surface: edges longer than `most_slope` times the distance of their middle to the nearest view
+// are halved until none is, or until there are `most_triangles`. Triangles that share an edge split it alike.
+TriangleMesh Split(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& view_centers,
+                   double most_slope, std::size_t most_triangles);
+
+}  // namespace ulf::render
