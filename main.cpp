@@ -14,7 +14,7 @@
 #include "commands/about/about_commands.h"
 #include "commands/about/version_text.h"
 #include "commands/about/wrong_usage.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "commands/standard_streams.h"
 #include "core/base/error.h"
 

@@ -1,4 +1,4 @@
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <vector>

@@ -1,7 +1,7 @@
 // ulf manual and ulf completion, which --help does not list: what an installation writes beside the program.
 #pragma once
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 

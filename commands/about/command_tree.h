@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 

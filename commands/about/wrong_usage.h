@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "acquisition/calibration/board_sheet.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"

@@ -8,7 +8,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/udev_rules.h"
 #include "acquisition/link/link_check.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/stop_signal.h"
 

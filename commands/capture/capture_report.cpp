@@ -4,8 +4,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "commands/camera/device_report.h"
-#include "commands/tracking/lens_report.h"
+#include "commands/reports/device_report.h"
+#include "commands/reports/lens_report.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"

@@ -11,7 +11,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/angles.h"

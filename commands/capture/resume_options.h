@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "commands/capture/capture_start.h"
 #include "core/light_field/light_field.h"
-#include "coverage/session/capture_start.h"
 
 namespace CLI {
 class App;

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
-#include "commands/commands.h"
 #include "commands/light_field/export_scene.h"
-#include "commands/rendering/export_web_command.h"
+#include "commands/light_field/export_web.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

@@ -1,5 +1,5 @@
 #include "commands/light_field/export_scene.h"
-#include "commands/help_text.h"
+#include "commands/options/help_text.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "commands/number_checks.h"
-#include "commands/rendering/chosen_model.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/chosen_model.h"
+#include "commands/options/number_checks.h"
+#include "commands/options/scene_options.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

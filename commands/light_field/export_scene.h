@@ -1,7 +1,7 @@
 // The forms of `ulf export` that are made with the renderer: glTF, and quilts for light-field displays.
 #pragma once
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 

@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "acquisition/calibration/calibration_io.h"
-#include "commands/background_option.h"
-#include "commands/commands.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/options/background_option.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"

@@ -7,9 +7,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/light_field/geometry_report.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/geometry_report.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"

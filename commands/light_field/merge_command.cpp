@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "commands/commands.h"
-#include "commands/light_field/merged_brackets.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/bracket_report.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 

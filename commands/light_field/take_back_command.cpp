@@ -11,10 +11,10 @@
 #include <set>
 #include <string_view>
 
-#include "commands/commands.h"
-#include "commands/light_field/coverage_change.h"
-#include "commands/light_field/geometry_report.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/coverage_change.h"
+#include "commands/reports/geometry_report.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

@@ -6,10 +6,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/help_text.h"
+#include "commands/options/help_text.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
 #include "commands/rendering/protocol_command.h"
-#include "commands/rendering/scene_options.h"
 #include "commands/rendering/temporal_command.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "commands/rendering/mask_command.h"
 #include "core/base/counted.h"
 #include "core/base/device_uri.h"

@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "commands/command_line.h"
-#include "commands/explain.h"
+#include "commands/options/command_line.h"
 #include "commands/rendering/refined_split.h"
+#include "commands/reports/explain.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "commands/rendering/scene_options.h"
+#include "commands/options/scene_options.h"
 
 namespace ulf::commands {
 

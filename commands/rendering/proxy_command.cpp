@@ -9,10 +9,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/explain.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
 #include "commands/rendering/proxy_command.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/reports/explain.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"

@@ -8,14 +8,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/background_option.h"
-#include "commands/commands.h"
-#include "commands/explain.h"
-#include "commands/help_text.h"
-#include "commands/number_checks.h"
-#include "commands/rendering/aperture_options.h"
-#include "commands/rendering/chosen_model.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/aperture_options.h"
+#include "commands/options/background_option.h"
+#include "commands/options/chosen_model.h"
+#include "commands/options/help_text.h"
+#include "commands/options/number_checks.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/explain.h"
 #include "core/base/atomic_file.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"

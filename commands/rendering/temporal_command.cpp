@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 #include "commands/rendering/simulated_truth.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "commands/rendering/scene_options.h"
+#include "commands/options/scene_options.h"
 #include "render/quality/temporal_evaluation.h"
 
 namespace ulf::commands {

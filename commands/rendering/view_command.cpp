@@ -12,13 +12,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/explain.h"
-#include "commands/help_text.h"
-#include "commands/number_checks.h"
-#include "commands/rendering/aperture_options.h"
-#include "commands/rendering/chosen_model.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/aperture_options.h"
+#include "commands/options/chosen_model.h"
+#include "commands/options/help_text.h"
+#include "commands/options/number_checks.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/explain.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "commands/tracking/lens_report.h"
+#include "commands/reports/lens_report.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"

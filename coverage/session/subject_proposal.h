@@ -8,7 +8,7 @@
 
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
-#include "coverage/session/capture_lens.h"
+#include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/live_geometry.h"
 
 namespace ulf::coverage {

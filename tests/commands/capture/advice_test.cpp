@@ -1,5 +1,5 @@
 // Tests: core/image/frame_source, coverage/session/watch/mistake_watch, coverage/session/preflight,
-// tracking/tracker/track_words, commands/capture/capture_report, commands/light_field/light_field_report.
+// tracking/tracker/track_words, commands/capture/capture_report, commands/reports/light_field_report.
 //
 // Advice names only what can still be changed: everything that is said, of every kind of source. Nobody can move, set or
 // light what took pictures that are there already; the simulator has no `ulf features`.
@@ -12,7 +12,7 @@
 
 #include "acquisition/device/device.h"
 #include "commands/capture/capture_report.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/error.h"
 #include "core/geometry/rigid3.h"
 #include "coverage/operator/overlay.h"

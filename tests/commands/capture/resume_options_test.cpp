@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/fault_row.h"

@@ -10,7 +10,7 @@
 #include <map>
 #include <numeric>
 
-#include "commands/light_field/light_field_report.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "coverage/bound/sphere_outline.h"

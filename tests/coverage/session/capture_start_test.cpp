@@ -1,7 +1,7 @@
-// Tests: coverage/session/capture_start, coverage/session/record/kept_photographs.
+// Tests: commands/capture/capture_start, coverage/session/record/kept_photographs.
 //
 // Photographs that came before a capture that could not begin.
-#include "coverage/session/capture_start.h"
+#include "commands/capture/capture_start.h"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // Tests: render/web/web_page, render/web/web_file, render/web/web_pictures, render/web/mesh_simplification,
-// commands/rendering/export_web_command.
+// commands/light_field/export_web.
 //
 // `ulf export web`: what it writes, and the page itself in Chromium, beside pictures of the GL renderer.
 #include <gmock/gmock.h>

@@ -1,8 +1,8 @@
-// Tests: coverage/session/capture_lens, coverage/session/running_capture, coverage/session/subject_anchors,
+// Tests: coverage/session/record/capture_lens, coverage/session/running_capture, coverage/session/subject_anchors,
 // coverage/session/preflight, coverage/session/record/capture_record.
 //
 // A capture whose lens is replaced while it records: everything that was recorded follows.
-#include "coverage/session/capture_lens.h"
+#include "coverage/session/record/capture_lens.h"
 
 #include <gmock/gmock.h>
 

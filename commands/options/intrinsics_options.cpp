@@ -1,8 +1,8 @@
-#include "commands/calibration/intrinsics_options.h"
+#include "commands/options/intrinsics_options.h"
 
 #include <CLI/CLI.hpp>
 
-#include "commands/number_checks.h"
+#include "commands/options/number_checks.h"
 
 namespace ulf::commands {
 

@@ -1,4 +1,4 @@
-#include "coverage/session/capture_start.h"
+#include "commands/capture/capture_start.h"
 
 #include <spdlog/spdlog.h>
 

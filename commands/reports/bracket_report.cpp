@@ -1,4 +1,4 @@
-#include "commands/light_field/merged_brackets.h"
+#include "commands/reports/bracket_report.h"
 
 #include <fmt/core.h>
 

@@ -1,4 +1,4 @@
-#include "commands/light_field/geometry_report.h"
+#include "commands/reports/geometry_report.h"
 
 #include <fmt/format.h>
 

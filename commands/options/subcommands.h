@@ -3,7 +3,7 @@
 // `chosen`.
 #pragma once
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 

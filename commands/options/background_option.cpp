@@ -1,4 +1,4 @@
-#include "commands/background_option.h"
+#include "commands/options/background_option.h"
 
 #include <cstdio>
 

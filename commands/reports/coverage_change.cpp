@@ -1,4 +1,4 @@
-#include "commands/light_field/coverage_change.h"
+#include "commands/reports/coverage_change.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "commands/camera/device_report.h"
+#include "commands/reports/device_report.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 
 namespace ulf::commands {
 

@@ -1,4 +1,4 @@
-#include "commands/tracking/lens_use_option.h"
+#include "commands/options/lens_use_option.h"
 
 #include <spdlog/spdlog.h>
 

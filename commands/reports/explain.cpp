@@ -1,4 +1,4 @@
-#include "commands/explain.h"
+#include "commands/reports/explain.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>

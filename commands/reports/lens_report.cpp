@@ -1,4 +1,4 @@
-#include "commands/tracking/lens_report.h"
+#include "commands/reports/lens_report.h"
 
 #include <fmt/core.h>
 

@@ -1,4 +1,4 @@
-#include "commands/rendering/scene_options.h"
+#include "commands/options/scene_options.h"
 
 #include <spdlog/spdlog.h>
 
@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <mutex>
 
-#include "commands/number_checks.h"
+#include "commands/options/number_checks.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/gl_context.h"

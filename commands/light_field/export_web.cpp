@@ -11,11 +11,11 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "commands/commands.h"
-#include "commands/help_text.h"
-#include "commands/number_checks.h"
-#include "commands/rendering/export_web_command.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/light_field/export_web.h"
+#include "commands/options/help_text.h"
+#include "commands/options/number_checks.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

@@ -1,10 +1,10 @@
-// Tests: coverage/session/capture_start, coverage/session/capture_meters.
+// Tests: commands/capture/capture_start, coverage/session/capture_meters.
 
 #include <gmock/gmock.h>
 
+#include "commands/capture/capture_start.h"
 #include "core/base/error.h"
 #include "coverage/session/capture_meters.h"
-#include "coverage/session/capture_start.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {

@@ -1,4 +1,4 @@
-#include "coverage/session/capture_lens.h"
+#include "coverage/session/record/capture_lens.h"
 
 #include <fmt/format.h>
 

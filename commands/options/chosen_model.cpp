@@ -1,4 +1,4 @@
-#include "commands/rendering/chosen_model.h"
+#include "commands/options/chosen_model.h"
 
 #include <optional>
 

@@ -1,4 +1,4 @@
-#include "commands/rendering/aperture_options.h"
+#include "commands/options/aperture_options.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "commands/number_checks.h"
+#include "commands/options/number_checks.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 

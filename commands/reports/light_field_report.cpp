@@ -1,4 +1,4 @@
-#include "commands/light_field/light_field_report.h"
+#include "commands/reports/light_field_report.h"
 
 #include <spdlog/spdlog.h>
 

@@ -1,5 +1,5 @@
-// Tests: commands/tracking/lens_report.
-#include "commands/tracking/lens_report.h"
+// Tests: commands/reports/lens_report.
+#include "commands/reports/lens_report.h"
 
 #include <gmock/gmock.h>
 
