@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "coverage/bound/criterion.h"
 
 namespace ulf::coverage {
 namespace {

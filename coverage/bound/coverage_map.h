@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
-#include "coverage/bound/criterion.h"
+#include "coverage/bound/criterion_view.h"
 
 namespace ulf::coverage {
 

@@ -14,7 +14,7 @@
 #include <optional>
 
 #include "core/light_field/light_field.h"
-#include "coverage/bound/criterion.h"
+#include "coverage/bound/criterion_view.h"
 
 namespace ulf::coverage {
 

@@ -5,6 +5,7 @@
 
 #include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/criterion.h"
 
 namespace ulf::coverage {
 namespace {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/geometry/angles.h"
+#include "coverage/bound/criterion.h"
 #include "coverage/operator/palette.h"
 
 namespace ulf::coverage {

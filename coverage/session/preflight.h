@@ -11,6 +11,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/link/link_facts.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/criterion.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/light_and_focus.h"
 #include "coverage/session/watch/mistake_watch.h"

@@ -10,7 +10,7 @@
 
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
-#include "coverage/bound/criterion.h"
+#include "coverage/bound/criterion_view.h"
 #include "tracking/sources/pose_source.h"
 
 namespace ulf::coverage {

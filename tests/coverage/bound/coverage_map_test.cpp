@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/criterion.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test::coverage_map {

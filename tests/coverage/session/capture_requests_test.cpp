@@ -7,6 +7,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "coverage/bound/criterion.h"
 #include "coverage/session/capture_session.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"

@@ -1,6 +1,7 @@
 // Tests: coverage/session/capture_session, coverage/session/record/capture_recorder,
 // coverage/bound/sphere_outline.
 #include "coverage/session/capture_session.h"
+#include "coverage/bound/criterion.h"
 
 #include <gmock/gmock.h>
 
