@@ -86,8 +86,9 @@ struct FrameToDecide {
 // Clipped or black, so that it is not recorded, and its fine detail tells nothing.
 bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
 
-// Whether a frame shows the whole subject from a known pose: all other reasons are the bound's or the image's.
-bool ShowsTheSubject(Reason reason);
+// Whether a frame shows the whole subject from a known pose: all other reasons not to record it are the bound's or the
+// image's. `map`: null while there is no subject.
+bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
 // `map`: null while there is no subject.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});

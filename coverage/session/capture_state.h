@@ -22,6 +22,7 @@
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/session/preflight.h"
+#include "coverage/session/record/recorded_views.h"
 #include "coverage/session/turn_back.h"
 #include "coverage/session/watch/mistake_watch.h"
 #include "tracking/tracker/tracker.h"
@@ -32,14 +33,6 @@ enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDevic
 const char* Name(StoppedBecause why);  // as in --json
 
 struct LiveMesh;
-
-// A view at the moment of recording, with its pixels; its pose now is RecordedViews' to say.
-struct RecordedFrame {
-  int id = 0;
-  Frame frame;
-  CameraModel camera;  // of the frame: a photograph's is not the live picture's
-  Rigid3 cam_from_world;
-};
 
 struct CaptureState {
   FrameSource source = FrameSource::kCamera;
@@ -111,6 +104,8 @@ struct CaptureState {
   std::optional<StoppedBecause> ended;  // set: the light field is being closed
 };
 
+using SharedCaptureState = std::shared_ptr<const CaptureState>;
+
 // How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else "5 %" of
 // the distance.
 std::string LengthToGo(const CaptureState& state, double from_distance, double to_distance);
@@ -129,7 +124,7 @@ std::string ErrorsInWords(const CaptureState& state);
 // be missed is in every later state, too.
 class CaptureFeed {
  public:
-  void Publish(std::shared_ptr<const CaptureState> state) {
+  void Publish(SharedCaptureState state) {
     const MutexLock lock(mutex_);
     if (!closed_) state_ = std::move(state);
   }
@@ -139,7 +134,7 @@ class CaptureFeed {
     closed_ = true;
     state_.reset();
   }
-  std::shared_ptr<const CaptureState> Newest() const {  // null before the first frame
+  SharedCaptureState Newest() const {  // null before the first frame
     const MutexLock lock(mutex_);
     return state_;
   }
@@ -147,7 +142,7 @@ class CaptureFeed {
  private:
   mutable Mutex mutex_;
   bool closed_ ULF_GUARDED_BY(mutex_) = false;
-  std::shared_ptr<const CaptureState> state_ ULF_GUARDED_BY(mutex_);
+  SharedCaptureState state_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace ulf::coverage

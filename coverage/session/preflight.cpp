@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/base/counted.h"
-#include "coverage/session/capture_state.h"
 
 namespace ulf::coverage {
 namespace {
@@ -224,14 +223,10 @@ void CaptureOutlook::Check(PreflightInput input) {
   }
 }
 
-void CaptureOutlook::Describe(CaptureState& state) const {
-  state.prediction = prediction_;
-  state.preflight = preflight_;
-  // The recorded views, and those that the open part of the cap will take.
-  if (prediction_ && prediction_->views && state.coverage)
-    state.views_expected =
-        static_cast<double>(state.view_ids.size()) +
-        std::max(0.0, 1 - state.coverage->CoveredShare() / until_share_) * prediction_->views->usual;
+std::optional<double> CaptureOutlook::ViewsExpected(std::size_t recorded, const CoverageMap* map) const {
+  if (!prediction_ || !prediction_->views || !map) return std::nullopt;
+  return static_cast<double>(recorded) +
+         std::max(0.0, 1 - map->CoveredShare() / until_share_) * prediction_->views->usual;
 }
 
 }  // namespace ulf::coverage

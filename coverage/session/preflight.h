@@ -60,8 +60,6 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input);
 // What holds the start: "light: too dark ...; disk: ...". Empty: nothing.
 std::string HoldsInWords(const std::vector<PreflightItem>& items);
 
-struct CaptureState;
-
 // What a capture reports before the session's first view, once each: how many views to expect, and which checks fail.
 class CaptureOutlook {
  public:
@@ -78,8 +76,10 @@ class CaptureOutlook {
   // reported by whoever found that.
   void Check(PreflightInput input);
   const std::vector<PreflightItem>& preflight() const { return preflight_; }
-  // Fills in prediction and preflight; `state` has its views and its coverage map already.
-  void Describe(CaptureState& state) const;
+  const std::optional<CapturePrediction>& prediction() const { return prediction_; }
+  // The views that are recorded, and those that the open part of the cap will take. None without a prediction, a cap or a
+  // map.
+  std::optional<double> ViewsExpected(std::size_t recorded, const CoverageMap* map) const;
 
  private:
   const std::function<void(const std::string&)> say_;

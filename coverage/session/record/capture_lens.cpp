@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "acquisition/calibration/intrinsics.h"
@@ -30,6 +31,20 @@ std::string CaptureLens::FoundSource() const {
   const std::string from = acquisition::kLensFoundInCapture;
   return found_ && found_->focal_sigma_px > 0 ? fmt::format("{} (± {:.1f} px)", from, found_->focal_sigma_px)
                                               : from;
+}
+
+double LargestShiftPx(const CameraModel& a, const CameraModel& b, int longer_side_px) {
+  const double scale = static_cast<double>(longer_side_px) / std::max(a.width, a.height);
+  double largest = 0;
+  constexpr int kPlaces = 4;  // along each side; lenses differ smoothly
+  for (int row = 0; row <= kPlaces; ++row)
+    for (int column = 0; column <= kPlaces; ++column) {
+      const Eigen::Vector2d img(a.width * column / kPlaces, a.height * row / kPlaces);
+      const auto ray = a.RayFromImg(img);
+      const auto there = ray ? b.ImgFromCam(*ray) : std::nullopt;
+      if (there) largest = std::max(largest, scale * (*there - img).norm());
+    }
+  return largest;
 }
 
 }  // namespace ulf::coverage

@@ -41,4 +41,7 @@ class CaptureLens {
   std::optional<tracking::CalibrationCheck> contradicted_;
 };
 
+// By how much two lenses show the same ray apart, at most, in pixels of a picture with this longer side.
+double LargestShiftPx(const CameraModel& a, const CameraModel& b, int longer_side_px);
+
 }  // namespace ulf::coverage

@@ -76,37 +76,36 @@ Decision PosedPhotographs::Judge(const FrameToDecide& input,
   return DecideWithoutSubject(input, shown, limits);
 }
 
-Decision PosedPhotographs::Judge(const FrameToDecide& input,
-                                 const std::vector<tracking::VisiblePoint>& points,
-                                 const RecordedViews& views, const DecisionLimits& limits) const {
-  return Judge(input, Sample(points, spacing_.most_points), views, nullptr, limits);
+PosedPhotographs::Step PosedPhotographs::Decide(const FrameToDecide& input,
+                                                const std::vector<tracking::VisiblePoint>& all_points,
+                                                const RecordedViews& views,
+                                                const DecisionLimits& limits) const {
+  const std::vector<tracking::VisiblePoint> points = Sample(all_points, spacing_.most_points);
+  Step step;
+  step.located = IsLocated(input, points);
+  step.ends_held = held_ && !(step.located && IsNeighbour(input, points));
+  if (!step.located) return step;
+  step.decision = Judge(input, points, views, step.ends_held ? &*held_ : nullptr, limits);
+  if (step.decision.reason != Reason::kRecorded) return step;
+  step.depth = MedianDepth(all_points);
+  if (!held_ || step.ends_held) return step;
+  step.replaces = input.track.sharpness > held_->track.sharpness;
+  if (!step.replaces) step.decision.reason = Reason::kCovered;
+  return step;
 }
 
-PosedPhotographs::Step PosedPhotographs::After(const FrameToDecide& input,
-                                               const std::vector<tracking::VisiblePoint>& all_points,
-                                               const RecordedViews& views, const DecisionLimits& limits) {
-  const std::vector<tracking::VisiblePoint> points = Sample(all_points, spacing_.most_points);
-  const bool located = IsLocated(input, points);
-  Step step;
-  if (held_ && !(located && IsNeighbour(input, points))) step.record = TakeHeld();
-  if (!located) return step;
-  step.decision = Judge(input, points, views, step.record ? &*step.record : nullptr, limits);
-  if (step.decision.reason != Reason::kRecorded) {
-    neighbours_ += held_.has_value();
-    return step;
-  }
-  const auto hold = [&] { held_ = HeldFrame{input.frame, input.track, MedianDepth(all_points)}; };
+std::optional<HeldFrame> PosedPhotographs::Take(const Step& step, const FrameToDecide& input) {
+  std::optional<HeldFrame> ended;
+  if (step.ends_held) ended = TakeHeld();
+  if (!step.located) return ended;
+  neighbours_ += held_.has_value();
+  if (step.decision.reason != Reason::kRecorded) return ended;
   if (!held_) {
     first_ = *input.track.cam_from_world;
     neighbours_ = 0;
-    hold();
-  } else if (++neighbours_; input.track.sharpness > held_->track.sharpness) {
-    hold();
-    step.replaced = true;
-  } else {
-    step.decision.reason = Reason::kCovered;
   }
-  return step;
+  held_ = HeldFrame{input.frame, input.track, step.depth};
+  return ended;
 }
 
 std::optional<HeldFrame> PosedPhotographs::TakeHeld() { return std::exchange(held_, std::nullopt); }

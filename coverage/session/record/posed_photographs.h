@@ -47,16 +47,19 @@ class PosedPhotographs {
  public:
   explicit PosedPhotographs(const PhotographSpacing& spacing) : spacing_(spacing) {}
 
+  // What is to be done about a frame.
   struct Step {
-    Decision decision;                // of this frame; kRecorded: it is the one that is held
-    std::optional<HeldFrame> record;  // to be recorded: the sharpest of its neighbours
-    bool replaced = false;            // the frame that was held before is less sharp and is dropped
+    Decision decision;       // of this frame; kRecorded: it is to be held
+    bool located = false;    // its pose is known, by points enough
+    bool ends_held = false;  // the frame that is held has had its neighbours, and is to be recorded
+    bool replaces = false;   // the frame that is held is less sharp and is to be dropped
+    double depth = 1;        // median, of what was tracked in it
   };
-  // Judges a frame without holding it: kRecorded where it would be recorded.
-  Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
-                 const RecordedViews& views, const DecisionLimits& limits) const;
-  Step After(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
-             const RecordedViews& views, const DecisionLimits& limits);
+  // Reads alone.
+  Step Decide(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
+              const RecordedViews& views, const DecisionLimits& limits) const;
+  // Does what Decide() said of the same frame. Returns the frame that is to be recorded: the sharpest of its neighbours.
+  std::optional<HeldFrame> Take(const Step& step, const FrameToDecide& input);
   // At the end: the frame that is still held.
   std::optional<HeldFrame> TakeHeld();
 
