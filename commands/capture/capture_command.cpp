@@ -23,10 +23,8 @@
 #include "commands/options/readout_option.h"
 #include "commands/options/subcommands.h"
 #include "commands/options/tracking_side_option.h"
-#include "commands/rendering/mask_command.h"
-#include "commands/rendering/proxy_command.h"
-#include "commands/reports/bracket_report.h"
 #include "commands/reports/light_field_report.h"
+#include "commands/reports/work_reports.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -50,6 +48,9 @@
 #include "coverage/session/capture_session.h"
 #include "coverage/session/record/map_cache.h"
 #include "coverage/simulated_operator/simulated_operator.h"
+#include "render/masks/turntable_masks.h"
+#include "render/stereo/bracket_merge.h"
+#include "render/stereo/proxy_builder.h"
 #include "tracking/sources/marker_spec.h"
 
 namespace ulf::commands {
@@ -57,7 +58,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void WritePictures(const coverage::CaptureArgs& args, const LightField& light_field,
+void WritePictures(const CaptureArgs& args, const LightField& light_field,
                    const coverage::CaptureSummary& summary) {
   if (args.overlay.empty() && args.map.empty() && args.error_map.empty()) return;
   if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
@@ -93,7 +94,7 @@ void WritePictures(const coverage::CaptureArgs& args, const LightField& light_fi
 }
 
 // Where somebody counts on them.
-void SayIfNothingWasMeasured(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary) {
+void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSummary& summary) {
   const bool decides = coverage::CoverGoal::Parse(args.cover).by != coverage::CoverBy::kBound;
   if (summary.measured || !(decides || !args.error_map.empty())) return;
   const bool mesh_came_late = summary.geometry && summary.geometry->mesh;
@@ -123,9 +124,9 @@ void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverag
              guessed.MeanFocalPx());
 }
 
-void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
+void PrintResult(const CaptureArgs& args, const coverage::CaptureSummary& summary,
                  const LightFieldReport& report, std::size_t tracked, const std::optional<PoseErrors>& errors,
-                 const std::optional<BracketReport>& brackets) {
+                 const std::optional<render::BracketReport>& brackets) {
   if (args.json) {
     nlohmann::json json = ToJson(report);
     AddTo(json, summary, tracked);
@@ -140,7 +141,7 @@ void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSumma
 }
 
 // The largest share of the limits that end the capture; without limits the device's own.
-double ShareDone(const coverage::CaptureArgs& args, const coverage::CaptureOptions& options,
+double ShareDone(const CaptureArgs& args, const coverage::CaptureOptions& options,
                  const coverage::CaptureState& now, double first_time_s, const acquisition::Device& device) {
   double share = 0;
   if (now.covered) share = *now.covered / options.until_share;
@@ -179,12 +180,12 @@ void WarnIfTheLampChanged(LightField& light_field) {
 }
 
 // The exposures are on disk: what cannot be merged now can be later.
-std::optional<BracketReport> Merged(const coverage::CaptureArgs& args,
-                                    const coverage::CaptureSummary& summary) {
+std::optional<render::BracketReport> Merged(const CaptureArgs& args,
+                                            const coverage::CaptureSummary& summary) {
   if (summary.brackets.exposures == 0 || summary.stopped_because == coverage::StoppedBecause::kDisk)
     return std::nullopt;
   try {
-    return MergeBrackets(args.dir);
+    return render::MergeBrackets(args.dir);
   } catch (const Error& error) {
     fmt::print(stderr, "{}\nthe exposures are recorded; ulf merge {} merges them\n", error.what(),
                ShellWord(args.dir));
@@ -203,7 +204,7 @@ void ReportUnwrittenFrames(const coverage::CaptureSummary& summary, bool folder_
                Counted(summary.unwritten, "frame"));
 }
 
-coverage::DisplayDoor DoorFor(const coverage::CaptureArgs& args,
+coverage::DisplayDoor DoorFor(const CaptureArgs& args,
                               const std::shared_ptr<coverage::DisplayScript>& script) {
   constexpr int kWidth = 1280, kHeight = 720;
   if (args.headless) return {};
@@ -221,10 +222,10 @@ coverage::DisplayDoor DoorFor(const coverage::CaptureArgs& args,
 
 // Masks, and over them the geometry that other captures make while they run. False, with the reason said, where there
 // are none: the views are kept.
-bool MaskTurntable(const coverage::CaptureArgs& args) {
+bool MaskTurntable(const CaptureArgs& args) {
   if (args.turntable.empty() || ReadLightField(args.dir).views.empty()) return true;
   try {
-    fmt::print(stderr, "{}", InWords(WriteTurntableMasks(args.dir)));
+    fmt::print(stderr, "{}", InWords(render::WriteTurntableMasks(args.dir)));
   } catch (const Error& error) {
     fmt::print(stderr,
                "ulf: {}\nulf: the views are kept, without masks; go on with --resume, or make the masks "
@@ -235,17 +236,16 @@ bool MaskTurntable(const coverage::CaptureArgs& args) {
   }
   if (args.no_geometry) return true;
   try {
-    WriteMeshProxy(args.dir);
+    render::WriteMeshProxy(args.dir);
   } catch (const Error& error) {
     fmt::print(stderr, "no geometry: {}\n", error.what());
   }
   return true;
 }
 
-int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens,
-                      const std::set<std::string>& given) {
+int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const std::set<std::string>& given) {
   ShareHeaps();
-  coverage::CaptureOptions options = coverage::OptionsFrom(args);
+  coverage::CaptureOptions options = OptionsFrom(args);
   RequireUsable(lens);
   RequireResumable(args, given);
   if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);
@@ -278,8 +278,8 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
     request_lines.emplace(args.requests, std::move(take));
   }
   const StopOnSignal signals;
-  coverage::PreparedCapture prepared;
-  if (!coverage::PrepareCapture(args, &options, prepared)) {
+  CaptureInHand prepared;
+  if (!PrepareCapture(args, &options, prepared)) {
     fmt::print(stderr, "stopped before the first frame: no light field was written\n");
     return kOk;
   }
@@ -389,7 +389,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
 }  // namespace
 
 void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<coverage::CaptureArgs>();
+  auto args = std::make_shared<CaptureArgs>();
   auto lens = std::make_shared<LensUseArgs>();
   CLI::App* command =
       app.add_subcommand("capture", "Capture a light field: records every view that is missing");
@@ -502,7 +502,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       KeyLines(coverage::kKeysInSubject) + "\nIn the review:" + KeyLines(coverage::kKeysInReview));
   command->callback([args, lens, command, &chosen] {
     chosen = [args, lens, given = GivenOptions(*command)] {
-      args->poses = coverage::PosesFrom(*args);
+      args->poses = PosesFrom(*args);
       args->lens = lens->use;
       return RunCaptureCommand(*args, *lens, given);
     };

@@ -10,7 +10,7 @@
 
 #include "core/geometry/trajectory.h"
 #include "core/light_field/light_field.h"
-#include "coverage/session/capture_session.h"
+#include "coverage/session/capture_summary.h"
 
 namespace ulf::commands {
 

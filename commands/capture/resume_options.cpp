@@ -13,8 +13,6 @@
 namespace ulf::commands {
 namespace {
 
-using coverage::CaptureArgs;
-
 // As options take it.
 std::string SubjectText(const Subject& subject) {
   const Eigen::Vector3d& center = subject.center_in_world;

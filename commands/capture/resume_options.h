@@ -29,7 +29,7 @@ struct ResumeRule {
   OnResume what;
   // What stands behind the option's name in a refusal: its value and why not; empty: nothing speaks against it. Null
   // where the option is used in any case.
-  std::string (*refusal)(const coverage::CaptureArgs& args, const LightField& light_field) = nullptr;
+  std::string (*refusal)(const CaptureArgs& args, const LightField& light_field) = nullptr;
 };
 
 std::span<const ResumeRule> ResumeRules();
@@ -39,6 +39,6 @@ std::set<std::string> GivenOptions(const CLI::App& command);
 
 // Throws UsageError for the first of `given` that is refused, and Error for a light field that cannot be read. A folder
 // without a journal is left to LightFieldWriter::Resume.
-void RequireResumable(const coverage::CaptureArgs& args, const std::set<std::string>& given);
+void RequireResumable(const CaptureArgs& args, const std::set<std::string>& given);
 
 }  // namespace ulf::commands

@@ -116,16 +116,6 @@ std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::Ren
   return fit;
 }
 
-std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
-                                                           const render::SceneOptions& options, int size_px) {
-  const bool masked =
-      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
-  render::SceneOptions small = options;
-  small.size_limit_px = size_px;
-  small.form = masked ? render::PhotographForm::kLinear : render::PhotographForm::kEightBits;
-  return render::LoadScene(light_field, small);
-}
-
 std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
                                                           const render::RenderScene& scene,
                                                           const render::FieldOptions& field) {

@@ -45,9 +45,6 @@ std::shared_ptr<const render::Proxy> MeshForLight(
 // recorded.
 std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,
                                         const std::shared_ptr<const render::Proxy>& mesh);
-// The views of which geometry is made, in the form that its stereo needs, `size_px` wide or high.
-std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
-                                                           const render::SceneOptions& options, int size_px);
 // `field`: for which --proxy plane:fitted fits it.
 std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
                                                           const render::RenderScene& scene,

@@ -341,7 +341,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     try {
       watch.Lap();
       render::ProxyMesh mesh =
-          render::BuildProxy(*LoadForGeometry(given, options, geometry.size_px), geometry, &progress);
+          render::BuildProxy(*render::LoadForGeometry(given, options, geometry.size_px), geometry, &progress);
       result.geometry = watch.Lap();
       result.depth_maps = mesh.summary.depth_maps;
       if (folder) render::WriteMeshPly(folder->path() / render::kMeshProxyFile, mesh.mesh);

@@ -11,7 +11,6 @@
 
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
-#include "commands/rendering/proxy_command.h"
 #include "commands/reports/explain.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -96,11 +95,8 @@ std::shared_ptr<const render::RenderScene> SceneFor(const ProxyArgs& args, const
   if (args.leave_out_every > 0)
     for (std::size_t i = 0; i < light_field.views.size(); i += static_cast<std::size_t>(args.leave_out_every))
       scene_options.leave_out.push_back(static_cast<int>(i));
-  if (light_field.views.size() < 2 + scene_options.leave_out.size())
-    throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
-                args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
-                scene_options.leave_out.size());
-  return LoadForGeometry(light_field, scene_options, args.options.size_px);
+  render::RequireViewsForMesh(light_field, args.dir, scene_options.leave_out.size());
+  return render::LoadForGeometry(light_field, scene_options, args.options.size_px);
 }
 
 render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
@@ -199,16 +195,6 @@ int RunProxy(const ProxyArgs& args) {
 }
 
 }  // namespace
-
-void WriteMeshProxy(const std::string& dir) {
-  ProxyArgs args;
-  args.dir = dir;
-  const LightField light_field = ReadLightField(dir);
-  const render::ProxyMesh proxy = Built(args, light_field);
-  render::WriteGeometryFiles(
-      light_field, render::MeshPlyBytes(proxy.mesh, render::OriginComments("ulf proxy", light_field)),
-      proxy.maps, render::FormerGeometry::kKept);
-}
 
 void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<ProxyArgs>();

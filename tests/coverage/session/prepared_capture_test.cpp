@@ -1,7 +1,7 @@
-// Tests: commands/capture/capture_start, coverage/session/record/kept_photographs.
+// Tests: coverage/session/prepared_capture, coverage/session/record/kept_photographs.
 //
 // Photographs that came before a capture that could not begin.
-#include "commands/capture/capture_start.h"
+#include "coverage/session/prepared_capture.h"
 
 #include <gmock/gmock.h>
 
