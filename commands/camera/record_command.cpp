@@ -8,7 +8,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
 #include "acquisition/device/repeated_events.h"
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/device_report.h"
 #include "core/base/counted.h"

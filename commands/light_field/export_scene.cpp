@@ -12,7 +12,7 @@
 #include <tuple>
 
 #include "commands/options/chosen_model.h"
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"

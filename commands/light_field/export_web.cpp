@@ -13,7 +13,7 @@
 
 #include "commands/light_field/export_web.h"
 #include "commands/options/help_text.h"
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"

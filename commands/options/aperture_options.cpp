@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 
 namespace ulf::commands {
 

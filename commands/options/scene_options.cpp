@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <mutex>
 
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/gl_context.h"

@@ -12,7 +12,7 @@
 #include "commands/options/background_option.h"
 #include "commands/options/chosen_model.h"
 #include "commands/options/help_text.h"
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/explain.h"

@@ -11,7 +11,7 @@
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
 #include "commands/options/intrinsics_options.h"
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -15,7 +15,7 @@
 #include "commands/options/aperture_options.h"
 #include "commands/options/chosen_model.h"
 #include "commands/options/help_text.h"
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/explain.h"

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "acquisition/calibration/intrinsics.h"
-#include "commands/options/number_checks.h"
+#include "commands/options/option_values.h"
 #include "commands/options/readout_option.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/coverage_change.h"

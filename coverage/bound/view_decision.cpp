@@ -82,7 +82,8 @@ struct SubjectInView {
   std::vector<Eigen::Vector2d> outline = {};
 };
 
-SubjectInView FindSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
+SubjectInView LookForSubject(const FrameToDecide& input, const CoverageMap* map,
+                             const DecisionLimits& limits) {
   const tracking::Track& track = input.track;
   if (!IsTracked(track) || !map) return {Reason::kTracking};
   if (track.focal_ratio) return {Reason::kZoomed};
@@ -104,11 +105,11 @@ SubjectInView FindSubject(const FrameToDecide& input, const CoverageMap* map, co
 }  // namespace
 
 bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
-  return FindSubject(input, map, limits).reason == Reason::kRecorded;
+  return LookForSubject(input, map, limits).reason == Reason::kRecorded;
 }
 
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
-  const SubjectInView found = FindSubject(input, map, limits);
+  const SubjectInView found = LookForSubject(input, map, limits);
   if (found.reason != Reason::kRecorded) return {found.reason, {}};
   const CriterionView candidate =
       CriterionView::From(input.camera, *input.track.cam_from_world, input.coverage_width_px);

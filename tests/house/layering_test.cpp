@@ -435,7 +435,7 @@ TEST(Layering, FindsALibraryOutsideItsRoom) {
                 "core/fiducials/board.cpp"},
            Case{"yaml-cpp/yaml.h", "acquisition/calibration/intrinsics.cpp",
                 "acquisition/calibration/lens_files/lens_tree.cpp"},
-           Case{"CLI/CLI.hpp", "commands/capture/capture_start.h", "commands/options/number_checks.h"},
+           Case{"CLI/CLI.hpp", "coverage/session/capture_session.h", "commands/options/option_values.h"},
        }) {
     const ScratchFolder scratch;
     Plant(scratch.path(), c.outside, "#include <" + c.header + ">\n");

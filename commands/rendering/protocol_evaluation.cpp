@@ -1,4 +1,4 @@
-#include "commands/rendering/protocol_command.h"
+#include "commands/rendering/protocol_evaluation.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

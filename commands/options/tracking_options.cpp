@@ -1,4 +1,4 @@
-#include "commands/options/lens_use_option.h"
+#include "commands/options/tracking_options.h"
 
 #include <spdlog/spdlog.h>
 
