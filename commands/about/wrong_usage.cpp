@@ -1,4 +1,4 @@
-#include "commands/about/wrong_usage.h"
+#include "commands/about/about_commands.h"
 
 #include <fmt/format.h>
 

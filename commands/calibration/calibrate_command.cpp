@@ -11,7 +11,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/calibration_picture.h"
 #include "commands/calibration/calibrate_source.h"
-#include "commands/calibration/color_report.h"
+#include "commands/calibration/calibration_report.h"
 #include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"

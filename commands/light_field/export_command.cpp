@@ -10,7 +10,6 @@
 #include <opencv2/core/utility.hpp>
 
 #include "commands/light_field/export_scene.h"
-#include "commands/light_field/export_web.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

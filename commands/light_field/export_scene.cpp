@@ -1,5 +1,5 @@
 #include "commands/light_field/export_scene.h"
-#include "commands/options/help_text.h"
+#include "commands/options/option_values.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
@@ -12,7 +12,6 @@
 #include <tuple>
 
 #include "commands/options/chosen_model.h"
-#include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"

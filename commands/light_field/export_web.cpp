@@ -11,8 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "commands/light_field/export_web.h"
-#include "commands/options/help_text.h"
+#include "commands/light_field/export_scene.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"

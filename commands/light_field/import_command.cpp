@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "acquisition/calibration/calibration_io.h"
-#include "commands/options/background_option.h"
+#include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/light_field_report.h"
 #include "core/base/counted.h"

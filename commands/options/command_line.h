@@ -1,4 +1,4 @@
-// Exit codes, the function that runs the chosen subcommand, and how options are spelled.
+// Exit codes, the function that runs the chosen subcommand, how options are spelled, and the error that names them.
 #pragma once
 
 #include <algorithm>
@@ -6,9 +6,12 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/error.h"
+
 namespace CLI {
 class App;
-}
+class ParseError;
+}  // namespace CLI
 
 namespace ulf::commands {
 
@@ -25,5 +28,9 @@ inline std::string OptionOf(std::string_view parameter) {
   std::replace(option.begin(), option.end(), '_', '-');
   return option;
 }
+
+// The command line asks for something impossible: exit status kWrongUsage. Thrown by commands/ alone; libraries throw
+// Refusal, which names a parameter, and the program spells it as the option.
+using ulf::UsageError;
 
 }  // namespace ulf::commands

@@ -9,9 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/options/aperture_options.h"
-#include "commands/options/background_option.h"
 #include "commands/options/chosen_model.h"
-#include "commands/options/help_text.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"

@@ -14,7 +14,6 @@
 
 #include "commands/options/aperture_options.h"
 #include "commands/options/chosen_model.h"
-#include "commands/options/help_text.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"

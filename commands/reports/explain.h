@@ -1,6 +1,10 @@
 // Why something was chosen, said in one form by all commands.
 #pragma once
 
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -8,7 +12,11 @@
 
 namespace ulf::commands {
 
-std::string ExplainedText(const std::vector<ModelChoice>& choices);
+inline std::string ExplainedText(const std::vector<ModelChoice>& choices) {
+  std::string text;
+  for (const ModelChoice& choice : choices) text += ulf::ToText(choice);
+  return text;
+}
 
 // The key of a command's JSON report.
 template <typename Json>
@@ -19,6 +27,9 @@ void AddExplained(Json& report, const std::vector<ModelChoice>& choices) {
 
 // `why`, one line of the log; with --explain all that was compared instead, beside the report, or with --json in it
 // (AddExplained()).
-void SayWhy(bool explain, bool json, const std::string& why, const std::vector<ModelChoice>& choices);
+inline void SayWhy(bool explain, bool json, const std::string& why, const std::vector<ModelChoice>& choices) {
+  if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);
+  if (explain && !json) fmt::print(stderr, "{}", ExplainedText(choices));
+}
 
 }  // namespace ulf::commands

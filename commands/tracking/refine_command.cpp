@@ -21,8 +21,8 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "commands/options/option_values.h"
-#include "commands/options/readout_option.h"
 #include "commands/options/subcommands.h"
+#include "commands/options/tracking_options.h"
 #include "commands/reports/coverage_change.h"
 #include "commands/reports/explain.h"
 #include "commands/reports/geometry_report.h"

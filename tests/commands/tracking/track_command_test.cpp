@@ -1,5 +1,5 @@
 // Tests: commands/tracking/track_command, commands/capture/capture_command,
-// commands/options/tracking_options, commands/options/readout_option, commands/tracking/track_report, commands/options/tracking_side_option,
+// commands/options/tracking_options, commands/tracking/track_report,
 // commands/tracking/trajectory_plot.
 // ulf track as a process: told to stop, it writes what it has.
 #include <gmock/gmock.h>
