@@ -11,6 +11,7 @@
 
 #include "core/base/counted.h"
 #include "core/image/image.h"
+#include "coverage/operator/instruction.h"
 #include "coverage/operator/key_actions.h"
 
 namespace ulf::coverage {
@@ -248,7 +249,7 @@ void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) 
   panels.Hint(over_ ? "closed: any key" : state.ended ? "closing the light field" : "? keys");
   if (!state.cam_from_world && !state.ended) panels.TrackingHelp(state);
   const Instruction instruction = InstructionFor(state);
-  panels.Instruction(instruction.words, instruction.urgent ? render::ink::kBad : palette().guide);
+  panels.Instruction(InWords(instruction, state), instruction.urgent ? render::ink::kBad : palette().guide);
 }
 
 void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& panels) {

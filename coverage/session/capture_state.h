@@ -108,7 +108,15 @@ using SharedCaptureState = std::shared_ptr<const CaptureState>;
 
 // How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else "5 %" of
 // the distance.
-std::string LengthToGo(const CaptureState& state, double from_distance, double to_distance);
+struct LengthToGo {
+  enum class Unit { kPercent, kMillimetres, kCentimetres, kMetres };
+  double amount = 0;
+  Unit unit = Unit::kPercent;
+  static LengthToGo Of(const CaptureState& state, double from_distance, double to_distance);
+  std::string Text() const;
+  // Of a distance in metres, as the text says it, rounded.
+  double ShareOf(double distance_m) const;
+};
 
 // The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in the camera's
 // axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above. Empty when there is no

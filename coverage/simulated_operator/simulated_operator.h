@@ -3,7 +3,7 @@
 //
 // The person sees what the display draws and nothing else (operator/shown_sphere.h and the line of
 // instruction): the dot, the arrow and the paint on the side of the sphere that faces the camera, their
-// colours, and the words of the line. A picture has no scale and no orientation, so the person steers by eye,
+// colours, and what the line says (operator/instruction.h). A picture has no scale and no orientation, so the person steers by eye,
 // in shares of the subject's distance. Of the true world the person knows which way is down, roughly how far
 // away the subject is, and where the hand was a moment ago, to go back there when tracking is lost.
 //

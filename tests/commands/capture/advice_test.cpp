@@ -15,7 +15,7 @@
 #include "commands/reports/light_field_report.h"
 #include "core/base/error.h"
 #include "core/geometry/rigid3.h"
-#include "coverage/operator/overlay.h"
+#include "coverage/operator/instruction.h"
 #include "coverage/operator/panels.h"
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_subject.h"
@@ -136,16 +136,16 @@ TEST(Advice, OfTheDisplayFitsTheSource) {
   for (const FrameSource source : kFrameSources) {
     CaptureState state;
     state.source = source;
-    ExpectToFit(source, InstructionFor(state).words);
+    ExpectToFit(source, InWords(InstructionFor(state), state));
     state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, -1, 0});
     state.tracking = TrackState::kTracking;
     for (const bool finding : {false, true}) {
       state.finding_subject = finding;
-      ExpectToFit(source, InstructionFor(state).words);
+      ExpectToFit(source, InWords(InstructionFor(state), state));
     }
     state.subject = Subject{{0, 0, 0}, 0.2};
     state.subject_moved = true;
-    ExpectToFit(source, InstructionFor(state).words);
+    ExpectToFit(source, InWords(InstructionFor(state), state));
     state.subject_moved = false;
     state.guidance.toward = Eigen::Vector3d(1, 0, -1).normalized();
     for (const double distance : {1.0, 2.0, 4.0})
@@ -153,13 +153,13 @@ TEST(Advice, OfTheDisplayFitsTheSource) {
         state.guidance.distance = distance;
         state.guidance.row = Guidance::RowOffset{0.2, 0.1};
         state.decision.reason = reason;
-        ExpectToFit(source, InstructionFor(state).words);
+        ExpectToFit(source, InWords(InstructionFor(state), state));
       }
     EXPECT_EQ(WayInWords(state).empty(), IsTaken(source));
     state.subject.reset();
     state.without_subject = true;
     state.decision.reason = Reason::kRecorded;
-    ExpectToFit(source, InstructionFor(state).words);
+    ExpectToFit(source, InWords(InstructionFor(state), state));
     const Rigid3 at_origin;
     for (const Subject& subject : {Subject{{0, 0, 1}, 1.5}, Subject{{0, 0, -1}, 0.2}})
       ExpectToFit(source, ProblemOf(subject, at_origin, source));
