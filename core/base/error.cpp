@@ -12,8 +12,8 @@ std::atomic<std::string (*)(std::string_view)> spelling{AsInTheApi};
 std::string Joined(const std::string& what, const std::string& value, const std::string& why,
                    const std::string& remedy) {
   std::string text = what;
-  if (!value.empty()) text += " " + value;
-  text += ": " + why;
+  if (!what.empty()) text += value.empty() ? ": " : " " + value + ": ";
+  text += why;
   return remedy.empty() ? text : text + "; " + remedy;
 }
 

@@ -26,6 +26,7 @@ class Refusal : public Error {
  public:
   // what: the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file). value: what was
   // given for it; empty where that adds nothing. why: what is wrong. remedy: what to do; empty where `why` says it.
+  // Without `what` the text is "WHY; REMEDY", where `why` quotes the value in a sentence of its own.
   Refusal(std::string what, std::string value, std::string why, std::string remedy);
 
   const std::string& Subject() const { return what_; }

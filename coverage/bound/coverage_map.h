@@ -30,7 +30,7 @@ namespace ulf::coverage {
 struct Cap {
   double width = 0;
   double height = 0;
-  static Cap ParseDegrees(const std::string& text);  // "60x40"; throws UsageError
+  static Cap ParseDegrees(const std::string& text);  // "60x40"; throws Refusal
   static Cap FromDegrees(const Eigen::Vector2d& width_and_height);
   static Cap WholeSphere();
   Eigen::Vector2d Degrees() const;
@@ -38,7 +38,7 @@ struct Cap {
 };
 
 // "60x40", "60x40:95%" or "60x40:0.95": a cap and the share of it to cover, none where it is not given.
-// Throws UsageError.
+// Throws Refusal.
 struct CapGoal {
   Cap cap;
   std::optional<double> share;

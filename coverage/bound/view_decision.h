@@ -40,7 +40,7 @@ inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      R
                                      Reason::kSpeed,    Reason::kSpool,        Reason::kDisk,
                                      Reason::kStill,    Reason::kPaused,       Reason::kZoomed,
                                      Reason::kBracket};
-const char* Name(Reason reason);               // as in --json
+const char* Name(Reason reason);               // as in reports for programs
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
 

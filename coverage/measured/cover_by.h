@@ -18,7 +18,7 @@ struct CoverGoal {
   CoverBy by = CoverBy::kBound;
   // At least, inside the subject's silhouette, in small pictures (docs/guidance.md, "Measured errors"). Guessed.
   double db = 33;
-  // "bound", "measured", "both", or "measured:35", "both:35". Throws UsageError.
+  // "bound", "measured", "both", or "measured:35", "both:35". Throws Refusal.
   static CoverGoal Parse(const std::string& text);
 };
 

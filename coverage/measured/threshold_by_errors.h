@@ -22,7 +22,7 @@ class ThresholdByErrors {
   // Guessed.
   struct Options {
     double least_px = 7,
-           most_px = 36;  // the threshold goes no further; from --quality high to three times fast
+           most_px = 36;  // the threshold goes no further; from the quality "high" to three times "fast"
     double most_apart = Radians(12);  // between views: geometry needs neighbours
     // Of the radius that the bound lets one view cover: how far frames lie from the nearest view on average, and
     // how far they must lie to tell anything.

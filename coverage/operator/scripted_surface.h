@@ -1,5 +1,5 @@
 // The operator display without a window, for remote use and for programs: keys come as lines of text, and
-// pictures of the display go to files (`ulf capture --offscreen`). The same code runs as in a window.
+// pictures of the display go to files (`ulf capture` calls that offscreen). The same code runs as in a window.
 #pragma once
 
 #include <deque>
@@ -25,7 +25,7 @@ class DisplayScript {
   using Step = std::variant<Keys, Look, CaptureRequest>;
   explicit DisplayScript(CaptureRequests& requests) : requests_(requests) {}
 
-  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws UsageError for any other
+  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws Refusal for any other
   // line. Once there is no display, requests go to the capture at once; for the others an error is printed.
   void Take(const std::string& line);
   std::optional<Step> Next();

@@ -81,8 +81,8 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
   std::string smaller = "ask for a smaller cap";
   if (const std::optional<Cap> largest = LargestCovered(map, share_)) {
     const Eigen::Vector2d degrees = largest->Degrees();
-    smaller = fmt::format("resume with --until-covered {:.0f}x{:.0f}, which is covered to {:g} %",
-                          degrees.x(), degrees.y(), 100 * share_);
+    smaller = fmt::format("resume with {} {:.0f}x{:.0f}, which is covered to {:g} %",
+                          Parameter("until_covered"), degrees.x(), degrees.y(), 100 * share_);
   }
   const double open = 1 - covered;
   const char* to_do = IsTaken(source_) ? "; "

@@ -42,7 +42,7 @@ struct CaptureOptions {
   // Set: no subject, no coverage map and no cap; photographs of a walk (posed_photographs.h).
   std::optional<PhotographSpacing> without_subject;
   // Frames of a place whose way to the recorded views is not known (TrackState::kApart) are kept in unposed/, as many as
-  // show something new, for `ulf refine --unposed`.
+  // show something new; refining may find where they were taken.
   bool keep_apart = false;
   // Set: so many exposures of each view. The device takes them (Device::TakesExposures) and knows its exposure time.
   std::optional<ExposureBracket> bracket;

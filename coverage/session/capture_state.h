@@ -30,7 +30,7 @@
 namespace ulf::coverage {
 
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
-const char* Name(StoppedBecause why);  // as in --json
+const char* Name(StoppedBecause why);  // as in reports for programs
 
 struct LiveMesh;
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 
 namespace ulf::coverage {
 namespace {
@@ -108,19 +109,21 @@ PreflightItem Calibration(const PreflightInput& input) {
                                           : "while the camera moves sideways, up and down");
   } else if (input.lens_contradicted && !input.lens_is_sought) {
     item.in_order = false;
-    item.words = fmt::format("contradicted: {}; {}, or begin again with --intrinsics refine",
-                             input.lens_contradicted->Text(),
-                             IsTaken(input.source) ? "give their camera's calibration" : "calibrate");
+    item.words = fmt::format(
+        "contradicted: {}; {}, or begin again with {} refine", input.lens_contradicted->Text(),
+        IsTaken(input.source) ? "give their camera's calibration" : "calibrate", Parameter("intrinsics"));
   } else if (!input.calibrated) {
     item.words = "not known";
   } else {
     item.words =
         *input.calibrated
             ? input.calibration_source
-            : fmt::format("only a focal length, the lens's distortion is not known: {}",
-                          IsTaken(input.source) ? "give their camera's calibration (--calibration), or "
-                                                  "have it found (--intrinsics refine)"
-                                                : "calibrate the camera (ulf board, ulf calibrate)");
+            : fmt::format(
+                  "only a focal length, the lens's distortion is not known: {}",
+                  IsTaken(input.source)
+                      ? fmt::format("give their camera's calibration ({}), or have it found ({} refine)",
+                                    Parameter("calibration"), Parameter("intrinsics"))
+                      : "calibrate the camera (ulf board, ulf calibrate)");
   }
   return item;
 }

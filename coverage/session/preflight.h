@@ -31,10 +31,11 @@ struct PreflightItem {
 
 struct PreflightInput {
   FrameSource source = FrameSource::kCamera;
-  bool resumed = false;            // there are views of earlier sessions
-  std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
+  bool resumed = false;  // there are views of earlier sessions
+  std::optional<bool>
+      calibrated;  // false: a focal length and no distortion; none: poses and camera are given
   std::string calibration_source;
-  bool lens_is_sought = false;  // --intrinsics refine
+  bool lens_is_sought = false;  // LensUse::kRefine
   std::optional<tracking::RefinedLens> lens_found = {};
   std::optional<tracking::CalibrationCheck> lens_contradicted = {};
   acquisition::HeldAutomatics held;

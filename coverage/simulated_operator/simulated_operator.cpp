@@ -136,10 +136,9 @@ OperatorOptions OperatorOptions::Parse(const std::string& text) {
     good &= error == std::errc() && parsed == end;
   }
   if (!good)
-    throw UsageError(
-        "'{}' is no simulated operator; there are guided, unguided, novice and unguided-novice, each with a "
-        "seed if wanted: novice:7",
-        text);
+    throw Refusal(
+        "", text, fmt::format("'{}' is no simulated operator", text),
+        "there are guided, unguided, novice and unguided-novice, each with a seed if wanted: novice:7");
   return options;
 }
 
@@ -433,8 +432,8 @@ std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const st
   const OperatorOptions options = OperatorOptions::Parse(text);
   const std::vector<std::string> scenes = acquisition::Scene::Names();
   if (uri.scheme != "sim" || std::ranges::find(scenes, uri.path) == scenes.end())
-    throw UsageError("--operator {}: {} is not a simulated scene; a simulated person can hold nothing else",
-                     text, uri.Text());
+    throw Refusal(Parameter("operator"), text, fmt::format("{} is not a simulated scene", uri.Text()),
+                  "a simulated person can hold nothing else");
   const auto scene = acquisition::Scene::Named(uri.path);
   const Vector3d center = scene->subject().center_in_world;
   return std::make_shared<SimulatedOperator>(

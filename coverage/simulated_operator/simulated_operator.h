@@ -31,7 +31,7 @@ struct OperatorOptions {
   bool novice = false;
   std::uint64_t seed = 1;
   // "guided", "unguided", "novice", "unguided-novice", each with a seed if wanted: "novice:7". Throws
-  // UsageError that lists them.
+  // Refusal that lists them.
   static OperatorOptions Parse(const std::string& text);
 };
 
@@ -57,7 +57,7 @@ class SimulatedOperator : public acquisition::HandMotion {
   const std::unique_ptr<Person> person_;
 };
 
-// `text` as in `ulf capture --operator`. Throws UsageError unless `uri` is a simulated scene.
+// `text`: as OperatorOptions::Parse() takes it. Throws Refusal unless `uri` is a simulated scene.
 std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text);
 
 }  // namespace ulf::coverage

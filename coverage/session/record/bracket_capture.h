@@ -1,4 +1,4 @@
-// Exposure brackets (`ulf capture --bracket 3x2EV`): when a view has been recorded, the camera is asked for its other
+// Exposure brackets (CaptureOptions::bracket): when a view has been recorded, the camera is asked for its other
 // exposures (Device::RequestExposures). Each becomes part of the view on disk, with where the camera stood for it
 // relative to the view: the hand does not stand still meanwhile. They are merged after the capture
 // (render/stereo/bracket_merge.h).
@@ -27,7 +27,7 @@ namespace ulf::coverage {
 struct ExposureBracket {
   int exposures = 3;  // with the view's own
   double stops = 2;   // between neighbours
-  // "3x2EV"; throws UsageError that says what is right.
+  // "3x2EV"; throws Refusal that says what is right.
   static ExposureBracket Parse(const std::string& text);
   std::string Text() const;
   // Of the exposures beside the view's own, in the order in which they are taken: nearest first, shorter before longer.

@@ -122,7 +122,8 @@ void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
     MakeFolderIn(light_field.root, "cache");
     poses.SaveMap(file, KeyOf(light_field, tracked));
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}; --resume will take longer to start, nothing else changes\n", error.what());
+    fmt::print(stderr, "{}; {} will take longer to start, nothing else changes\n", error.what(),
+               Parameter("resume"));
   }
 }
 

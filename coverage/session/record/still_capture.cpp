@@ -116,8 +116,8 @@ bool StillCapture::HasExpectedSize(const Frame& still) {
   if (!said_size_)
     spdlog::warn(
         "a photograph is {}x{}, the calibration's still mode is for {}x{}: such photographs are kept in "
-        "unposed/; set the camera's image size back, or calibrate with --mode still",
-        still.image.width(), still.image.height(), camera_.width, camera_.height);
+        "unposed/; set the camera's image size back, or calibrate with {} still",
+        still.image.width(), still.image.height(), camera_.width, camera_.height, Parameter("mode"));
   said_size_ = true;
   return false;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 
 namespace ulf::coverage {
 
@@ -19,47 +20,44 @@ const char* Name(Mistake mistake) {
 
 std::string CureOf(Mistake mistake, FrameSource source, bool compensated) {
   const bool is_taken = IsTaken(source);
+  const auto even_out = [] {
+    return fmt::format("Even the views out when you render them ({} fit)", Parameter("light"));
+  };
+  const auto begin_again = [] { return fmt::format("begin again with {} refine", Parameter("intrinsics")); };
   switch (mistake) {
     case Mistake::kOutOfFocus:
       return is_taken ? "No rendering brings the detail back. The next time focus on the subject and fix the "
                         "focus"
                       : "Focus on the subject and fix the focus; move slowly";
     case Mistake::kAutoExposure:
-      return is_taken ? "Even the views out when you render them (--light fit). The next time switch auto "
-                        "exposure off"
+      return is_taken ? even_out() + ". The next time switch auto exposure off"
                       : fmt::format("Switch auto exposure off and set the exposure ({})", WhereToSet(source));
     case Mistake::kFocusHunts:
       return is_taken ? "Soft pictures stay soft. The next time switch auto focus off, and focus once on the "
                         "subject"
                       : "Switch auto focus off, at the lens or by the camera's settings, and focus once on "
                         "the subject";
-    case Mistake::kRollingShutter:
-      if (is_taken)
-        return compensated ? "It is compensated, which leaves about twice the error of a global shutter"
-                           : "Let it be compensated (--readout-ms auto)";
-      return compensated ? "Move slowly: it is compensated, which leaves about twice the error of a global "
-                           "shutter"
-                         : "Let it be compensated (--readout-ms auto), and move slowly; or take a camera "
-                           "with a global shutter";
+    case Mistake::kRollingShutter: {
+      const std::string let = fmt::format("Let it be compensated ({} auto)", Parameter("readout_ms"));
+      const std::string leaves = "it is compensated, which leaves about twice the error of a global shutter";
+      if (is_taken) return compensated ? "It" + leaves.substr(2) : let;
+      return compensated ? "Move slowly: " + leaves
+                         : let + ", and move slowly; or take a camera with a global shutter";
+    }
     case Mistake::kFlicker:
       return fmt::format(
-          "{} for 1/50 or 1/25 s (1/60 or 1/30 s where mains have 60 Hz), or take lamps that "
-          "do not flicker",
-          is_taken ? "Even the views out when you render them (--light fit); bands stay. The "
-                     "next time expose"
-                   : "Expose");
+          "{} for 1/50 or 1/25 s (1/60 or 1/30 s where mains have 60 Hz), or take lamps that do not flicker",
+          is_taken ? even_out() + "; bands stay. The next time expose" : "Expose");
     case Mistake::kUnsteadyLight:
-      return is_taken ? "Even the views out when you render them (--light fit). The next time keep lamps, "
-                        "daylight and shadows as they are"
+      return is_taken ? even_out() + ". The next time keep lamps, daylight and shadows as they are"
                       : "Keep lamps, daylight and shadows as they are while you capture";
     case Mistake::kDust:
       return fmt::format("{} the lens, and if that does not help the glass before the sensor",
                          is_taken ? "The spots stay in these pictures. The next time clean" : "Clean");
     case Mistake::kWrongLens:
-      return is_taken ? "Give the calibration of the camera that took them (--calibration), or begin again "
-                        "with --intrinsics refine"
-                      : "Calibrate with this lens at this zoom (ulf calibrate), or begin again with "
-                        "--intrinsics refine";
+      return is_taken ? fmt::format("Give the calibration of the camera that took them ({}), or {}",
+                                    Parameter("calibration"), begin_again())
+                      : "Calibrate with this lens at this zoom (ulf calibrate), or " + begin_again();
   }
   return {};
 }

@@ -35,7 +35,7 @@ enum class Mistake {
 inline constexpr std::array kMistakes{
     Mistake::kOutOfFocus, Mistake::kAutoExposure,  Mistake::kFocusHunts, Mistake::kRollingShutter,
     Mistake::kFlicker,    Mistake::kUnsteadyLight, Mistake::kDust,       Mistake::kWrongLens};
-const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in --json
+const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in reports for programs
 // What to do about it, by what can still be changed about the pictures; what only the next ones can be spared begins with
 // "The next time". Sentences, without the last full stop. `compensated`: the rows of a rolling shutter.
 std::string CureOf(Mistake mistake, FrameSource source, bool compensated = false);

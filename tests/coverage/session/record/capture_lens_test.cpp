@@ -249,7 +249,7 @@ TEST(CaptureLens, AWrongLensIsAMistakeFromWhereItShowsOnAndAlsoWhereThatIsAtTheE
   EXPECT_NEAR(early[0].first_s, 20 / 15.0, 1e-6);
   EXPECT_NEAR(late[0].first_s, 39 / 15.0, 1e-6);
   EXPECT_THAT(late[0].finding, HasSubstr("300.0 px"));
-  EXPECT_THAT(late[0].cure, HasSubstr("--intrinsics refine"));
+  EXPECT_THAT(late[0].cure, HasSubstr("intrinsics refine"));
   EXPECT_TRUE(mistakes("replaced", 20, tracking::LensUse::kRefine).empty()) << "the cure was taken";
 }
 
@@ -269,7 +269,7 @@ TEST(CaptureLens, BeforeTheFirstViewTheListSaysWhatIsKnownOfTheLens) {
   EXPECT_FALSE(calibration(checked, 20).holds_start) << "it can be found afterwards";
   EXPECT_THAT(calibration(checked, 20).words,
               AllOf(HasSubstr("contradicted: images fit a focal length of 300.0 px"),
-                    HasSubstr("or less, 4.8 % below the 315.0 given"), HasSubstr("--intrinsics refine")));
+                    HasSubstr("or less, 4.8 % below the 315.0 given"), HasSubstr("intrinsics refine")));
   EXPECT_EQ(std::ranges::count_if(
                 checked.said, [](const std::string& line) { return line.find("315.0 given") != line.npos; }),
             1)
