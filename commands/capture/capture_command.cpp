@@ -36,6 +36,7 @@
 #include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/light_check.h"
 #include "core/light_field/light_field_io.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/operator/coverage_drawing.h"
 #include "coverage/operator/panels.h"
 #include "coverage/operator/run_with_display.h"
@@ -410,12 +411,18 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "--until-covered", args->until_covered,
       "Stop when this cap is covered, AZIMUTHxELEVATION in degrees such as 60x40 or 60x40:95% (default: 98 % "
       "of it; with --resume as before); none: until stopped");
-  command->add_option("--quality", args->quality, "Threshold by name: high 7 px, fast 12 px (default: high)")
+  command
+      ->add_option("--quality", args->quality,
+                   fmt::format("Threshold by name: high {:g} px, fast {:g} px (default: high)",
+                               coverage::kHighThresholdPx, coverage::kFastThresholdPx))
       ->check(CLI::IsMember({"high", "fast"}));
-  command->add_option("--threshold-px", args->threshold_px,
-                      "Largest error of the bound, in pixels of the coverage image (default: 7)");
+  command->add_option(
+      "--threshold-px", args->threshold_px,
+      fmt::format("Largest error of the bound, in pixels of the coverage image (default: {:g})",
+                  coverage::kHighThresholdPx));
   command->add_option("--coverage-width", args->coverage_width_px,
-                      "Width of the image that the threshold refers to (default: 640)");
+                      fmt::format("Width of the image that the threshold refers to (default: {})",
+                                  coverage::kCoverageWidthPx));
   command
       ->add_option(
           "--cover", args->cover,

@@ -5,6 +5,7 @@
 #include "acquisition/device/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"
+#include "coverage/bound/capture_presets.h"
 
 namespace ulf::commands {
 namespace {
@@ -92,7 +93,7 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
   if (!args.quality.empty() && args.threshold_px)
     throw UsageError("--quality {} and --threshold-px {} say the same thing twice; give one", args.quality,
                      *args.threshold_px);
-  if (args.quality == "fast") options.threshold_px = 12;
+  if (!args.quality.empty()) options.threshold_px = coverage::ThresholdOf(args.quality);
   if (args.threshold_px) options.threshold_px = *args.threshold_px;
   if (!(options.threshold_px > 2))
     throw UsageError("--threshold-px {}: the bound of a view with itself is 2 px; give more",

@@ -15,6 +15,7 @@
 #include "core/image/frame_source.h"
 #include "core/light_field/light_check.h"
 #include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/gap_words.h"
 #include "tracking/refine/pose_check.h"
@@ -47,7 +48,7 @@ struct LightFieldReport {
   };
   std::optional<Distances> distances;  // none without views
   std::size_t duplicates = 0;          // views that an earlier one covers
-  double threshold_px = 7;
+  double threshold_px = coverage::kHighThresholdPx;
   std::uint64_t taken_back = 0;  // views that are in unposed/
   std::map<std::string, std::uint64_t> reasons;
   std::size_t uncounted_views = 0;  // of sessions whose frames and time were never written

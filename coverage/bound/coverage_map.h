@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/criterion_view.h"
 
 namespace ulf::coverage {
@@ -91,7 +92,7 @@ class SubjectViews {
 struct CoverageMapOptions {
   std::optional<Cap> cap = std::nullopt;                      // none: the whole sphere
   std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: the mean of the cameras' up
-  double threshold_px = 7;
+  double threshold_px = kHighThresholdPx;
   double cells_per_disc_radius = 4;  // finer for pictures
   // Beyond this multiple of the threshold no view covers, whatever SetThresholdFactor() says.
   double most_threshold_factor = 1;

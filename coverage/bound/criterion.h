@@ -25,6 +25,7 @@
 #include <optional>
 
 #include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/criterion_view.h"
 
 namespace ulf::coverage {
@@ -52,7 +53,7 @@ struct CriterionSetup {
   double focal_px = 0;
   double distance = 0;
   double radius = 0;
-  double threshold_px = 7;
+  double threshold_px = kHighThresholdPx;
 };
 
 // The bound between two aimed cameras `angle` apart, the recorded one at `distance`, the candidate at

@@ -10,6 +10,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/image/frame.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/subject_light.h"
 #include "tracking/tracker/tracker.h"
@@ -59,13 +60,13 @@ double PoseErrorPx(double center_sigma, double focal_px, double distance, double
 
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
 struct DecisionLimits {
-  double rectangle_share = 0.8;    // of the picture's width and height (thesis, section 3.2)
-  double max_pose_error_px = 1;    // PoseErrorPx; derived there
-  double max_error_share = 0.01;   // the same without a subject, of the distance of what is seen
-  double min_sharpness = 0.5;      // of the recent frames' median
-  double max_motion_blur_px = 2;   // during the exposure, coverage image pixels
-  double max_clipped_share = 0.3;  // of the sphere's image; highlights may clip, surfaces may not
-  double min_brightest = 0.08;     // display-encoded, of the brightest tenth of the sphere's image
+  double rectangle_share = kRectangleShare;  // of the picture's width and height (thesis, section 3.2)
+  double max_pose_error_px = 1;              // PoseErrorPx; derived there
+  double max_error_share = 0.01;             // the same without a subject, of the distance of what is seen
+  double min_sharpness = 0.5;                // of the recent frames' median
+  double max_motion_blur_px = 2;             // during the exposure, coverage image pixels
+  double max_clipped_share = 0.3;            // of the sphere's image; highlights may clip, surfaces may not
+  double min_brightest = 0.08;               // display-encoded, of the brightest tenth of the sphere's image
 };
 
 struct Decision {
@@ -79,7 +80,7 @@ struct FrameToDecide {
   const tracking::Track& track;
   const CameraModel& camera;
   double frame_period_s = 0;  // 0: unknown
-  int coverage_width_px = 640;
+  int coverage_width_px = kCoverageWidthPx;
   bool exposure_settled = true;
 };
 

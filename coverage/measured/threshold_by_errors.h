@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/geometry/angles.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
@@ -21,7 +22,7 @@ class ThresholdByErrors {
  public:
   // Guessed.
   struct Options {
-    double least_px = 7,
+    double least_px = kHighThresholdPx,
            most_px = 36;  // the threshold goes no further; from the quality "high" to three times "fast"
     double most_apart = Radians(12);  // between views: geometry needs neighbours
     // Of the radius that the bound lets one view cover: how far frames lie from the nearest view on average, and

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/gap_words.h"
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/cover_by.h"
@@ -20,12 +21,12 @@ namespace ulf::coverage {
 struct CaptureOptions {
   // None: found from the tracked points near the image centre, once tracking is stable.
   std::optional<Subject> subject;
-  double subject_size = 0.28;  // of a found subject: its sphere's image, share of the image's width
-  int stable_frames = 10;      // tracked in a row before the subject is found
-  std::optional<Cap> cap;      // with one, the capture ends when enough of it is covered
-  double until_share = 0.98;
-  double threshold_px = 7;
-  int coverage_width_px = 640;
+  double subject_size = kSubjectSize;  // of a found subject: its sphere's image, share of the image's width
+  int stable_frames = kStableFrames;   // tracked in a row before the subject is found
+  std::optional<Cap> cap;              // with one, the capture ends when enough of it is covered
+  double until_share = kUntilShare;
+  double threshold_px = kHighThresholdPx;
+  int coverage_width_px = kCoverageWidthPx;
   // Shown before the first view: where the intrinsics come from, and whether they are a calibration (false: a
   // focal length alone).
   std::string calibration_source;
@@ -55,9 +56,9 @@ struct CaptureOptions {
   bool begins_on_request = false;
   bool checks_hold_start = true;
   bool deterministic = false;
-  std::uint64_t max_frames = 0;  // 0: no limit
-  double max_seconds = 0;        // of the device's time; 0: no limit
-  std::size_t spool_views = 16;  // that may wait for the disk; more and recording pauses
+  std::uint64_t max_frames = 0;           // 0: no limit
+  double max_seconds = 0;                 // of the device's time; 0: no limit
+  std::size_t spool_views = kSpoolViews;  // that may wait for the disk; more and recording pauses
   int frames_between_pose_updates = 60;
   std::size_t lines_shown = 3;  // of the session's messages: as many as a person can read at once
 };

@@ -16,6 +16,7 @@
 #include "core/image/frame_source.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/guidance.h"
 #include "coverage/bound/view_decision.h"
@@ -63,7 +64,7 @@ struct CaptureState {
   std::optional<Subject> subject;
   std::optional<Subject> proposed_subject;      // that fits better, by geometry (subject_proposal.h)
   bool subject_moved = false;                   // its tracked points no longer agree with the others
-  double rectangle_share = 0.8;                 // of width and height
+  double rectangle_share = kRectangleShare;     // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
   std::vector<int> view_ids;                    // ascending, in the order of coverage->views()
   // The last one of this session; null before. Not in view_ids once it has been taken back.

@@ -12,6 +12,7 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
 #include "core/image/frame_source.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_lens.h"
@@ -86,9 +87,9 @@ class SubjectWatch {
 class CaptureSubject {
  public:
   struct Options {
-    double size = 0.28;            // the sphere's image, share of the image's width
-    double rectangle_share = 0.8;  // no larger
-    int stable_frames = 10;        // tracked in a row before it is found by itself
+    double size = kSubjectSize;                // the sphere's image, share of the image's width
+    double rectangle_share = kRectangleShare;  // no larger
+    int stable_frames = kStableFrames;         // tracked in a row before it is found by itself
     // Set: it stands on a board, whose frame is the world, above this point of it.
     std::optional<Eigen::Vector3d> stands_on = {};
     // Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more

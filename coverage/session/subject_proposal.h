@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/live_geometry.h"
@@ -27,8 +28,8 @@ std::string InWords(const SubjectProposal& proposal, const Subject& now);
 class SubjectProposer {
  public:
   struct Options {
-    int coverage_width_px = 640;
-    double threshold_px = 7;
+    int coverage_width_px = kCoverageWidthPx;
+    double threshold_px = kHighThresholdPx;
     std::optional<Cap> cap;
     double until_share = 1;
     // The radius that was seen, as a share of the sphere's: between these the sphere stays. Guessed: the

@@ -16,6 +16,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/image/frame.h"
 #include "core/light_field/light_field_io.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
@@ -42,9 +43,9 @@ struct ClosedRecord {
 class CaptureRecord {
  public:
   struct Options {
-    int coverage_width_px = 640;
+    int coverage_width_px = kCoverageWidthPx;
     CoverageMapOptions map;
-    std::size_t spool_views = 16;
+    std::size_t spool_views = kSpoolViews;
     bool deterministic = false;
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
     CoverGoal cover;

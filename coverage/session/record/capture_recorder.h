@@ -14,6 +14,7 @@
 
 #include "acquisition/device/device.h"
 #include "core/geometry/camera_model.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/capture_lens.h"
@@ -31,9 +32,9 @@ class CaptureRecorder {
     std::optional<CameraModel> still_camera;           // with one, its photographs are recorded
     std::optional<PhotographSpacing> without_subject;  // with one, there is no subject
     DecisionLimits limits;
-    int stable_frames = 10;   // tracked in a row before a first view without a subject
-    bool keep_apart = false;  // CaptureOptions::keep_apart
-    int coverage_width_px = 640;
+    int stable_frames = kStableFrames;  // tracked in a row before a first view without a subject
+    bool keep_apart = false;            // CaptureOptions::keep_apart
+    int coverage_width_px = kCoverageWidthPx;
     bool deterministic = false;                   // host times are the device's
     std::optional<ExposureBracket> bracket = {};  // with one, each view gets other exposures
   };

@@ -12,6 +12,7 @@
 
 #include "core/image/image.h"
 #include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
@@ -29,7 +30,7 @@ struct ReopenedDirection {
 class CoveragePainter final : public RecordedViews::Follower {
  public:
   struct Options {
-    int coverage_width_px = 640;
+    int coverage_width_px = kCoverageWidthPx;
     CoverageMapOptions map;
     CoverGoal cover;
   };
