@@ -8,7 +8,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
-#include "commands/reports/light_field_report.h"
+#include "commands/reports/check_reports.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"

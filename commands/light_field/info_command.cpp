@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/options/subcommands.h"
+#include "commands/reports/check_reports.h"
 #include "commands/reports/geometry_report.h"
 #include "commands/reports/light_field_report.h"
 #include "core/base/error.h"

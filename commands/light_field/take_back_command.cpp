@@ -12,9 +12,9 @@
 #include <string_view>
 
 #include "commands/options/subcommands.h"
+#include "commands/reports/check_reports.h"
 #include "commands/reports/coverage_change.h"
 #include "commands/reports/geometry_report.h"
-#include "commands/reports/light_field_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

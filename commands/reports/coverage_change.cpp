@@ -17,8 +17,8 @@ std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const L
       before.measured && coverage::CoverByNamed(before.measured->cover) != coverage::CoverBy::kBound;
   const auto covered = [&](const LightField& light_field) {
     if (light_field.views.empty()) return 0.0;
-    const coverage::CoverageMap map =
-        coverage::CoverageOf(light_field, *before.subject, cap, before.threshold_px.value_or(7));
+    const coverage::CoverageMap map = coverage::CoverageOf(
+        light_field, *before.subject, cap, before.threshold_px.value_or(coverage::kHighThresholdPx));
     return (by_errors ? coverage::ByErrors(*before.measured, map) : map).CoveredShare();
   };
   return CoverageChange{cap, covered(before), covered(after)};

@@ -12,7 +12,7 @@
 
 #include "acquisition/device/device.h"
 #include "commands/capture/capture_report.h"
-#include "commands/reports/light_field_report.h"
+#include "commands/reports/check_reports.h"
 #include "core/base/error.h"
 #include "core/geometry/rigid3.h"
 #include "coverage/operator/instruction.h"
