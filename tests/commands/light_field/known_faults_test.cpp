@@ -1,4 +1,5 @@
-// Tests: commands/reports/light_field_report, commands/light_field/import_command, core/light_field/kept_findings.
+// Tests: commands/reports/light_field_report, commands/reports/check_reports,
+// commands/light_field/import_command, core/light_field/kept_findings.
 //
 // What is wrong with a light field is said by every command that opens it, in the same words, until it is mended; of a
 // right one nothing is said. The commands are those of the command tree.

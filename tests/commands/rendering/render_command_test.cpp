@@ -1,4 +1,5 @@
-// Tests: commands/rendering/render_command, commands/rendering/evaluate_command,
+// Tests: commands/rendering/render_command, commands/rendering/render_settings,
+// commands/rendering/evaluate_command,
 // commands/options/scene_options, commands/options/chosen_model, commands/reports/explain, render/quality/evaluate,
 // render/proxy/proxy_choice.
 #include <gmock/gmock.h>
