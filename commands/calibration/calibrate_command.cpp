@@ -190,8 +190,7 @@ void WarnOfEncodedColours(const std::vector<ColorPicture>& pictures, FrameSource
       }))
     spdlog::warn(
         "the camera encodes these pictures for displays, with its own white balance, contrast and "
-        "saturation: the profile "
-        "holds as long as all of these stay as they are{}",
+        "saturation: the profile holds as long as all of these stay as they are{}",
         IsTaken(source) ? "" : fmt::format("; lock them ({}), or take raw pictures", WhereToSet(source)));
 }
 
@@ -302,10 +301,9 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Calibration file (default: stored for the camera; for images: calibration.json)");
   command->add_option("--report", args->report,
                       "Folder for report, picture of the residuals, and the frames used (default: none)");
-  command->add_option(
-      "--preview", args->preview,
-      "PNG file that shows the picture of a device, once a second, where no window can (default: a "
-      "window, in a terminal with a display)");
+  command->add_option("--preview", args->preview,
+                      "PNG file that shows the picture of a device, once a second, where no window can "
+                      "(default: a window, in a terminal with a display)");
   command->add_option("--serial", args->serial,
                       "Serial number of the camera, for image files (default: unknown)");
   command->add_option("--views", args->views, "Least number of views from a device")

@@ -105,12 +105,11 @@ std::string ReportText(const acquisition::CalibrationResult& result,
                  Counted(result.views.size(), "view"), Counted(result.outliers, "corner"),
                  Counted(result.reports.size() - result.views.size(), "view"));
   const acquisition::BoardCoverage& coverage = result.coverage;
-  fmt::format_to(
-      out,
-      "coverage         {:.0f} % of the image; tilts: left {:.0f}, right {:.0f}, upper {:.0f}, lower {:.0f} "
-      "degrees away\n",
-      100 * coverage.CellShare(), Degrees(coverage.left), Degrees(coverage.right), Degrees(coverage.upper),
-      Degrees(coverage.lower));
+  fmt::format_to(out,
+                 "coverage         {:.0f} % of the image; tilts: left {:.0f}, right {:.0f}, upper {:.0f}, "
+                 "lower {:.0f} degrees away\n",
+                 100 * coverage.CellShare(), Degrees(coverage.left), Degrees(coverage.right),
+                 Degrees(coverage.upper), Degrees(coverage.lower));
   if (truth)
     fmt::format_to(out,
                    "truth            fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f} px; images differ by at most "
@@ -224,8 +223,7 @@ std::string ColorFitText(const ColorFit& fit, std::size_t found, std::size_t loo
   if (fit.Mean(&PatchDifference::held_out) > kPoor)
     text +=
         "warning          the profile hardly fits: is the light even, of one lamp, the chart clean, and are "
-        "the camera's "
-        "own corrections (gamma, saturation, automatic balance) off?\n";
+        "the camera's own corrections (gamma, saturation, automatic balance) off?\n";
   return text;
 }
 

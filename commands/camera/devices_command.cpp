@@ -111,11 +111,9 @@ std::string Verdict(const acquisition::LinkReport& report) {
     return fmt::format("the camera is the limit, not the link: {}", report.camera_limit);
   if (!report.trials.front().LostFrames())
     return "the camera does not send as many frames as asked for: a long exposure, its own limits or the "
-           "link hold it "
-           "back";
+           "link hold it back";
   return "frames are lost with every setting that was tried: check cables, plugs and switches, and what else "
-         "uses "
-         "the link; where a switch cannot hold a whole frame, packet_delay_ns spreads its packets";
+         "uses the link; where a switch cannot hold a whole frame, packet_delay_ns spreads its packets";
 }
 
 void PrintLink(const acquisition::LinkReport& report) {
@@ -187,10 +185,10 @@ int RunDevices(const DevicesArgs& args) {
 void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<DevicesArgs>();
   CLI::App* command = app.add_subcommand("devices", "List every camera in reach, and why one cannot be used");
-  CLI::Option* check = command->add_option("--check", args->check,
-                                           "Check the link to this camera: stream from it with these "
-                                           "settings, and where frames are lost find those that "
-                                           "hold (exit code 1)");
+  CLI::Option* check =
+      command->add_option("--check", args->check,
+                          "Check the link to this camera: stream from it with these settings, and where "
+                          "frames are lost find those that hold (exit code 1)");
   command->add_option("--seconds", args->seconds, "With --check: length of each trial")
       ->check(CLI::Range(0.5, 3600.0))
       ->needs(check)

@@ -74,8 +74,8 @@ void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSum
   fmt::print(
       stderr, "no errors were measured: {}{}\n",
       mesh_came_late
-          ? fmt::format("the first mesh was there only after the last frame. Geometry needs time beside "
-                        "the capture: {}",
+          ? fmt::format("the first mesh was there only after the last frame. Geometry needs time beside the "
+                        "capture: {}",
                         IsTaken(summary.source)
                             ? "play the recording more slowly (--speed 0.3), with fewer programs running"
                             : "move more slowly, or with fewer programs running (a simulated camera goes "
@@ -92,8 +92,7 @@ void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverag
   if (!was_guessed || summary.refined_lens || is_confirmed) return;
   fmt::print(stderr,
              "the focal length of {:.0f} px is still a guess: the images do not tell another one, because "
-             "the camera "
-             "moved too little or in one direction only; ulf refine --intrinsics may tell\n",
+             "the camera moved too little or in one direction only; ulf refine --intrinsics may tell\n",
              guessed.MeanFocalPx());
 }
 
@@ -158,8 +157,7 @@ bool MaskTurntable(const CaptureArgs& args) {
   } catch (const Error& error) {
     fmt::print(stderr,
                "ulf: {}\nulf: the views are kept, without masks; go on with --resume, or make the masks "
-               "anew: ulf mask "
-               "{}\n",
+               "anew: ulf mask {}\n",
                error.what(), ShellWord(args.dir));
     return false;
   }

@@ -88,14 +88,12 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
   if (!args.marker.empty() && args.headless)
     throw UsageError(
         "--marker {}: it moves the camera of the display's review, and --headless has no display; leave out "
-        "one "
-        "of the two",
+        "one of the two",
         args.marker);
   if (args.offscreen && (args.headless || args.requests.empty()))
     throw UsageError(
         "--offscreen: a display without a window, for which lines of --requests press keys and write "
-        "pictures; "
-        "{}",
+        "pictures; {}",
         args.headless ? "leave out --headless, which has no display" : "give --requests, too");
   for (const std::string& picture : {args.overlay, args.map, args.error_map})
     if (!picture.empty()) RequireWritablePicture(picture);
@@ -191,19 +189,17 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--subject-size", args->subject_size,
                    "With --subject auto: width of the sphere's image, share of the image's width")
       ->capture_default_str();
-  command->add_flag(
-      "--no-subject", args->no_subject,
-      "Capture posed photographs of a place without a subject: by parallax and overlap, the sharpest of "
-      "neighbouring frames (docs/tracking.md)");
+  command->add_flag("--no-subject", args->no_subject,
+                    "Capture posed photographs of a place without a subject: by parallax and overlap, the "
+                    "sharpest of neighbouring frames (docs/tracking.md)");
   command
       ->add_option(
           "--parallax-deg", args->parallax_deg,
           "With --no-subject: parallax in degrees from which on another view is recorded (default: 1)")
       ->check(Positive());
-  command->add_option(
-      "--until-covered", args->until_covered,
-      "Stop when this cap is covered, AZIMUTHxELEVATION in degrees such as 60x40 or 60x40:95% (default: 98 % "
-      "of it; with --resume as before); none: until stopped");
+  command->add_option("--until-covered", args->until_covered,
+                      "Stop when this cap is covered, AZIMUTHxELEVATION in degrees such as 60x40 or "
+                      "60x40:95% (default: 98 % of it; with --resume as before); none: until stopped");
   command
       ->add_option("--quality", args->quality,
                    fmt::format("Threshold by name: high {:g} px, fast {:g} px (default: high)",
@@ -217,22 +213,19 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
                       fmt::format("Width of the image that the threshold refers to (default: {})",
                                   coverage::kCoverageWidthPx));
   command
-      ->add_option(
-          "--cover", args->cover,
-          fmt::format(
-              "What makes a viewpoint covered: bound (the threshold), measured or measured:DB (frames "
-              "are predicted well enough by the recorded views; DB: to how many decibels, default {:g}), "
-              "both or "
-              "both:DB (docs/guidance.md)",
-              coverage::CoverGoal{}.db))
+      ->add_option("--cover", args->cover,
+                   fmt::format("What makes a viewpoint covered: bound (the threshold), measured or "
+                               "measured:DB (frames are predicted well enough by the recorded views; DB: to "
+                               "how many decibels, default {:g}), both or both:DB (docs/guidance.md)",
+                               coverage::CoverGoal{}.db))
       ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
   Knows(command->add_option("--poses", args->poses_text, tracking::kPosesHelp), tracking::kPosesValues)
       ->capture_default_str();
-  command->add_option("--turntable", args->turntable,
-                      "The camera stands and the subject turns on this printed board, such as "
-                      "charuco:5x5:54:40:DICT_4X4_50: the board is the world, the background is masked "
-                      "(docs/turntable.md)");
+  command->add_option(
+      "--turntable", args->turntable,
+      "The camera stands and the subject turns on this printed board, such as charuco:5x5:54:40:DICT_4X4_50: "
+      "the board is the world, the background is masked (docs/turntable.md)");
   AddReadoutOption(*command, args->readout);
   AddLensUseOptions(*command, *lens);
   AddTrackingSideOption(*command, args->tracking_side_px);
@@ -243,25 +236,22 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--speed", args->speed,
                    "Speed of a recording: 1 as recorded, N times as fast, 0 without waiting (default: 0)")
       ->check(NonNegative());
-  command->add_option(
-      "--bracket", args->bracket,
-      "Exposures of each view, NUMBERxSTOPS such as 3x2EV: the view's own, and shorter and longer "
-      "ones, which are merged at the end (docs/devices.md)");
+  command->add_option("--bracket", args->bracket,
+                      "Exposures of each view, NUMBERxSTOPS such as 3x2EV: the view's own, and shorter and "
+                      "longer ones, which are merged at the end (docs/devices.md)");
   command->add_flag("--keep-apart", args->keep_apart,
                     "Keep pictures of a place that the map does not reach yet in DIR/unposed; ulf refine DIR "
                     "--unposed looks for where they were taken");
   command->add_option("--keep-frames", args->keep_frames,
                       "Save every frame in this new folder, to run the session again with replay:FOLDER");
-  command->add_option(
-      "--requests", args->requests,
-      "Read requests during the capture from this file or fifo (-: standard input): take-back "
-      "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], subject "
-      "proposed, pause, record [anyway], finish");
+  command->add_option("--requests", args->requests,
+                      "Read requests during the capture from this file or fifo (-: standard input): "
+                      "take-back [COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size "
+                      "SHARE], subject proposed, pause, record [anyway], finish");
   Knows(command->add_option(
             "--operator", args->person,
-            "Simulated person who holds a simulated camera: guided, unguided, novice or "
-            "unguided-novice, with a seed such as novice:7 (default: a hand that scans by a plan; "
-            "docs/guidance.md)"),
+            "Simulated person who holds a simulated camera: guided, unguided, novice or unguided-novice, "
+            "with a seed such as novice:7 (default: a hand that scans by a plan; docs/guidance.md)"),
         "guided,unguided,novice,unguided-novice");
   command->add_flag("--headless", args->headless, "Capture without the operator display");
   command->add_flag("--offscreen", args->offscreen,
@@ -272,10 +262,9 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Marker that moves the camera of the display's review, such as marker:80:DICT_4X4_50:0");
   command->add_flag("--force-start", args->force_start,
                     "Let recording begin although a check of the list fails (light, focus, disk, pose ...)");
-  command->add_flag(
-      "--no-geometry", args->no_geometry,
-      "Make no geometry while capturing (default: DIR/proxy.ply, a mesh of the scene, and DIR/depth, "
-      "depth maps of views, are there at the end)");
+  command->add_flag("--no-geometry", args->no_geometry,
+                    "Make no geometry while capturing (default: DIR/proxy.ply, a mesh of the scene, and "
+                    "DIR/depth, depth maps of views, are there at the end)");
   command->add_flag("--deterministic", args->deterministic,
                     "Use one thread, so that the same frames give the same bytes");
   command->add_flag("--resume", args->resume, "Continue the light field in the folder");

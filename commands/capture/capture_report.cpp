@@ -107,8 +107,8 @@ const char* ToBeTracked(FrameSource source) {
              "each other; give a part of the recording where it does, or poses that are known (--poses)";
     case FrameSource::kPhotographs:
       return "pictures are followed from one to the next: give them in order, from places that differ a "
-             "little "
-             "and show mostly the same; or pose them elsewhere (COLMAP), and bring them in by ulf import";
+             "little and show mostly the same; or pose them elsewhere (COLMAP), and bring them in by ulf "
+             "import";
     case FrameSource::kSettableCamera:
     case FrameSource::kCamera:
       break;
@@ -144,8 +144,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked,
   if (summary.kept_apart > 0)
     text += fmt::format(
         "apart          {} of a place that the map did not reach, in unposed/; 'ulf refine {} --unposed' "
-        "looks "
-        "for where they were taken\n",
+        "looks for where they were taken\n",
         Counted(summary.kept_apart, "picture"), ShellWord(dir));
   text +=
       fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms{} a frame (medians)\n",

@@ -103,8 +103,8 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
     throw UsageError("--coverage-width {} is not the width of an image", options.coverage_width_px);
   if (!(args.subject_size > 0 && args.subject_size <= options.limits.rectangle_share))
     throw UsageError(
-        "--subject-size {}: the sphere's share of the image's width, above 0 and at most {} (the "
-        "safety rectangle)",
+        "--subject-size {}: the sphere's share of the image's width, above 0 and at most {} (the safety "
+        "rectangle)",
         args.subject_size, options.limits.rectangle_share);
   options.subject_size = args.subject_size;
   options.deterministic = args.deterministic;

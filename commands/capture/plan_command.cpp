@@ -72,8 +72,7 @@ PlannedCamera CameraFrom(const PlanArgs& args) {
   if (!args.focal_px || !args.width_px)
     throw UsageError(
         "which camera? Give its URI (ulf devices), a file of ulf calibrate (--calibration FILE), or "
-        "--focal-px and "
-        "--width");
+        "--focal-px and --width");
   return {*args.focal_px, *args.width_px, {}, false};
 }
 

@@ -200,8 +200,7 @@ void SayWhatTheConeIs(const render::QuiltViews& views) {
   else if (views.view_cone < kUsual)
     fmt::print(
         "the recorded viewpoints carry {:.1f} degrees from side to side, less than the {:.0f} of such "
-        "displays: "
-        "depth will look shallow; record farther to the sides\n",
+        "displays: depth will look shallow; record farther to the sides\n",
         Degrees(views.view_cone), Degrees(kUsual));
 }
 
@@ -292,10 +291,9 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
   quilt->add_option("--aspect", quilt_args->aspect, "Width over height of the display, such as 0.75")
       ->check(CLI::Range(0.1, 10.0));
   quilt
-      ->add_option(
-          "--cone", quilt_args->cone_deg,
-          "Degrees from the leftmost viewpoint to the rightmost (what the recorded viewpoints carry, at most "
-          "54)")
+      ->add_option("--cone", quilt_args->cone_deg,
+                   "Degrees from the leftmost viewpoint to the rightmost (what the recorded viewpoints "
+                   "carry, at most 54)")
       ->check(CLI::Range(1.0, 120.0));
   quilt
       ->add_option("--zoom", quilt_args->zoom,

@@ -168,10 +168,9 @@ void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
   AddSceneOptions(*web, *args);
   web->add_option("-o,--output", args->output, "New folder")->required();
   web->add_option("--budget", args->budget, "Size of the whole folder, such as 20MB (20MB)");
-  Knows(web->add_option(
-            "--proxy", args->proxy,
-            "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, or a PLY or "
-            "OBJ file"),
+  Knows(web->add_option("--proxy", args->proxy,
+                        "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, "
+                        "or a PLY or OBJ file"),
         "auto,plane,planes,mesh,FILE");
   web->add_option("--title", args->title, "Title of the page (the folder's name)");
   web->add_option(

@@ -84,10 +84,9 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
       "import", "Take in posed photographs by other programs (docs/import.md lists the formats)");
   command->add_option("SOURCE", args->source, "Folder of the set, or the file with its poses")->required();
   command->add_option("-o,--output", args->dir, "New folder for the light field")->required();
-  command->add_option(
-      "--subject", args->subject,
-      "Subject: x,y,z,radius in world units (default: where the optical axes meet; for sets that "
-      "face one way by their points or depth bounds)");
+  command->add_option("--subject", args->subject,
+                      "Subject: x,y,z,radius in world units (default: where the optical axes meet; for sets "
+                      "that face one way by their points or depth bounds)");
   command->add_option("--images", args->images,
                       "Folder of the photographs, such as images_4 (default: beside the poses, the largest)");
   command

@@ -129,10 +129,9 @@ void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen) {
       app.add_subcommand("take-back", "Takes views out of a light field; their photographs stay in unposed/");
   command->add_option("DIR", args->dir, "Light field")->required();
   command
-      ->add_option(
-          "VIEW", args->views,
-          "Numbers of the views, or ranges of them (4-7), as ulf info --check-poses names them and as their "
-          "photographs are named")
+      ->add_option("VIEW", args->views,
+                   "Numbers of the views, or ranges of them (4-7), as ulf info --check-poses names them and "
+                   "as their photographs are named")
       ->required();
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf take-back vase 4 7-9");

@@ -107,8 +107,7 @@ std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::Ren
   if (!mesh || !mesh->Occluder()) {
     if (args.light == "fit")
       throw UsageError(
-          "--light fit: only a mesh says where several views see the same; make one with ulf "
-          "proxy");
+          "--light fit: only a mesh says where several views see the same; make one with ulf proxy");
     return std::nullopt;
   }
   render::LightFit fit = render::FitLight(*render::WithProxy(scene, mesh));
@@ -141,11 +140,10 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
                  "MB of photographs in graphics memory (three quarters of what the driver says is free, or "
                  "2048); a picture that needs more is drawn in several passes")
       ->check(CLI::Range(1.0, 1e6));
-  sub.add_option(
-         "--light", args.light,
-         "What views of a mesh differ by in exposure, and what lenses leave of light in their corners: auto "
-         "(found and evened out where the light field says nothing of exposures), fit (found in any case), "
-         "as-recorded (left as it is) (auto)")
+  sub.add_option("--light", args.light,
+                 "What views of a mesh differ by in exposure, and what lenses leave of light in their "
+                 "corners: auto (found and evened out where the light field says nothing of exposures), fit "
+                 "(found in any case), as-recorded (left as it is) (auto)")
       ->check(CLI::IsMember({"auto", "fit", "as-recorded"}));
   sub.add_option("--viewpoint-mesh", args.viewpoint_mesh,
                  "Triangulate viewpoints on the sphere, or in the plane of azimuth and elevation as in the "
@@ -160,8 +158,7 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit (1)");
   sub.add_option("--subdivision", args.rules,
                  "Rules of subdivision: ulf (for Delaunay's triangles), or loop (Loop's and Warren's as "
-                 "published, for "
-                 "comparison) (ulf)")
+                 "published, for comparison) (ulf)")
       ->check(CLI::IsMember({"ulf", "loop"}));
   sub.add_option("--lumigraph-views", args.lumigraph_k,
                  "Lumigraph weights: number of views (4; for views on a line 3)")

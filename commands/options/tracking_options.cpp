@@ -18,8 +18,7 @@ namespace ulf::commands {
 void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args) {
   command.add_option("--calibration", args.calibration_path,
                      "Calibration file of ulf or another program, see 'ulf calibration' (default: the one "
-                     "stored for this camera, "
-                     "else the device's own)");
+                     "stored for this camera, else the device's own)");
   command
       .add_option("--focal-px", args.focal_px,
                   "Focal length in pixels, without a calibration; the principal point is the image centre")
@@ -111,8 +110,7 @@ void AddLensUseOptions(CLI::App& command, LensUseArgs& args) {
           "--intrinsics", [&args](const std::string& word) { args.use = kWords.at(word); },
           "The lens while tracking: fixed (as given), check (as given; said where images contradict it), "
           "refine (where they do, tracking goes on with the lens that fits, and the poses so far follow; "
-          "where "
-          "no lens is known it starts from a guess) (check)")
+          "where no lens is known it starts from a guess) (check)")
       ->check([](const std::string& word) {
         return kWords.contains(word) ? std::string() : "'" + word + "' is none of fixed, check and refine";
       })
@@ -139,9 +137,8 @@ void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,
   if (!lens)
     return spdlog::warn(
         "{}: no calibration is written: what the images tell is within what counts as the given lens (1.5 % "
-        "of the "
-        "focal length, 4 % of distortion in the corners, 2 % of the width for the principal point). 'ulf "
-        "refine DIR --intrinsics' on a capture finds smaller differences{}",
+        "of the focal length, 4 % of distortion in the corners, 2 % of the width for the principal point). "
+        "'ulf refine DIR --intrinsics' on a capture finds smaller differences{}",
         path, IsTaken(device.Source()) ? "" : "; so do views from nearer, farther and around, for longer");
   const acquisition::ModeCalibration calibration{.camera = lens->camera};
   acquisition::UpdateCalibration(path, acquisition::CameraIdentity::Of(device.Info()),

@@ -138,8 +138,7 @@ int RunEvaluate(const EvaluateArgs& args) {
   if (args.proxies.empty() && options.proxies.size() > 1)
     spdlog::info(
         "all proxies of {} are compared; those that were made with the left-out views score a little too "
-        "well (ulf proxy "
-        "--leave-out-every {} makes a mesh without them)",
+        "well (ulf proxy --leave-out-every {} makes a mesh without them)",
         args.dir, args.every);
   Progress progress("evaluating");
   const auto mesh = MeshForLight(args, *scene, options.proxies);
@@ -186,10 +185,9 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
                                      "photographs; or compares a path with true pictures");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
-  Knows(sub->add_option(
-            "--fields", args->fields,
-            "Blending fields to compare, separated by commas (nearest, linear, subdivision, lumigraph, "
-            "lumigraph-per-pixel, soft); with --protocol those to choose from"),
+  Knows(sub->add_option("--fields", args->fields,
+                        "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
+                        "lumigraph, lumigraph-per-pixel, soft); with --protocol those to choose from"),
         "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
@@ -197,20 +195,16 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
       sub->add_option("--proxy", args->proxies,
                       "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
                       "planes (the few on which most tracked points lie), points (the tracked points), mesh "
-                      "(DIR/proxy.ply), soft (the same with DIR/depth), a PLY "
-                      "or an OBJ file; may be "
-                      "given several times (plane, and the light field's planes, points and mesh or soft). A "
-                      "mesh should be made "
-                      "without the left-out "
-                      "views (ulf proxy --leave-out-every)"),
+                      "(DIR/proxy.ply), soft (the same with DIR/depth), a PLY or an OBJ file; may be given "
+                      "several times (plane, and the light field's planes, points and mesh or soft). A mesh "
+                      "should be made without the left-out views (ulf proxy --leave-out-every)"),
       "plane,plane:SHARE,plane:fitted,planes,points,mesh,soft,FILE")
       ->allow_extra_args(false);
   AddTemporalOptions(*sub, args->temporal);
   AddProtocolOptions(*sub, args->protocol);
-  sub->add_option(
-      "--plot", args->plot,
-      "Chart file to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal the temporal "
-      "error over time");
+  sub->add_option("--plot", args->plot,
+                  "Chart file to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal "
+                  "the temporal error over time");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
   sub->callback([&chosen, args, sub] {

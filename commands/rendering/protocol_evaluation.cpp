@@ -230,8 +230,7 @@ std::vector<std::string> ProxyNames(const std::vector<std::string>& asked) {
     if (std::ranges::find(all, name) == all.end())
       throw UsageError(
           "--proxy {}: with --protocol geometry is made from the given photographs alone: plane, planes, "
-          "points, "
-          "mesh or soft",
+          "points, mesh or soft",
           name);
   return asked.empty() ? std::vector<std::string>(all.begin(), all.end() - 1) : asked;
 }
@@ -269,23 +268,20 @@ cv::Mat DifferencePicture(const cv::Mat& rendered, const cv::Mat& photograph, co
 }  // namespace
 
 void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
-  auto* protocol =
-      sub.add_option("--protocol", args.protocol,
-                     "Measure as papers do: llff, nerf-synthetic, every:N, or a file that names the "
-                     "photographs to leave out; "
-                     "geometry, points and all choices are made without them (docs/published.md)");
+  auto* protocol = sub.add_option(
+      "--protocol", args.protocol,
+      "Measure as papers do: llff, nerf-synthetic, every:N, or a file that names the photographs to leave "
+      "out; geometry, points and all choices are made without them (docs/published.md)");
   sub.add_option("-o,--output", args.out,
                  "With --protocol: new folder for pictures, photographs, differences, table, JSON and mesh")
       ->needs(protocol);
   sub.add_flag("--refine", args.refine,
                "With --protocol: refine lens and poses first; the given views among themselves, the left-out "
-               "ones only "
-               "to find where they were taken from (docs/published.md)")
+               "ones only to find where they were taken from (docs/published.md)")
       ->needs(protocol);
-  sub.add_option(
-         "--geometry-size", args.geometry_px,
-         "With --protocol: longer side of the photographs of which geometry is made, in pixels (as ulf "
-         "proxy)")
+  sub.add_option("--geometry-size", args.geometry_px,
+                 "With --protocol: longer side of the photographs of which geometry is made, in pixels (as "
+                 "ulf proxy)")
       ->check(CLI::Range(32, 4096))
       ->needs(protocol);
   sub.add_option("--geometry-maps", args.geometry_maps,

@@ -228,17 +228,15 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
       "Fuse the depth maps of this folder, which --maps-of made, in place of comparing photographs");
   sub->add_option("--maps-of", args->maps_of,
                   "K/N: only make the depth maps of share K of N (from 0), in the folder --maps; for several "
-                  "computers "
-                  "(docs/farm.md)")
+                  "computers (docs/farm.md)")
       ->needs(maps);
   sub->add_option(
          "--renderer", args->renderer,
          "What compares photographs: gl (OpenGL without a window), reference or auto (the processor)")
       ->check(CLI::IsMember({"auto", "gl", "reference"}));
-  sub->add_flag(
-      "--no-maps", args->no_maps,
-      "Write the mesh alone; otherwise DIR/depth gets the views' depth maps, for --proxy soft (with -o "
-      "never)");
+  sub->add_flag("--no-maps", args->no_maps,
+                "Write the mesh alone; otherwise DIR/depth gets the views' depth maps, for --proxy soft "
+                "(with -o never)");
   sub->add_flag("--explain", args->explain, "Compare plane, points and mesh on left-out views");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");

@@ -319,33 +319,25 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<RenderArgs>();
   CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
   AddSceneOptions(*sub, *args);
-  Knows(
-      sub->add_option("--path", args->path,
-                      "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly "
-                      "(towards the subject), vertigo (a dolly that zooms "
-                      "out), spiral, a file of TUM poses, another light field (its poses), or a JSON file of "
-                      "keyframes or of nerfstudio's viewer"),
-      "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
   Knows(sub->add_option(
-            "--field", args->field,
-            "Blending field (auto: the best on left-out views): auto, subdivision, linear, lumigraph, "
-            "lumigraph-per-pixel, soft, nearest"),
+            "--path", args->path,
+            "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly (towards the "
+            "subject), vertigo (a dolly that zooms out), spiral, a file of TUM poses, another light field "
+            "(its poses), or a JSON file of keyframes or of nerfstudio's viewer"),
+        "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
+  Knows(sub->add_option("--field", args->field,
+                        "Blending field (auto: the best on left-out views): auto, subdivision, linear, "
+                        "lumigraph, lumigraph-per-pixel, soft, nearest"),
         kKnownFields);
   AddFieldDetails(*sub, args->field_details);
   Knows(
-      sub->add_option(
-          "--proxy", args->proxy,
-          "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the "
-          "subject, "
-          "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views "
-          "are "
-          "shown "
-          "best), plane:x,y,z,d (normal . point = d), planes (the few on which most tracked points lie), "
-          "points "
-          "(the tracked points, triangulated in "
-          "each picture), mesh (DIR/proxy.ply, of the capture or ulf proxy), soft (the same with the views' "
-          "depth maps in "
-          "DIR/depth), or a PLY or OBJ file"),
+      sub->add_option("--proxy", args->proxy,
+                      "Geometry for the photographs (auto: the best on left-out views): auto, plane (through "
+                      "the subject, facing the camera), plane:0.9 (at that share of its distance), "
+                      "plane:fitted (where left-out views are shown best), plane:x,y,z,d (normal . point = "
+                      "d), planes (the few on which most tracked points lie), points (the tracked points, "
+                      "triangulated in each picture), mesh (DIR/proxy.ply, of the capture or ulf proxy), "
+                      "soft (the same with the views' depth maps in DIR/depth), or a PLY or OBJ file"),
       kKnownProxies);
   sub->add_option("--frames", args->frames,
                   "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "
@@ -382,10 +374,9 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--exposure", args->exposure_stops,
                   "Make PNG and video brighter by this many stops (0); EXR keeps the light")
       ->check(CLI::Range(-100.0, 100.0));
-  sub->add_option(
-      "--background", args->background,
-      "What is laid behind a subject that is cut out (a turntable's): white, black or R,G,B (default: "
-      "PNG and EXR are transparent there, a video black)");
+  sub->add_option("--background", args->background,
+                  "What is laid behind a subject that is cut out (a turntable's): white, black or R,G,B "
+                  "(default: PNG and EXR are transparent there, a video black)");
   sub->add_flag("--weights", args->weights, "Write a layer with each view's weight into EXR files (slow)");
   sub->add_flag(
       "--overwrite", args->overwrite,

@@ -159,8 +159,7 @@ int RunReview(const ReviewArgs& args) {
   } else {
     fmt::print(
         "{}, {} with the marker, {} of the light field shown; CPU per frame: marker {:.1f} ms (95 %: "
-        "{:.1f}), picture "
-        "{:.1f} ms (95 %: {:.1f})\n",
+        "{:.1f}), picture {:.1f} ms (95 %: {:.1f})\n",
         Counted(run.frames, "frame"), run.with_marker, Counted(views, "view"), Median(run.locate_ms),
         Quantile(run.locate_ms, 0.95), Median(run.draw_ms), Quantile(run.draw_ms, 0.95));
   }

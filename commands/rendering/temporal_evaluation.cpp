@@ -26,8 +26,7 @@ std::string TruthNameOf(const TemporalArgs& args, const std::string& dir) {
   if (uri.starts_with("sim:")) return uri;
   throw UsageError(
       "--temporal: {} was not captured from the simulator, so that the true pictures of the path are "
-      "unknown; give them "
-      "as a folder with --truth",
+      "unknown; give them as a folder with --truth",
       dir);
 }
 
@@ -123,8 +122,7 @@ void AddTemporalOptions(CLI::App& sub, TemporalArgs& args) {
       "Compare pictures over time along a camera path of ulf render, in place of left-out views");
   sub.add_option("--truth", args.truth,
                  "True pictures of the path: the simulator (sim:studio?seed=7) or a folder of "
-                 "frame_00000.png or .exr (the "
-                 "simulator that was captured)")
+                 "frame_00000.png or .exr (the simulator that was captured)")
       ->needs(path);
   sub.add_option("--frames", args.frames,
                  "Number of pictures of a named path (120) or of keyframes (by their times)")

@@ -320,17 +320,15 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->remove_option(sub->get_option("--renderer"));
   Knows(sub->add_option("--field", args->field,
                         "Blending field at the start: auto (subdivision, or lumigraph of fewer than ten "
-                        "views; with --frame-ms the best that is quick enough), "
-                        "subdivision, linear, lumigraph, lumigraph-per-pixel, nearest, soft"),
+                        "views; with --frame-ms the best that is quick enough), subdivision, linear, "
+                        "lumigraph, lumigraph-per-pixel, nearest, soft"),
         kKnownFields);
   AddFieldDetails(*sub, args->field_details);
-  Knows(sub->add_option(
-            "--proxy", args->proxy,
-            "Geometry at the start: auto (the light field's mesh, with its depth maps where there are "
-            "some, else its tracked points, else the "
-            "plane; with --frame-ms the best that is quick enough), mesh (DIR/proxy.ply), soft (with "
-            "DIR/depth), points, planes, plane, plane:0.9, "
-            "plane:x,y,z,d, or a PLY or OBJ file"),
+  Knows(sub->add_option("--proxy", args->proxy,
+                        "Geometry at the start: auto (the light field's mesh, with its depth maps where "
+                        "there are some, else its tracked points, else the plane; with --frame-ms the best "
+                        "that is quick enough), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, "
+                        "plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file"),
         kKnownProxies);
   auto* frame_ms =
       sub->add_option(

@@ -68,8 +68,7 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
     for (const int neighbour : view.by) by += (by.empty() ? "" : ", ") + name(neighbour);
     text += fmt::format(
         "contradicted   {}: {:.1f} px off; another pose fits, turned by {:.2f} degrees and {:.2f} % of the "
-        "distance "
-        "away (by {})\n",
+        "distance away (by {})\n",
         name(view.view), view.error_px, view.turned_deg, 100 * view.moved_share, by);
   }
   for (const tracking::UntoldView& view : check.untold)
@@ -79,15 +78,13 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
   if (!report.exchanged.empty())
     return text + fmt::format(
                       "               the photographs in images/ of {} differ from their masters: 'ulf "
-                      "repair {}' shows "
-                      "how they are made again; then check again\n",
+                      "repair {}' shows how they are made again; then check again\n",
                       ViewNumbers(report.exchanged), dir);
   if (!std::filesystem::exists(light_field.root / "journal.jsonl"))
-    return text +
-           fmt::format(
-               "               'ulf refine {} -o NEW' finds better poses in a copy; a view is left out when "
-               "transforms.json does not name it\n",
-               dir);
+    return text + fmt::format(
+                      "               'ulf refine {} -o NEW' finds better poses in a copy; a view is left "
+                      "out when transforms.json does not name it\n",
+                      dir);
   return text + fmt::format(
                     "               'ulf refine {0}' finds better poses; 'ulf take-back {0} VIEW' leaves a "
                     "view out\n",

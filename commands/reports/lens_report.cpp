@@ -55,8 +55,7 @@ std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& 
     return {};
   return fmt::format(
       "this focal length is {:.1f} px ({:.1f} %) {} than the {:.1f} px of before{}, farther than the "
-      "deviations account "
-      "for: {}",
+      "deviations account for: {}",
       std::abs(apart_px), 100 * std::abs(apart_px) / was_px, apart_px > 0 ? "longer" : "shorter", was_px,
       source.empty() ? "" : " (from: " + source + ")",
       is_taken_over ? "the new one is kept, because all views together fit it better"

@@ -20,7 +20,6 @@ std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& 
 // What the deviations of lenses that images gave leave out.
 inline constexpr const char* kLensSigmaWords =
     "± counts the noise of points alone: what a rolling shutter, blur and the lens model add is not in it; "
-    "ulf calibrate "
-    "with a printed board knows better";
+    "ulf calibrate with a printed board knows better";
 
 }  // namespace ulf::commands

@@ -175,8 +175,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
     if (options.cap)
       throw UsageError(
           "{}: is a walk without a subject, so there is no cap to measure; for views of a subject give "
-          "--subject "
-          "x,y,z,radius, else leave out --cap",
+          "--subject x,y,z,radius, else leave out --cap",
           light_field.root.string());
     return report;
   }

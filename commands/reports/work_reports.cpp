@@ -18,8 +18,8 @@ std::string ToText(const render::BracketReport& report) {
   if (report.views == 0) return "merged         nothing: no view has other exposures\n";
   std::string text = fmt::format(
       "merged         {} of {} over {:.1f} stops, aligned by {}: merged/\n"
-      "ghosts         {:.1f} % of a view's pixels (median; most {:.1f} %, view {}), where exposures "
-      "that disagree are left out\n",
+      "ghosts         {:.1f} % of a view's pixels (median; most {:.1f} %, view {}), where exposures that "
+      "disagree are left out\n",
       Counted(report.views, "view"), Counted(report.exposures, "exposure"), report.stops, report.geometry,
       100 * report.ghosts_median, 100 * report.ghosts_most, report.ghosts_most_view);
   if (report.clipped_most > 0)
@@ -28,8 +28,7 @@ std::string ToText(const render::BracketReport& report) {
   if (report.blur_most_px > kSaidBlurPx)
     text += fmt::format(
         "blurred        at most {:.1f} px (view {}): long exposures in a moving hand count less at edges; "
-        "hold "
-        "the camera still, or begin with a shorter exposure\n",
+        "hold the camera still, or begin with a shorter exposure\n",
         report.blur_most_px, report.blur_most_view);
   if (report.left_out > 0)
     text += fmt::format("left out       {}, whose light is not what its time tells\n",

@@ -291,8 +291,7 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "
-      "fit "
-      "nowhere keep their poses and are named.");
+      "fit nowhere keep their poses and are named.");
   command->callback([args, &chosen] { chosen = [args] { return RunRefine(*args); }; });
 }
 

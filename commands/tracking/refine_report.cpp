@@ -55,11 +55,10 @@ std::string FreedNumbers(const tracking::FreeIntrinsics& free) {
 }
 
 ModelChoice Explained(const std::vector<tracking::LensTrial>& trials, std::size_t lens, std::size_t lenses) {
-  ModelChoice choice{
-      lenses > 1 ? fmt::format("intrinsics of lens {}", lens) : "intrinsics",
-      "numbers are freed one after the other; one stays free where the information criterion gains more "
-      "than ten and the number moves by more than three of its standard deviations",
-      {{"as given", "gain 0", true}}};
+  ModelChoice choice{lenses > 1 ? fmt::format("intrinsics of lens {}", lens) : "intrinsics",
+                     "numbers are freed one after the other; one stays free where the information criterion "
+                     "gains more than ten and the number moves by more than three of its standard deviations",
+                     {{"as given", "gain 0", true}}};
   for (const tracking::LensTrial& trial : trials) {
     if (trial.kept)
       for (auto& candidate : choice.candidates) candidate.chosen = false;

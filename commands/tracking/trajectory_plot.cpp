@@ -218,8 +218,8 @@ std::string ErrorsOverTime(const TrackErrors& errors, double start_s) {
   data("errorfinal", *errors.final);
   script += fmt::format(
       "set format x ''\nset ylabel 'error of the centre [{}]' offset 1.5,0\nset yrange [0:*]\n"
-      "plot $errorlive using 1:2 with lines lw 1.3 lc rgb '{}' notitle, "
-      "$errorfinal using 1:2 with lines lw 1.3 lc rgb '{}' notitle\n",
+      "plot $errorlive using 1:2 with lines lw 1.3 lc rgb '{}' notitle, $errorfinal using 1:2 with lines lw "
+      "1.3 lc rgb '{}' notitle\n",
       small ? "mm" : "m", kLiveColor, kFinalColor);
   return script;
 }
@@ -238,8 +238,8 @@ std::string QualityOverTime(const TrackRun& run, double start_s) {
       "set format x '%g'\nset xlabel 'time [s]' offset 0,0.5\nset ylabel 'quality' offset 1.5,0\n"
       "set yrange [0:1.05]\nset ytics 0.2\nset y2range [0:*]\nset y2tics textcolor rgb '{0}'\n"
       "set y2label 'map points found' offset -1.2,0 textcolor rgb '{0}'\n"
-      "plot $quality using 1:3 axes x1y2 with lines lw 1.3 lc rgb '{0}' notitle, "
-      "$quality using 1:2 with lines lw 1.5 lc rgb '#2a2a2a' notitle\n",
+      "plot $quality using 1:3 axes x1y2 with lines lw 1.3 lc rgb '{0}' notitle, $quality using 1:2 with "
+      "lines lw 1.5 lc rgb '#2a2a2a' notitle\n",
       kPointsColor);
   return script;
 }

@@ -16,11 +16,8 @@ class CapturePace {
  public:
   // Guessed; what they come to with simulated people: docs/guidance.md.
   struct Options {
-    double rest_s = 5;          // a longer time without a sign of work is a pause
-    double over_s = 60;         // of work, over which the pace is measured,
-    double least_s = 8;         // not over less,
-    double least_views = 4;     // nor over less area than so many views paint
-    double nothing_for_s = 20;  // of work that paints less than a view: the pace is unknown
+    double least_s = 8;      // not over less,
+    double least_views = 4;  // nor over less area than so many views paint
   };
   // After every frame: the area that is covered, the number of views, and the direction in which the camera stands (none: it
   // is not known). `disc_radius`: what a view covers around it, radians.

@@ -42,8 +42,7 @@ class ErrorMap {
   struct Options {
     double part =
         Radians(1.5);  // side of a part of the sphere, about. Guessed: less than a disc of the bound.
-    double reach = Radians(3);          // a measurement speaks for directions nearer than that. Guessed.
-    double least_angle = Radians(0.5);  // nearer to a view the error no longer falls. Guessed.
+    double reach = Radians(3);  // a measurement speaks for directions nearer than that. Guessed.
   };
   ErrorMap() : ErrorMap(Options{}) {}
   explicit ErrorMap(const Options& options) : options_(options) {}

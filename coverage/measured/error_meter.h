@@ -29,19 +29,13 @@ class ErrorMeter {
   struct Options {
     int size_px = 320;             // longer side of the pictures that are compared. Guessed: 10 ms a frame.
     double processor_share = 0.3;  // of the caller's time, at most. Guessed: 10 ms of 33.
-    double again_share = 0.15;     // more, for frames that are measured again. Guessed.
     // Measures every frame, and one again, whatever it costs; for captures whose result must not depend on time.
     bool every_frame = false;
-    std::size_t frames_kept = 600;  // small pictures, 80 kB each, that can be measured again. Guessed.
     // A view that is recorded changes what was measured nearer to it, radians. Guessed.
     double view_reach = Radians(8);
     render::FramePredictorOptions predictor = {};
     render::PredictionErrorOptions error = {};
     render::CauseOptions cause = {};
-    double least_seen =
-        0.6;  // share of the silhouette that views see: with less, nothing is measured. Guessed.
-    double least_contrast =
-        2.5;  // root mean square, grey values: with less there is nothing to see. Guessed.
   };
   using ReadPicture = std::function<cv::Mat()>;  // 8-bit sRGB
 

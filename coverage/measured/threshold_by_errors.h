@@ -28,9 +28,7 @@ class ThresholdByErrors {
     // Of the radius that the bound lets one view cover: how far frames lie from the nearest view on average, and
     // how far they must lie to tell anything.
     double usual_apart = 0.6, least_apart = 0.35;
-    double most_one_sided = 0.7;   // beyond the views errors are larger than between them
-    double reach = Radians(3.5);   // standard deviation of the weights of frames around a direction
-    double weight_of_unknown = 2;  // in frames
+    double reach = Radians(3.5);  // standard deviation of the weights of frames around a direction
   };
   // `disc_radius`: that one view covers by `threshold_px` (CoverageMap::DiscRadius()), radians.
   ThresholdByErrors(const ErrorMap& errors, const CoverGoal& goal, double threshold_px, double disc_radius)

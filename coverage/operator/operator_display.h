@@ -30,20 +30,9 @@ namespace ulf::coverage {
 // Times are seconds, whatever the camera's and the screen's rate; all of them are guessed.
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
-  bool colour_blind = false;
-  // How long a message of the capture stays on the screen, and the failed checks after a first view that came at
-  // once; less is too short to read.
-  double to_read_s = 10;
-  std::size_t lines_at_once = 3;  // messages of the capture; older ones disappear
   // How long a view must have been marked before a key takes it back: a person cannot mean one that was marked
   // just now.
   double to_see_s = 0.5;
-  double flash_s = 0.4;  // of the window's frame, when the subject leaves the safety rectangle
-  double blink_s = 0.5;  // review: how long the live picture and the recorded one are shown in turn
-  // The augmented aperture is drawn no wider, in pixels: all but the subject is blurred anyway. So is the
-  // review, whose pictures are no wider (PosedPicture::kLongerSide).
-  double aperture_width_px = 480, review_width_px = 640;
-  std::size_t aperture_pictures = 4;  // fewer show hardly any blur: the person is asked to move
   // Of RunWithDisplay(): between pictures at least (more often takes the processor from tracking), and how long
   // the final state stays.
   double picture_s = 1.0 / 30, final_state_s = 3;

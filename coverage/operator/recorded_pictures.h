@@ -66,9 +66,6 @@ class RecordedPictures {
   // Guessed.
   struct Options {
     std::size_t most_bytes = 64 << 20;  // some six hundred pictures of a scene rich in detail: most captures
-    std::size_t most_drawn = 3;         // by Nearest(); more blur, fewer jump
-    std::size_t most_fetched = 8;       // around a camera, ahead of its movement
-    double least_share = 0.01;          // of the nearest one's weight; less is not worth drawing
   };
   RecordedPictures() : RecordedPictures(Options{}) {}
   explicit RecordedPictures(const Options& options) : options_(options) {}

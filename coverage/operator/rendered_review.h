@@ -52,16 +52,10 @@ class RenderedReview {
  public:
   // Guessed.
   struct Options {
-    int photograph_px = 640;  // longer side of the photographs that are drawn
     double memory_mb = 256, gpu_memory_mb = 512;
-    double refresh_s = 2;  // between two readings of the light field, at least
-    // So long after a scene could not be read or drawn, another is tried, if anything has changed since: where
-    // memory lacks, reading all photographs again helps nobody.
-    double retry_s = 10;
     // Pictures a second: where the renderer is slower they get smaller, down to a quarter of the width, because
     // tracking needs the processors that a software renderer takes.
     double fps = 10;
-    double try_next_s = 0.3;  // between two tries whether the next scene has its photographs
   };
   RenderedReview() : RenderedReview(Options{}) {}
   explicit RenderedReview(const Options& options) : options_(options), size_({.fps = options.fps}) {}

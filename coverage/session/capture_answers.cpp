@@ -59,10 +59,9 @@ void RunningCapture::BeginWhenPossible() {
 void RunningCapture::Begin(bool although_checks_fail) {
   const std::string holds = HoldsInWords(outlook_.preflight());
   if (!holds.empty() && !although_checks_fail && options_.checks_hold_start)
-    return Say(
-        fmt::format("recording has not begun: {}; or begin all the same: Shift Enter, the request record "
-                    "anyway, {}",
-                    holds, Parameter("force_start")));
+    return Say(fmt::format(
+        "recording has not begun: {}; or begin all the same: Shift Enter, the request record anyway, {}",
+        holds, Parameter("force_start")));
   waits_to_begin_ = false;
   recorder_.SetRecording(true);
   Say(holds.empty() ? "recording begins" : "recording begins all the same: " + holds);

@@ -19,10 +19,10 @@ namespace {
 [[noreturn]] void Refuse(const std::string& line) {
   throw Refusal(
       "", line, fmt::format("'{}' is not a request", line),
-      fmt::format("there are: take-back [COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] "
-                  "[size SHARE], subject proposed, pause, record [anyway], finish; with {} also press KEYS, "
-                  "look FILE",
-                  Parameter("offscreen")));
+      fmt::format(
+          "there are: take-back [COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size "
+          "SHARE], subject proposed, pause, record [anyway], finish; with {} also press KEYS, look FILE",
+          Parameter("offscreen")));
 }
 
 std::vector<std::string> Words(const std::string& line) {

@@ -50,21 +50,6 @@ std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_f
 // missing. Points inside the subject's sphere are compared with all others.
 class SubjectWatch {
  public:
-  // Tried with a simulated subject that is moved and with hands before one that is not
-  // (tests/coverage/session/capture_checks_test); otherwise guessed.
-  struct Options {
-    double over_s = 0.3;  // frames that are taken together
-    // Share of the expected points that are found, of the subject's against the others: below the first the
-    // subject's are gone, above the second they are there again.
-    double gone_share = 0.45, there_share = 0.8;
-    double stays_gone_s = 0.5;  // so long they have to be gone: a hand passes before the subject
-    // Frames for which a point must have been known before the subject's points were gone: a subject that has
-    // moved soon gets new points of its own, which would be found.
-    int known_for_frames = 20;
-    double fewest_per_frame = 8;  // points that should have been found; fewer say nothing
-    std::size_t fewest_frames = 3;
-    double rest_share = 0.5;  // where less of the other points is found, the tracker itself has a problem
-  };
   // After every tracked frame.
   bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
   void Reset();
@@ -78,7 +63,6 @@ class SubjectWatch {
   // On the subject against off it; none where too few points are expected.
   std::optional<double> ShareFound() const;
 
-  const Options options_{};
   std::deque<Tally> frames_;
   std::optional<double> gone_since_s_;
   int frames_gone_ = 0;  // since then
@@ -92,12 +76,6 @@ class CaptureSubject {
     int stable_frames = kStableFrames;         // tracked in a row before it is found by itself
     // Set: it stands on a board, whose frame is the world, above this point of it.
     std::optional<Eigen::Vector3d> stands_on = {};
-    // Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
-    // than the second is told. Guessed.
-    double worth_following = 0.01, worth_telling = 0.05;
-    // Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these tell
-    // where it is should the lens change. Guessed.
-    double anchors_apart = Radians(2);
     FrameSource source = FrameSource::kCamera;
   };
   CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,

@@ -143,8 +143,8 @@ void RequireExposures(const acquisition::Device& device, const ExposureBracket& 
   if (device.TakesExposures() == acquisition::ExposureRequests::kNone)
     throw Refusal(
         Parameter("bracket"), bracket.Text(),
-        fmt::format("{} cannot be asked for exposures: a recording, a camera without an exposure time "
-                    "that can be set, or one whose automatic exposure is on (auto_exposure=off)",
+        fmt::format("{} cannot be asked for exposures: a recording, a camera without an exposure time that "
+                    "can be set, or one whose automatic exposure is on (auto_exposure=off)",
                     uri),
         fmt::format("leave out {}", Parameter("bracket")));
   if (!stills && first.exposure_s <= 0)
@@ -181,14 +181,12 @@ bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& 
   acquisition::IntrinsicsArgs intrinsics = args.intrinsics;
   if (args.lens == tracking::LensUse::kRefine) intrinsics.guessed_focal_px = acquisition::GuessFocalPx(first);
   if (stills && args.lens == tracking::LensUse::kRefine)
-    throw Refusal(
-        Parameter("intrinsics"), "refine",
-        fmt::format("{} records photographs, and live view does not tell their lens",
-                    prepared.device->Info().uri),
-        fmt::format(
-            "find the lens of live view with ulf track {} --intrinsics refine --calibration-out FILE, "
-            "then capture with {} FILE",
-            prepared.device->Info().uri, Parameter("calibration")));
+    throw Refusal(Parameter("intrinsics"), "refine",
+                  fmt::format("{} records photographs, and live view does not tell their lens",
+                              prepared.device->Info().uri),
+                  fmt::format("find the lens of live view with ulf track {} --intrinsics refine "
+                              "--calibration-out FILE, then capture with {} FILE",
+                              prepared.device->Info().uri, Parameter("calibration")));
   acquisition::RecordingHeader& recording = prepared.recording =
       acquisition::RecordingHeader::Of(*prepared.device);
   if (resumed) RequireSameCamera(args.dir, *resumed, prepared.device->Info());

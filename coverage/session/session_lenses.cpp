@@ -148,8 +148,7 @@ void GoOnUnder(const NewCamera& camera, LightFieldWriter& writer) {
     spdlog::info(
         "new views are placed in the map of those so far, whose poses belong to their lens: the check of the "
         "lens sees mostly those, and may miss that this one is wrong; 'ulf refine {} --intrinsics' tells, "
-        "and "
-        "where it is the same lens, calibrated better, puts views and map right before you go on",
+        "and where it is the same lens, calibrated better, puts views and map right before you go on",
         ShellWord(writer.Contents().root.string()));
 }
 

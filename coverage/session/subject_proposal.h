@@ -32,14 +32,6 @@ class SubjectProposer {
     double threshold_px = kHighThresholdPx;
     std::optional<Cap> cap;
     double until_share = 1;
-    // The radius that was seen, as a share of the sphere's: between these the sphere stays. Guessed: the
-    // thinnest things are not in the mesh, and simulated subjects are found at 0.7 to 1.1 of their radius
-    // (subject_in_mesh_test).
-    double smaller = 0.65, larger = 1.33;
-    int least_maps = 8;  // that a mesh needs to tell. Guessed.
-    // Two meshes one after the other must agree within these shares of the radius, in size and in place; what is
-    // farther off is another sphere. Guessed.
-    double same_radius = 0.15, same_center = 0.15;
   };
   // `lens` outlives it.
   SubjectProposer(const CaptureLens& lens, const Options& options) : lens_(lens), options_(options) {}

@@ -15,6 +15,10 @@
 namespace ulf::coverage {
 namespace {
 
+// Guessed.
+constexpr double kBracketStillPatience_s = 60;
+constexpr double kBracketSameExposure = 0.05;  // by this share exposures may differ that count as one
+
 constexpr int kMostExposures = 9;
 constexpr double kLeastStops = 1.0 / 3, kMostStops = 5;
 
@@ -100,7 +104,7 @@ void BracketCapture::Ask() {
 
 bool BracketCapture::HasViewsExposure(const Frame& frame) const {
   return frame.exposure_s > 0 &&
-         std::abs(std::log(frame.exposure_s * frame.gain / (exposure_s_ * gain_))) < options_.same_exposure;
+         std::abs(std::log(frame.exposure_s * frame.gain / (exposure_s_ * gain_))) < kBracketSameExposure;
 }
 
 Frame BracketCapture::ForTracking(const Frame& frame) const {
@@ -164,7 +168,7 @@ bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
     running_->heard_s = frame.device_time_s;
   }
   if (here) last_ = here;
-  EndIfOver(frame.device_time_s, device_.TakesStills() ? options_.still_patience_s : options_.patience_s);
+  EndIfOver(frame.device_time_s, device_.TakesStills() ? kBracketStillPatience_s : options_.patience_s);
   return true;
 }
 

@@ -49,10 +49,8 @@ class BracketCapture {
  public:
   // Guessed.
   struct Options {
-    double patience_s = 3;  // without a frame of the bracket; photographs: as long as the device has it
-    double still_patience_s = 60;
-    double same_exposure = 0.05;  // by this share exposures may differ that count as one
-    bool deterministic = false;   // host times are the device's
+    double patience_s = 3;       // without a frame of the bracket; photographs: as long as the device has it
+    bool deterministic = false;  // host times are the device's
   };
   // `device`, `poses` and `spool` outlive it.
   BracketCapture(acquisition::Device& device, const tracking::PoseSource& poses, ViewSpool& spool,

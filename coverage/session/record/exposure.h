@@ -30,13 +30,6 @@ namespace ulf::coverage {
 // Whether exposure and light no longer change.
 class ExposureWatch {
  public:
-  // Guessed.
-  struct Options {
-    double window_s = 0.3;       // frames so far back are compared; longer waits longer after a change
-    double same_setting = 0.03;  // exposure time times gain, log ratio: a settled camera's rounding, no more
-    double same_light = 0.08;    // log ratio; a third of what one step of an exposure dial changes
-    double same_direction_cosine = 0.9994;  // of two degrees; farther apart other things are seen
-  };
   // Every frame with a pose that sees the whole subject, in order. `held`: whether the camera's automatic is
   // off, none where it does not tell (Device::Held). True: settled, as far as can be told.
   bool Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
@@ -49,7 +42,6 @@ class ExposureWatch {
     double light = 0;                                     // mean, linear; 0: not known
     Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // from the subject
   };
-  Options options_;
   std::deque<Seen> recent_;
 };
 
@@ -59,11 +51,6 @@ class ExposureMatch {
   // Guessed.
   struct Options {
     std::size_t neighbours = 6;  // that a picture is compared with
-    std::size_t most_read = 2;   // of them from disk, for one picture: that holds up tracking
-    double least_shared = 0.2;   // of the picture; less overlap says nothing
-    double most_deviation =
-        0.3;  // median, of the logarithm; more is no exposure, but a hand before the lens or
-              // another lamp
   };
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
   explicit ExposureMatch(const LightField& resumed);

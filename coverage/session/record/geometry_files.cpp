@@ -31,8 +31,7 @@ std::string Replaced(const std::optional<render::GeometryState>& before, const f
   const std::size_t triangles_before = before ? before->triangles : 0;
   return fmt::format(
       "views were added: a new mesh of {}, made of small pictures, takes the place of the one that was "
-      "there{}, "
-      "which is kept: {}{}; '{}' makes a fine one of all views",
+      "there{}, which is kept: {}{}; '{}' makes a fine one of all views",
       Counted(now.mesh->mesh->triangles.size(), "triangle"),
       triangles_before > 0 ? fmt::format(" ({})", Counted(triangles_before, "triangle")) : "", kept.string(),
       kept_maps ? fmt::format(", with its depth maps: {}", kept_maps->string()) : "", proxy_command);

@@ -91,8 +91,6 @@ class LiveGeometry {
     // Pictures in memory that may wait to be reduced; views that come on top are left out. Guessed: 24 megapixels
     // take 72 MB.
     std::size_t most_waiting = 8;
-    // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
-    int live_triangles = 30000;
     // At the end, for missing maps and the pictures that wait, which get half of it at most. Guessed: the whole
     // then takes ten seconds.
     double finish_s = 6;

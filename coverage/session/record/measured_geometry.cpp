@@ -53,13 +53,13 @@ std::string ThatItStays(const std::filesystem::path& root, bool is_corrected) {
   const std::string command = render::ProxyCommand(root);
   if (state && state->triangles == 0)
     return fmt::format(
-        "no view was added: no new mesh is made, and the one that is there cannot be used: {}; "
-        "'{}' makes it again",
+        "no view was added: no new mesh is made, and the one that is there cannot be used: {}; '{}' makes it "
+        "again",
         state->problem, command);
   if (is_corrected || (state && state->mesh_fits == false))
     return fmt::format(
-        "no view was added: the mesh that is there stays, though it is not of the views as they "
-        "are now; '{}' makes it and the depth maps anew",
+        "no view was added: the mesh that is there stays, though it is not of the views as they are now; "
+        "'{}' makes it and the depth maps anew",
         command);
   return "no view was added, moved or taken back: the mesh that is there stays";
 }
@@ -228,10 +228,10 @@ std::optional<FinishedGeometry> MeasuredGeometry::Finish(
                      Counted(finished.views_left_out.size(), "view"), render::ProxyCommand(root)));
   if (finished.mesh) {
     if (const std::string why = WhyThatStays(root, finished); !why.empty()) {
-      say_(fmt::format(
-          "views were added: the mesh that is there stays, because a new one would not be as good everywhere "
-          "({}); '{}' makes one of all views",
-          why, render::ProxyCommand(root)));
+      say_(
+          fmt::format("views were added: the mesh that is there stays, because a new one would not be as "
+                      "good everywhere ({}); '{}' makes one of all views",
+                      why, render::ProxyCommand(root)));
       return std::nullopt;
     }
     closing("depth maps and the mesh to the disk");

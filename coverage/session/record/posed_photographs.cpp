@@ -11,6 +11,16 @@
 namespace ulf::coverage {
 namespace {
 
+// Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first one,
+// and at most so many. Guessed.
+constexpr double kWalkNeighbourShare = 0.4;
+constexpr int kWalkMostNeighbours = 6;
+// Points of a frame: fewer say nothing, of more a sample is taken. Guessed.
+constexpr std::size_t kWalkFewestPoints = 12, kWalkMostPoints = 150;
+// After so many points a view is dismissed that contains less than this share of `least_overlap`. Guessed.
+constexpr std::size_t kWalkFirstPoints = 20;
+constexpr double kWalkFirstOverlap = 0.3;
+
 // In random order, so that the first few stand for all.
 std::vector<tracking::VisiblePoint> Sample(std::vector<tracking::VisiblePoint> points, std::size_t most) {
   std::mt19937 draw(1);
@@ -30,7 +40,7 @@ double MedianDepth(const std::vector<tracking::VisiblePoint>& points) {
 bool PosedPhotographs::IsLocated(const FrameToDecide& input,
                                  const std::vector<tracking::VisiblePoint>& points) const {
   return input.track.state == tracking::TrackState::kTracking && !input.track.skipped &&
-         input.track.cam_from_world && points.size() >= spacing_.fewest_points;
+         input.track.cam_from_world && points.size() >= kWalkFewestPoints;
 }
 
 bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
@@ -39,9 +49,9 @@ bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world
   std::vector<double> parallax;
   std::size_t shared = 0;
   for (const tracking::VisiblePoint& point : points) {
-    if (parallax.size() == spacing.first_points &&
+    if (parallax.size() == kWalkFirstPoints &&
         static_cast<double>(shared) <
-            spacing.first_overlap * spacing.least_overlap * static_cast<double>(spacing.first_points))
+            kWalkFirstOverlap * spacing.least_overlap * static_cast<double>(kWalkFirstPoints))
       return false;
     parallax.push_back(AngleBetween(point.position_in_world - here, point.position_in_world - there));
     const auto img = camera.ImgFromCam(before_from_world * point.position_in_world);
@@ -54,9 +64,9 @@ bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world
 bool PosedPhotographs::IsNeighbour(const FrameToDecide& input,
                                    const std::vector<tracking::VisiblePoint>& points) const {
   PhotographSpacing near = spacing_;
-  near.parallax_deg *= spacing_.neighbour_share;
-  near.least_overlap = 1 - spacing_.neighbour_share * (1 - spacing_.least_overlap);
-  return neighbours_ < spacing_.most_neighbours &&
+  near.parallax_deg *= kWalkNeighbourShare;
+  near.least_overlap = 1 - kWalkNeighbourShare * (1 - spacing_.least_overlap);
+  return neighbours_ < kWalkMostNeighbours &&
          ShowsSameView(*first_, *input.track.cam_from_world, input.camera, points, near);
 }
 
@@ -80,7 +90,7 @@ PosedPhotographs::Step PosedPhotographs::Decide(const FrameToDecide& input,
                                                 const std::vector<tracking::VisiblePoint>& all_points,
                                                 const RecordedViews& views,
                                                 const DecisionLimits& limits) const {
-  const std::vector<tracking::VisiblePoint> points = Sample(all_points, spacing_.most_points);
+  const std::vector<tracking::VisiblePoint> points = Sample(all_points, kWalkMostPoints);
   Step step;
   step.located = IsLocated(input, points);
   step.ends_held = held_ && !(step.located && IsNeighbour(input, points));

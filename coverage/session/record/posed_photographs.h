@@ -21,15 +21,6 @@ namespace ulf::coverage {
 struct PhotographSpacing {
   double parallax_deg = 1;     // median over the points; more is another view
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
-  // Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first one,
-  // and at most so many. Guessed.
-  double neighbour_share = 0.4;
-  int most_neighbours = 6;
-  // Points of a frame: fewer say nothing, of more a sample is taken. Guessed.
-  std::size_t fewest_points = 12, most_points = 150;
-  // After so many points a view is dismissed that contains less than this share of `least_overlap`. Guessed.
-  std::size_t first_points = 20;
-  double first_overlap = 0.3;
 };
 
 // Whether a view at `before_from_world` shows the same as the frame that shows `points` from `cam_from_world`.

@@ -17,10 +17,6 @@ class FocusWatch {
   // Settled on simulated scenes (docs/mistakes.md).
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
-    double sharpest_of_s = 0.4;
-    double least_swing = 0.25;  // logarithm of fine detail (amplitude); smaller ones do not count
-    int swings = 4;             // there and back, twice
-    double within_s = 8;
   };
   FocusWatch() = default;
   explicit FocusWatch(const Options& options) : options_(options) {}

@@ -31,15 +31,6 @@ class LightWatch {
   // Logarithms of the light. Settled on simulated scenes (docs/mistakes.md).
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
-    // Median of their deviations; more, but in bands, is another scene, a hand before the lens, or a motion too quick to
-    // be followed, under which the median leans to one side.
-    double most_deviation = 0.05;
-    double apart_s = 2, mean_s = 0.4;  // two means so far apart are compared
-    double least_change = 0.12;        // an eighth
-    double flicker_s = 2.5;            // of pictures that a frequency is looked for in
-    double least_flicker = 0.02;       // amplitude
-    double one_frequency = 0.7;        // share of the quick changes that the strongest frequency explains
-    double explained_by_bands = 0.5;   // share of the points' deviations
   };
   LightWatch() = default;
   explicit LightWatch(const Options& options) : options_(options) {}

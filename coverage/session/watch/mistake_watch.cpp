@@ -26,9 +26,9 @@ std::string CureOf(Mistake mistake, FrameSource source, bool compensated) {
   const auto begin_again = [] { return fmt::format("begin again with {} refine", Parameter("intrinsics")); };
   switch (mistake) {
     case Mistake::kOutOfFocus:
-      return is_taken ? "No rendering brings the detail back. The next time focus on the subject and fix the "
-                        "focus"
-                      : "Focus on the subject and fix the focus; move slowly";
+      return is_taken
+                 ? "No rendering brings the detail back. The next time focus on the subject and fix the focus"
+                 : "Focus on the subject and fix the focus; move slowly";
     case Mistake::kAutoExposure:
       return is_taken ? even_out() + ". The next time switch auto exposure off"
                       : fmt::format("Switch auto exposure off and set the exposure ({})", WhereToSet(source));
@@ -115,10 +115,9 @@ void MistakeWatch::Note(Mistake mistake, std::string finding, bool compensated) 
 
 void MistakeWatch::NoteHunting(double factor) {
   DoubtWhatComesFromSoftPictures();
-  Note(Mistake::kFocusHunts,
-       fmt::format("pictures of the same things turn soft and sharp again and again, their detail by a "
-                   "factor of {:.1f}",
-                   factor));
+  Note(Mistake::kFocusHunts, fmt::format("pictures of the same things turn soft and sharp again and again, "
+                                         "their detail by a factor of {:.1f}",
+                                         factor));
 }
 
 std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const MistakeSigns& signs) {
@@ -139,11 +138,10 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
     if (const std::vector<DustSpot>& spots = dust_.spots(); !spots.empty()) {
       const DustSpot& darkest = *std::ranges::max_element(spots, {}, &DustSpot::kept_off);
       Note(Mistake::kDust,
-           fmt::format(
-               "{} where {} in the picture while the scene moves on, the darkest {:.0f} % from the left and "
-               "{:.0f} % from the top",
-               spots.size() == 1 ? "a dark spot stays" : Counted(spots.size(), "dark spot") + " stay",
-               spots.size() == 1 ? "it is" : "they are", 100 * darkest.at.x, 100 * darkest.at.y));
+           fmt::format("{} where {} in the picture while the scene moves on, the darkest {:.0f} % from the "
+                       "left and {:.0f} % from the top",
+                       spots.size() == 1 ? "a dark spot stays" : Counted(spots.size(), "dark spot") + " stay",
+                       spots.size() == 1 ? "it is" : "they are", 100 * darkest.at.x, 100 * darkest.at.y));
     }
   }
   if (signs.rolling_shutter) NoteShutter(*signs.rolling_shutter);
@@ -185,10 +183,9 @@ void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
   const double readout_s = contradicted ? contradicted->readout_s : rolling_shutter.readout_s;
   if (std::abs(readout_s) < kLeast_s) return;
   Note(Mistake::kRollingShutter,
-       fmt::format(
-           "the rows of a picture are taken one after the other, within {:.0f} ms, which bends what a moving "
-           "camera sees",
-           1000 * std::abs(readout_s)),
+       fmt::format("the rows of a picture are taken one after the other, within {:.0f} ms, which bends what "
+                   "a moving camera sees",
+                   1000 * std::abs(readout_s)),
        rolling_shutter.compensated && !contradicted);
 }
 

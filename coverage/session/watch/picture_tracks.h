@@ -36,10 +36,8 @@ class PictureTracks {
  public:
   // Guessed.
   struct Options {
-    int most_width = 480;  // of the reduced pictures, which are a whole number of times smaller
     std::size_t most = 150, fewest = 100;  // points; fewer are filled up
-    double apart_px = 9;
-    double longest_s = 0.5;  // between two pictures that are compared
+    double longest_s = 0.5;                // between two pictures that are compared
   };
   PictureTracks() = default;
   explicit PictureTracks(const Options& options) : options_(options) {}
