@@ -10,7 +10,7 @@
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "commands/rendering/protocol_evaluation.h"
-#include "commands/rendering/temporal_evaluation.h"
+#include "commands/rendering/temporal_command.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

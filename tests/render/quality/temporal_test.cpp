@@ -1,5 +1,5 @@
 // Tests: render/quality/temporal_error, render/quality/step_error, render/quality/temporal_evaluation,
-// render/quality/truth, commands/rendering/temporal_evaluation, commands/rendering/simulated_truth.
+// render/quality/truth, commands/rendering/temporal_command, commands/rendering/simulated_truth.
 //
 // How restless a rendering is: what the number punishes, and the command that measures it.
 #include <gmock/gmock.h>

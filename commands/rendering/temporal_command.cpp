@@ -1,4 +1,4 @@
-#include "commands/rendering/temporal_evaluation.h"
+#include "commands/rendering/temporal_command.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
