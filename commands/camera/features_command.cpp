@@ -112,7 +112,7 @@ std::vector<SetResult> ApplySettings(acquisition::FeatureAccess& access, const s
   for (const auto& [name, value] : settings) {
     try {
       results.push_back(ApplySetting(access, uri, name, value));
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       if (set.empty()) throw;
       throw UsageError("{}; already set: {}", error.what(), set);
     } catch (const Error& error) {
