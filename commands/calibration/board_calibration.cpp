@@ -49,7 +49,8 @@ void WarnOfNoSerial(const CalibrationSource& source, std::vector<std::string>& w
         source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
 }
 
-// Some of the pictures that were calibrated from, and of those in which the board was not found, evenly chosen, grey.
+// Some of the pictures that were calibrated from, and of those in which the board was not found, evenly
+// chosen, grey.
 std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
                                   const acquisition::CollectedViews& collected) {
   constexpr std::size_t kFew = 12;  // they tell which board it is

@@ -1,4 +1,5 @@
-// `ulf calibrate`: estimates intrinsics from a board, the flat field from a card, or colours from a chart or a grey card.
+// `ulf calibrate`: estimates intrinsics from a board, the flat field from a card, or colours from a chart or
+// a grey card.
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>

@@ -146,8 +146,8 @@ void Print(const acquisition::CalibrationFile& file) {
   }
 }
 
-// Whether the file that is read is meant to be the one that is written, with all that it holds: another program's holds
-// more than a lens.
+// Whether the file that is read is meant to be the one that is written, with all that it holds: another
+// program's holds more than a lens.
 bool BindsInPlace(const CalibrationArgs& args, const acquisition::CalibrationFile& file) {
   std::error_code unknown;
   return file.is_ours && std::filesystem::equivalent(args.path, args.output, unknown);

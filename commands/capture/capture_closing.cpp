@@ -112,7 +112,8 @@ void PrintResult(const CaptureArgs& args, const coverage::CaptureSummary& summar
   std::fflush(stdout);
 }
 
-// Of the views that were recorded, also in earlier sessions. Reading raw files takes too long for the end of a capture.
+// Of the views that were recorded, also in earlier sessions. Reading raw files takes too long for the end of
+// a capture.
 void WarnIfTheLampChanged(LightField& light_field) {
   if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
     return;
@@ -148,8 +149,8 @@ void ReportUnwrittenFrames(const coverage::CaptureSummary& summary, bool folder_
                Counted(summary.unwritten, "frame"));
 }
 
-// Masks, and over them the geometry that other captures make while they run. False, with the reason said, where there
-// are none: the views are kept.
+// Masks, and over them the geometry that other captures make while they run. False, with the reason said,
+// where there are none: the views are kept.
 bool MaskTurntable(const CaptureArgs& args) {
   if (args.turntable.empty() || ReadLightField(args.dir).views.empty()) return true;
   try {

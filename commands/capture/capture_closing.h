@@ -1,5 +1,5 @@
-// What `ulf capture` does when the light field is closed: masks, the map for the next session, merged brackets, the report,
-// pictures, and the words that a person should read last.
+// What `ulf capture` does when the light field is closed: masks, the map for the next session, merged
+// brackets, the report, pictures, and the words that a person should read last.
 #pragma once
 
 #include <optional>

@@ -26,8 +26,8 @@ const char* InWords(coverage::StoppedBecause why) {
   return kWords[static_cast<std::size_t>(why)];
 }
 
-// What was in the way of views and, where a camera is in the hand, what to do the next time; what options change is said
-// of pictures that are taken already, too.
+// What was in the way of views and, where a camera is in the hand, what to do the next time; what options
+// change is said of pictures that are taken already, too.
 std::string WayOut(coverage::Reason reason, FrameSource source) {
   using enum coverage::Reason;
   struct Words {
@@ -91,7 +91,8 @@ std::string WayOut(coverage::Reason reason, FrameSource source) {
   return to_do.empty() ? words.finding : words.finding + "; " + to_do;
 }
 
-// "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake behind it.
+// "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake behind
+// it.
 std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSummary& summary) {
   const coverage::NoticedMistake* mistake = Behind(reason, summary.mistakes);
   if (!mistake)

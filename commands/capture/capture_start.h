@@ -1,5 +1,5 @@
-// From the command line to a capture that can run (coverage/session/prepared_capture.h), or a refusal that has written
-// nothing.
+// From the command line to a capture that can run (coverage/session/prepared_capture.h), or a refusal that
+// has written nothing.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has points,
-// or as a page.
+// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has
+// points, or as a page.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 

@@ -72,8 +72,8 @@ void StopWhereAsked() {
 
 // ---- glTF ----
 
-// Of a triangle's edge over its distance to a view: larger ones reach out of pictures, and charts take whole ones alone.
-// Guessed.
+// Of a triangle's edge over its distance to a view: larger ones reach out of pictures, and charts take whole
+// ones alone. Guessed.
 constexpr double kMostSlope = 0.04;
 
 std::vector<render::GltfCamera> GltfCamerasOf(const LightField& light_field) {

@@ -1,4 +1,5 @@
-// The forms of `ulf export` that are made with the renderer: glTF, quilts for light-field displays, pages for browsers.
+// The forms of `ulf export` that are made with the renderer: glTF, quilts for light-field displays, pages for
+// browsers.
 #pragma once
 
 #include "commands/options/command_line.h"

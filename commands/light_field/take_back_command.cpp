@@ -1,4 +1,5 @@
-// ulf take-back: takes views out of a light field at the desk, as a key of the operator display does during a capture.
+// ulf take-back: takes views out of a light field at the desk, as a key of the operator display does during a
+// capture.
 
 #include <fmt/ranges.h>
 

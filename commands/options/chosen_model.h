@@ -17,8 +17,8 @@ struct ChosenModel {
   std::vector<ModelChoice> explained;  // of proxy and field, and of the light where it was looked for
 };
 
-// `proxy`, `field`: names of the command line. Light is evened before anything is compared: fields that blend few views
-// would else win where photographs differ.
+// `proxy`, `field`: names of the command line. Light is evened before anything is compared: fields that blend
+// few views would else win where photographs differ.
 ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const render::RenderScene>& plain,
                         const std::string& proxy, const std::string& field,
                         const render::FieldOptions& details, render::RendererKind renderer,

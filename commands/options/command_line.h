@@ -1,4 +1,5 @@
-// Exit codes, the function that runs the chosen subcommand, how options are spelled, and the error that names them.
+// Exit codes, the function that runs the chosen subcommand, how options are spelled, and the error that names
+// them.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +30,8 @@ inline std::string OptionOf(std::string_view parameter) {
   return option;
 }
 
-// The command line asks for something impossible: exit status kWrongUsage. Thrown by commands/ alone; libraries throw
-// Refusal, which names a parameter, and the program spells it as the option.
+// The command line asks for something impossible: exit status kWrongUsage. Thrown by commands/ alone;
+// libraries throw Refusal, which names a parameter, and the program spells it as the option.
 using ulf::UsageError;
 
 }  // namespace ulf::commands

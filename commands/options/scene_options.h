@@ -36,13 +36,14 @@ render::SceneOptions OptionsOf(const SceneArgs& args);
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
 // The masks of the same views in place of their photographs; null where nothing of them is cut out.
 std::shared_ptr<const render::RenderScene> LoadMasks(const SceneArgs& args, const render::RenderScene& scene);
-// The mesh over which light is evened, whatever is drawn over: one of those in use, else the light field's own. A choice by
-// name then gives the picture of the same choice by evidence. Null where there is none, or light stays as recorded.
+// The mesh over which light is evened, whatever is drawn over: one of those in use, else the light field's
+// own. A choice by name then gives the picture of the same choice by evidence. Null where there is none, or
+// light stays as recorded.
 std::shared_ptr<const render::Proxy> MeshForLight(
     const SceneArgs& args, const render::RenderScene& scene,
     const std::vector<std::shared_ptr<const render::Proxy>>& in_use);
-// What --light asks for: the light of the scene's views, fitted over a mesh, said in a line. None where light stays as
-// recorded.
+// What --light asks for: the light of the scene's views, fitted over a mesh, said in a line. None where light
+// stays as recorded.
 std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,
                                         const std::shared_ptr<const render::Proxy>& mesh);
 // `field`: for which --proxy plane:fitted fits it.

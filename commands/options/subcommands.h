@@ -1,6 +1,6 @@
-// The subcommands: each has a file of its name in a room of commands/ that parses, calls one function, and prints.
-// A function adds its subcommand to the program's command line and, when the user chose it, puts what to run into
-// `chosen`.
+// The subcommands: each has a file of its name in a room of commands/ that parses, calls one function, and
+// prints. A function adds its subcommand to the program's command line and, when the user chose it, puts what
+// to run into `chosen`.
 #pragma once
 
 #include "commands/options/command_line.h"

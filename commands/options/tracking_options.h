@@ -1,5 +1,5 @@
-// The options of the commands that read frames and track them: intrinsics, the lens while tracking, the shutter's
-// readout, the size of the pictures that are tracked.
+// The options of the commands that read frames and track them: intrinsics, the lens while tracking, the
+// shutter's readout, the size of the pictures that are tracked.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -32,17 +32,18 @@ struct LensUseArgs {
 
 void AddLensUseOptions(CLI::App& command, LensUseArgs& args);
 
-// Throws UsageError where a file is to be written and no lens is sought, and Error where it cannot be written.
+// Throws UsageError where a file is to be written and no lens is sought, and Error where it cannot be
+// written.
 void RequireUsable(const LensUseArgs& args);
 
-// Writes the lens that was found to args.calibration_output, if that is given; says so where none was found, and where
-// images contradict it still (`at_end`). `command`: "ulf track", for the file.
+// Writes the lens that was found to args.calibration_output, if that is given; says so where none was found,
+// and where images contradict it still (`at_end`). `command`: "ulf track", for the file.
 void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,
                     const std::optional<tracking::RefinedLens>& lens,
                     const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command);
 
-// Throws UsageError where the file cannot be written, or is there and is no calibration file of ulf: results are written
-// into one of ulf, and one of another program would be lost.
+// Throws UsageError where the file cannot be written, or is there and is no calibration file of ulf: results
+// are written into one of ulf, and one of another program would be lost.
 void RequireOwnCalibration(const std::string& output);
 
 }  // namespace ulf::commands

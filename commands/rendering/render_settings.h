@@ -35,7 +35,8 @@ struct RenderArgs : SceneArgs {
   bool json = false;
 };
 
-// All values on which the pictures of the path depend, for render.json: the pictures of one folder have them in common.
+// All values on which the pictures of the path depend, for render.json: the pictures of one folder have them
+// in common.
 std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
                                               const render::CameraPath& path);
 

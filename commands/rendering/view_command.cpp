@@ -91,8 +91,8 @@ cv::Size ScreenOf(const ViewArgs& args, const render::Surface& surface) {
   return size.empty() ? cv::Size(args.width, args.height) : size;
 }
 
-// What was chosen is what the viewer begins with. A file, a fitted plane and a mesh without its maps are offered under
-// another name than that of the proxy that they make.
+// What was chosen is what the viewer begins with. A file, a fitted plane and a mesh without its maps are
+// offered under another name than that of the proxy that they make.
 void Begin(const ViewArgs& args, const render::Choice& choice, render::ViewerOptions& options) {
   options.field = choice.field;
   const std::string name = choice.proxy->Name();
@@ -185,8 +185,8 @@ void HandleInput(render::Surface& surface, const std::future<Result>& work, cons
   }
 }
 
-// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one, and its
-// events are handled. Throws Left.
+// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one,
+// and its events are handled. Throws Left.
 ChosenModel ChosenFor(const ViewArgs& args, const std::shared_ptr<const render::RenderScene>& scene,
                       render::Surface& surface) {
   const render::ViewerCamera camera = render::StartingCamera(*scene);

@@ -125,8 +125,8 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
 
 namespace {
 
-// The views whose light differs from that of most: without them the statement holds no longer. None: the light goes up and
-// down.
+// The views whose light differs from that of most: without them the statement holds no longer. None: the
+// light goes up and down.
 std::map<int, std::string> ViewsOfOtherLight(const LightCheck& check, const LightField& light_field) {
   std::map<int, std::string> views;
   if (!check.wavers.empty()) return views;

@@ -1,5 +1,5 @@
-// What the checks of a light field find, kept with it and said: of its poses, of its light, and all that is known to be
-// wrong.
+// What the checks of a light field find, kept with it and said: of its poses, of its light, and all that is
+// known to be wrong.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -25,15 +25,16 @@ struct PoseReport {
   std::string
       not_kept{};  // why what is wrong is not kept with the light field; empty: it is, or nothing is wrong
 };
-// Compares the photographs with the poses, keeps with the light field what it finds, and puts it in place of what
-// `light_field` knows of its poses.
+// Compares the photographs with the poses, keeps with the light field what it finds, and puts it in place of
+// what `light_field` knows of its poses.
 PoseReport CheckedPoses(LightField& light_field, bool silent);
 std::string ToText(const PoseReport& report, const LightField& light_field);
 nlohmann::json ToJson(const PoseReport& report, const LightField& light_field);
 
 // The one verdict on the light: at the end of a capture and of ulf info --check-light.
 LightCheck CheckLightOf(const LightField& light_field, Progress& progress);
-// Keeps it with the light field, and puts it in place of what `light_field` knows of its light. Says where it cannot.
+// Keeps it with the light field, and puts it in place of what `light_field` knows of its light. Says where it
+// cannot.
 void KeepLight(const LightCheck& check, LightField& light_field);
 // What was found of clipped pixels and of the lamp (ulf info --check-light).
 std::string ToText(const LightCheck& check, FrameSource source);

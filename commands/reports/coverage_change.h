@@ -16,12 +16,12 @@ struct CoverageChange {
   double before = 0, after = 0;  // shares of it
 };
 
-// As ulf info counts it: by the bound, or by measured errors where the capture was covered by them. None without a goal or
-// a subject.
+// As ulf info counts it: by the bound, or by measured errors where the capture was covered by them. None
+// without a goal or a subject.
 std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const LightField& after);
 
-// "covered: 98.13 % of 40 x 30 degrees before, 98.10 % after: ..."; shares with as many decimals as tell them apart.
-// `source`: of the views, which only a camera can take again.
+// "covered: 98.13 % of 40 x 30 degrees before, 98.10 % after: ..."; shares with as many decimals as tell them
+// apart. `source`: of the views, which only a camera can take again.
 std::string ToText(const CoverageChange& change, FrameSource source, const std::string& light_field);
 
 nlohmann::ordered_json ToJson(const CoverageChange& change);

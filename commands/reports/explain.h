@@ -25,8 +25,8 @@ void AddExplained(Json& report, const std::vector<ModelChoice>& choices) {
   for (const ModelChoice& choice : choices) explained.push_back(Json(ulf::ToJson(choice)));
 }
 
-// `why`, one line of the log; with --explain all that was compared instead, beside the report, or with --json in it
-// (AddExplained()).
+// `why`, one line of the log; with --explain all that was compared instead, beside the report, or with --json
+// in it (AddExplained()).
 inline void SayWhy(bool explain, bool json, const std::string& why, const std::vector<ModelChoice>& choices) {
   if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);
   if (explain && !json) fmt::print(stderr, "{}", ExplainedText(choices));

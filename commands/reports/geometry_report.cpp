@@ -90,7 +90,8 @@ std::vector<std::string> Outdated(const std::optional<render::GeometryState>& be
   std::vector<std::string> files;
   if (!before || !after) return files;
   const bool maps = before->maps > after->maps;
-  // A mesh that does not tell its views is taken for one of those before: its maps, or nothing, say otherwise.
+  // A mesh that does not tell its views is taken for one of those before: its maps, or nothing, say
+  // otherwise.
   if ((before->mesh_fits.value_or(maps) && !after->mesh_fits.value_or(false)) || maps)
     files.emplace_back(render::kMeshProxyFile);
   if (maps) files.emplace_back(render::kDepthMapsFolder);

@@ -1,4 +1,5 @@
-// The mesh and the depth maps of a light field in a line: whose they are, and whether they fit its views as they are now.
+// The mesh and the depth maps of a light field in a line: whose they are, and whether they fit its views as
+// they are now.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -8,12 +8,13 @@
 
 namespace ulf::commands {
 
-// `given`: the lens as the light field had it. Where the images support another one that shows everything within half a
-// pixel of where this one does, there is nothing to do, and it says so.
+// `given`: the lens as the light field had it. Where the images support another one that shows everything
+// within half a pixel of where this one does, there is nothing to do, and it says so.
 std::string LensFitText(const tracking::LensEstimate& fit, const CameraModel& given, bool is_taken_over);
 
-// Where the fitted focal length is farther from that of before than its deviation accounts for: by how much, where the one
-// of before was from (`source`; empty: not told), which of the two is kept, and why. Else empty.
+// Where the fitted focal length is farther from that of before than its deviation accounts for: by how much,
+// where the one of before was from (`source`; empty: not told), which of the two is kept, and why. Else
+// empty.
 std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& given,
                           const std::string& source, bool is_taken_over);
 

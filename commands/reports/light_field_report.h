@@ -74,8 +74,8 @@ nlohmann::json ToJson(const MeasuredErrors& measured);
 nlohmann::json ToJson(const LightFieldReport& report);
 std::string ToText(const LightFieldReport& report);
 
-// Of several light fields, the thesis's Table 6.1: views, capture time, angular range, average angle between neighbours;
-// and the share of the cap where one is measured.
+// Of several light fields, the thesis's Table 6.1: views, capture time, angular range, average angle between
+// neighbours; and the share of the cap where one is measured.
 struct NamedReport {
   std::string name;
   LightFieldReport report;

@@ -76,12 +76,14 @@ std::string RefinedSource(const tracking::RefineResult& result, int camera) {
              : acquisition::kLensFoundByRefining;
 }
 
-// Records the poses in one step, so that a kill leaves the old or the new ones; then the photographs that were found.
+// Records the poses in one step, so that a kill leaves the old or the new ones; then the photographs that
+// were found.
 void Write(const LightField& before, const LocatedUnposed& unposed, const tracking::RefineResult& result,
            LightFieldWriter& writer) {
   std::map<int, Rigid3> poses;
   std::vector<View> found;
-  // Refining knows of noise alone, and not of what the map and the shutter add: no view is surer than the usual one.
+  // Refining knows of noise alone, and not of what the map and the shutter add: no view is surer than the
+  // usual one.
   std::vector<double> qualities;
   for (std::size_t v = 0; v < unposed.first; ++v) qualities.push_back(before.views[v].tracking_quality);
   const double usual_quality = Median(std::move(qualities));
@@ -115,7 +117,8 @@ void Write(const LightField& before, const LocatedUnposed& unposed, const tracki
   }
 }
 
-// Adds the photographs in unposed/ whose place is found to `light_field`, behind its views, with numbers of their own.
+// Adds the photographs in unposed/ whose place is found to `light_field`, behind its views, with numbers of
+// their own.
 LocatedUnposed Locate(const RefineArgs& args, const tracking::RefineOptions& options,
                       LightFieldWriter& writer, LightField& light_field) {
   LocatedUnposed unposed{.first = light_field.views.size(), .not_found = {}, .looked_for = args.unposed};

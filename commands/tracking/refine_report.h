@@ -29,8 +29,8 @@ struct RefineCost {
   double peak_mib = 0;
 };
 
-// `before`: the light field as it was, and behind its views the photographs that were located. `takes_intrinsics`: the
-// lens that fits takes the given one's place.
+// `before`: the light field as it was, and behind its views the photographs that were located.
+// `takes_intrinsics`: the lens that fits takes the given one's place.
 void PrintRefined(const std::string& dir, const LightField& before, const tracking::RefineResult& result,
                   const LocatedUnposed& unposed, bool takes_intrinsics, const RefineCost& cost);
 nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineResult& result,

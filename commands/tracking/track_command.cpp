@@ -209,7 +209,8 @@ std::filesystem::path OfEarlierMap(const std::filesystem::path& file, std::size_
          fmt::format("{}.map{}{}", file.stem().string(), number, file.extension().string());
 }
 
-// The last map's poses; those of maps that were given up or are apart lie in other worlds and get files of their own.
+// The last map's poses; those of maps that were given up or are apart lie in other worlds and get files of
+// their own.
 void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedPose> GivenPoses::*which) {
   if (path.empty()) return;
   const std::vector<GivenPoses> maps = ByMap(run);

@@ -15,8 +15,8 @@ inline double ThresholdOf(const std::string& quality) {
 // The width of the coverage image, pixels, to which thresholds refer.
 inline constexpr int kCoverageWidthPx = 640;
 
-// The image of the subject's sphere, as a share of the picture's width: of a subject that is found, and at most. The
-// second is the safety rectangle's share of width and height (thesis, section 3.2).
+// The image of the subject's sphere, as a share of the picture's width: of a subject that is found, and at
+// most. The second is the safety rectangle's share of width and height (thesis, section 3.2).
 inline constexpr double kSubjectSize = 0.28, kRectangleShare = 0.8;
 
 // The share of a cap that counts as all of it.

@@ -1,5 +1,5 @@
-// The coverage map: which directions around the subject the recorded views cover, and whether they cover a new
-// view.
+// The coverage map: which directions around the subject the recorded views cover, and whether they cover a
+// new view.
 //
 // A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
 // the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The
@@ -121,7 +121,8 @@ class CoverageMap {
   const ThresholdFactor& threshold_factor() const { return threshold_factor_; }  // empty: 1 everywhere
   // Pixels; in the direction of a viewpoint.
   double ThresholdAt(const Eigen::Vector3d& direction) const;
-  // Of a view at the reference distance, by the threshold without its factor; radians. 0 before the first view.
+  // Of a view at the reference distance, by the threshold without its factor; radians. 0 before the first
+  // view.
   double DiscRadius() const { return spacing_ * options_.cells_per_disc_radius; }
 
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }

@@ -111,7 +111,8 @@ void Guide::UpdateSpeed(const Vector3d& direction, double time_s) {
   speed_ = Vector2d(Wrap(to.azimuth - from.azimuth) * std::cos(to.elevation), to.elevation - from.elevation) /
            (time_s - first.time_s);
   if (std::abs(speed_.x()) < std::max(kGuideRowSpeed * open_.disc_radius(), std::abs(speed_.y()))) return;
-  // A row keeps its direction while the hand stops and turns; only a longer movement against it turns the row.
+  // A row keeps its direction while the hand stops and turns; only a longer movement against it turns the
+  // row.
   const int moves = speed_.x() > 0 ? 1 : -1;
   if (moves == heading_ || goal_ || !last_ || time_s - with_heading_s_ > kGuideHeading_s) heading_ = moves;
   if (moves == heading_) with_heading_s_ = time_s;

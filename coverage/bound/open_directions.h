@@ -1,5 +1,5 @@
-// The open part of a coverage map on a coarse grid that is cheap to query for every frame: columns of azimuth,
-// each with the intervals of elevation that no view covers.
+// The open part of a coverage map on a coarse grid that is cheap to query for every frame: columns of
+// azimuth, each with the intervals of elevation that no view covers.
 //
 // Each call reads the map around new views, and one slice of the rest, so that it costs the same whatever the
 // map's size; corrected poses show up within a second. A cell is half a disc radius wide and a quarter high.

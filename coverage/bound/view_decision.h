@@ -1,7 +1,8 @@
 // The decision whether a frame is recorded, with the reason. Pure functions of frame, track and coverage map.
 //
-// The tests are made in this order: is the pose known, does the camera see the whole subject, is the viewpoint
-// open, is the image good. So a frame whose viewpoint is covered already is not reported as blurred.
+// The tests are made in this order: is the pose known, does the camera see the whole subject, is the
+// viewpoint open, is the image good. So a frame whose viewpoint is covered already is not reported as
+// blurred.
 #pragma once
 
 #include <array>
@@ -87,8 +88,8 @@ struct FrameToDecide {
 // Clipped or black, so that it is not recorded, and its fine detail tells nothing.
 bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
 
-// Whether a frame shows the whole subject from a known pose: all other reasons not to record it are the bound's or the
-// image's. `map`: null while there is no subject.
+// Whether a frame shows the whole subject from a known pose: all other reasons not to record it are the
+// bound's or the image's. `map`: null while there is no subject.
 bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
 // `map`: null while there is no subject.

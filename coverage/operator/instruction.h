@@ -1,4 +1,5 @@
-// The one thing to do now: a value, which the display puts into a short line of words and a simulated operator follows.
+// The one thing to do now: a value, which the display puts into a short line of words and a simulated
+// operator follows.
 #pragma once
 
 #include <optional>

@@ -19,8 +19,8 @@ namespace {
 
 // Guessed.
 constexpr bool kDisplayColourBlind = false;
-// How long a message of the capture stays on the screen, and the failed checks after a first view that came at
-// once; less is too short to read.
+// How long a message of the capture stays on the screen, and the failed checks after a first view that came
+// at once; less is too short to read.
 constexpr double kDisplayToRead_s = 10;
 constexpr std::size_t kDisplayLinesAtOnce = 3;  // messages of the capture; older ones disappear
 // Of the window's frame, when the subject leaves the safety rectangle.

@@ -90,8 +90,8 @@ void AddPaint(const Sphere& sphere, const Palette& palette, render::Overlay& ove
   }
 }
 
-// A letter for the cause where a view was recorded and the pictures are wrong: the worst first, and none so near to
-// another that they could not be read.
+// A letter for the cause where a view was recorded and the pictures are wrong: the worst first, and none so
+// near to another that they could not be read.
 void AddCauses(const Sphere& sphere, render::Overlay& overlay) {
   const double apart = 0.025 * sphere.camera.width;
   std::vector<const ShownSphere::Error*> marked;

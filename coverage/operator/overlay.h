@@ -23,7 +23,8 @@ enum class SphereLayer {
   kErrors,    // how wrong pictures there are, as measured at frames
 };
 
-// While there is no pose nothing of the sphere; where the camera's turn is known, where it looked when it had one.
+// While there is no pose nothing of the sphere; where the camera's turn is known, where it looked when it had
+// one.
 render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard(),
                             SphereLayer layer = SphereLayer::kCoverage);
 

@@ -72,7 +72,8 @@ void SpreadPictures::Offer(const CaptureState& state) {
   const auto distance = [&](const Kept& kept) { return (kept.Center() - center).norm(); };
   const auto nearest = std::ranges::min_element(kept_, {}, distance);
   if (nearest != kept_.end() && distance(*nearest) < least_baseline_) {
-    // Only a picture near the middle of the place may replace it: otherwise a slow movement would drag it along.
+    // Only a picture near the middle of the place may replace it: otherwise a slow movement would drag it
+    // along.
     const bool stale = distance(*nearest) < kPosedSamePlace * least_baseline_ &&
                        state.device_time_s > nearest->device_time_s + kPosedStale_s;
     const bool recorded = state.recorded_view && !state.takes_stills && !nearest->view;

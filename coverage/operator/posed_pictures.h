@@ -30,9 +30,9 @@ struct WeightedPicture {
   float weight = 1;
 };
 
-// Keeps a few dozen live pictures from places far apart. When a place is visited again the new picture replaces
-// the old one, because its pose is of the newer map. A picture that was recorded is preferred, and is dropped
-// when its view is taken back.
+// Keeps a few dozen live pictures from places far apart. When a place is visited again the new picture
+// replaces the old one, because its pose is of the newer map. A picture that was recorded is preferred, and
+// is dropped when its view is taken back.
 class SpreadPictures {
  public:
   // Guessed.

@@ -70,8 +70,8 @@ class RecordedPictures {
   RecordedPictures() : RecordedPictures(Options{}) {}
   explicit RecordedPictures(const Options& options) : options_(options) {}
 
-  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and goes over to
-  // the lens in use.
+  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and
+  // goes over to the lens in use.
   void Follow(const CaptureState& state);
   // The pictures nearest in direction to a camera, as seen from the subject, with weights that fall to 0 at
   // the first one left out. Pictures that are not in memory are skipped, and fetched for a later call. Valid

@@ -267,7 +267,8 @@ std::optional<unsigned> RenderedReview::Draw(const CameraModel& camera, const Ri
   return std::nullopt;
 }
 
-// Now and then: whether the next scene has its photographs, and has been drawn and takes the place of the other.
+// Now and then: whether the next scene has its photographs, and has been drawn and takes the place of the
+// other.
 bool RenderedReview::TryNext(const CameraModel& wide, const Rigid3& cam_from_world) {
   if (!next_ || (shown_ && now_s_ - tried_next_at_s_ < kReviewTryNext_s)) return false;
   tried_next_at_s_ = now_s_;

@@ -19,8 +19,8 @@ class CapWatch {
   struct Options {
     double step = Radians(2);  // round the subject; less is a hand's trembling and no movement
   };
-  // `share` of the cap ends the capture. `turns`: the subject does, before a camera that stands; then only whole turns
-  // without a gain count. `source`: only a camera in the hand is told where to go.
+  // `share` of the cap ends the capture. `turns`: the subject does, before a camera that stands; then only
+  // whole turns without a gain count. `source`: only a camera in the hand is told where to go.
   CapWatch(double share, bool turns, FrameSource source) : share_(share), turns_(turns), source_(source) {}
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the

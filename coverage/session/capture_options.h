@@ -31,21 +31,23 @@ struct CaptureOptions {
   // focal length alone).
   std::string calibration_source;
   std::optional<bool> calibrated;
-  // As the tracker was told. kRefine: where it goes on with another lens, so does the capture, with what it has recorded
-  // (capture_lens.h); then no view of an earlier session must be there.
+  // As the tracker was told. kRefine: where it goes on with another lens, so does the capture, with what it
+  // has recorded (capture_lens.h); then no view of an earlier session must be there.
   tracking::LensUse lens = tracking::LensUse::kCheck;
   // Set: photographs of this camera, which the device takes, are recorded instead of live frames
   // (still_capture.h).
   std::optional<CameraModel> still_camera;
-  // Set: the camera stands, and the subject turns on these markers, in whose frame the poses are: the subject is
-  // looked for above them, and the capture says when nothing turns or the camera was moved (turntable_watch.h).
+  // Set: the camera stands, and the subject turns on these markers, in whose frame the poses are: the subject
+  // is looked for above them, and the capture says when nothing turns or the camera was moved
+  // (turntable_watch.h).
   std::optional<tracking::MarkerSpec> turntable;
   // Set: no subject, no coverage map and no cap; photographs of a walk (posed_photographs.h).
   std::optional<PhotographSpacing> without_subject;
-  // Frames of a place whose way to the recorded views is not known (TrackState::kApart) are kept in unposed/, as many as
-  // show something new; refining may find where they were taken.
+  // Frames of a place whose way to the recorded views is not known (TrackState::kApart) are kept in unposed/,
+  // as many as show something new; refining may find where they were taken.
   bool keep_apart = false;
-  // Set: so many exposures of each view. The device takes them (Device::TakesExposures) and knows its exposure time.
+  // Set: so many exposures of each view. The device takes them (Device::TakesExposures) and knows its
+  // exposure time.
   std::optional<ExposureBracket> bracket;
   DecisionLimits limits;
   bool geometry =

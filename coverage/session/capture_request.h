@@ -44,7 +44,8 @@ using CaptureRequest = std::variant<TakeBackLast, TakeBackViews, PlaceSubject, F
                                     PlaceProposedSubject, SetRecording, FinishCapture>;
 
 // From a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
-// "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws Refusal that lists these.
+// "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws
+// Refusal that lists these.
 CaptureRequest ParseCaptureRequest(const std::string& line);
 
 // Hands requests from the threads that ask to the session's thread.

@@ -101,7 +101,8 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
     if (!IsTaken(source_)) latest_.guidance = guide_.After(record_.map().get(), here, now_s);
     Show(hooks_.after_frame);
   }
-  // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover it.
+  // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover
+  // it.
   if (!recorder_.AwaitsExposures() && record_.IsCapCovered(options_.until_share, poses_))
     return StoppedBecause::kCovered;
   return std::nullopt;

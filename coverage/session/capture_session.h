@@ -6,13 +6,14 @@
 // `deterministic` everything runs in one thread, host times are the device's times, and the same frames give
 // the same bytes.
 //
-// When the device disappears and comes back, the tracker relocalises; the journal notes the gap. When the disk
-// is full or slow, recording pauses and tracking goes on; the journal notes that gap, too. Both are reported
-// at once and counted at the end.
+// When the device disappears and comes back, the tracker relocalises; the journal notes the gap. When the
+// disk is full or slow, recording pauses and tracking goes on; the journal notes that gap, too. Both are
+// reported at once and counted at the end.
 //
-// Each view is anchored to a keyframe of the tracker's map. When the map is adjusted, the views' poses follow:
-// they are journaled at intervals and at the end, and the coverage map is painted anew. The same where the tracker
-// replaces the lens (LensUse::kRefine). Requests (capture_request.h) are answered between two frames.
+// Each view is anchored to a keyframe of the tracker's map. When the map is adjusted, the views' poses
+// follow: they are journaled at intervals and at the end, and the coverage map is painted anew. The same
+// where the tracker replaces the lens (LensUse::kRefine). Requests (capture_request.h) are answered between
+// two frames.
 #pragma once
 
 #include <vector>

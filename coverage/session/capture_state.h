@@ -1,5 +1,6 @@
-// The state of a running capture after a frame: all that the operator display, a progress line and a simulated
-// operator know of it. Immutable once published; images and the coverage map are shared, not copied.
+// The state of a running capture after a frame: all that the operator display, a progress line and a
+// simulated operator know of it. Immutable once published; images and the coverage map are shared, not
+// copied.
 #pragma once
 
 #include <cstdint>
@@ -71,8 +72,8 @@ struct CaptureState {
   std::shared_ptr<const RecordedFrame> newest_view;
   std::filesystem::path light_field;  // its folder, where every other view is or will soon be
   std::optional<double> covered;      // share of the cap; none without one
-  // Directions that were covered until poses were corrected or views were taken back, and their share of the cap (without
-  // one, of what was covered): must be taken again.
+  // Directions that were covered until poses were corrected or views were taken back, and their share of the
+  // cap (without one, of what was covered): must be taken again.
   std::vector<Eigen::Vector3d> reopened;
   double reopened_share = 0;
   // The error that was measured at frames, by direction; null: nothing is measured.
@@ -107,8 +108,8 @@ struct CaptureState {
 
 using SharedCaptureState = std::shared_ptr<const CaptureState>;
 
-// How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else "5 %" of
-// the distance.
+// How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else
+// "5 %" of the distance.
 struct LengthToGo {
   enum class Unit { kPercent, kMillimetres, kCentimetres, kMetres };
   double amount = 0;
@@ -119,9 +120,9 @@ struct LengthToGo {
   double ShareOf(double distance_m) const;
 };
 
-// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in the camera's
-// axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above. Empty when there is no
-// target, or less than a degree to go, and where pictures are taken already.
+// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in the
+// camera's axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above.
+// Empty when there is no target, or less than a degree to go, and where pictures are taken already.
 std::string WayInWords(const CaptureState& state);
 
 // What the review is drawn over.

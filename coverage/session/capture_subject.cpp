@@ -15,8 +15,8 @@ namespace {
 // Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
 // than the second is told. Guessed.
 constexpr double kSubjectWorthFollowing = 0.01, kSubjectWorthTelling = 0.05;
-// Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these tell
-// where it is should the lens change. Guessed.
+// Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these
+// tell where it is should the lens change. Guessed.
 constexpr double kSubjectAnchorsApart = Radians(2);
 
 // Tried with a simulated subject that is moved and with hands before one that is not
@@ -53,7 +53,8 @@ std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>&
 
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board) {
   const Eigen::Vector3d at = cam_from_board * foot, up = cam_from_board.rotation * -Eigen::Vector3d::UnitZ();
-  // The point of the line that is nearest to the optical axis: where it is nearest to it as seen along the axis.
+  // The point of the line that is nearest to the optical axis: where it is nearest to it as seen along the
+  // axis.
   constexpr double kLeastSlant = 0.02;  // of a line that is seen as a line. Guessed.
   const double slant = up.head<2>().squaredNorm();
   if (slant < kLeastSlant * kLeastSlant) return std::nullopt;

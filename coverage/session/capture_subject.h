@@ -24,9 +24,9 @@
 namespace ulf::coverage {
 
 // The subject's distance where none is given: the mean depth of the tracked points within `reach` (a share of
-// the image's height) of the picture's middle. (Thesis, section 3.1: "the system initializes its distance with
-// the average depth of feature points".) The nearest and farthest quarter of the points may belong to what
-// stands before or behind the subject and do not count. None with fewer than `fewest` points.
+// the image's height) of the picture's middle. (Thesis, section 3.1: "the system initializes its distance
+// with the average depth of feature points".) The nearest and farthest quarter of the points may belong to
+// what stands before or behind the subject and do not count. None with fewer than `fewest` points.
 struct MiddleDepthOptions {
   double reach = 0.25;     // guessed; more takes in what stands beside the subject
   std::size_t fewest = 8;  // guessed; fewer are met by chance
@@ -34,17 +34,18 @@ struct MiddleDepthOptions {
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
                                       const CameraModel& camera, const MiddleDepthOptions& options = {});
 
-// The depth at which the optical axis passes nearest to the line that stands upright on a board at `foot`, metres
-// in the board's frame (z into the sheet). None where it looks along the line, or the line is behind the camera.
+// The depth at which the optical axis passes nearest to the line that stands upright on a board at `foot`,
+// metres in the board's frame (z into the sheet). None where it looks along the line, or the line is behind
+// the camera.
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board);
 
 // What is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
 std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world,
                       FrameSource source);
 
-// Detects that the subject itself was moved: the map points on it are no longer found where the camera's pose,
-// which rests on the other points, predicts them. An object in front of the subject looks the same until the
-// points are found again.
+// Detects that the subject itself was moved: the map points on it are no longer found where the camera's
+// pose, which rests on the other points, predicts them. An object in front of the subject looks the same
+// until the points are found again.
 //
 // Each point is weighted by its find rate, so that points which were always hard to find do not count as
 // missing. Points inside the subject's sphere are compared with all others.
@@ -96,15 +97,15 @@ class CaptureSubject {
   // Where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
   std::optional<Subject> Followed() const;
   void SayFollowed(const Subject& from) const;
-  // Where it is under the lens in use, which took the place of `before`: where it was in the pictures. None: there is no
-  // sphere that could follow.
+  // Where it is under the lens in use, which took the place of `before`: where it was in the pictures. None:
+  // there is no sphere that could follow.
   std::optional<Subject> GoOverFrom(const CameraModel& before);
   // On request, with the camera at its last known pose. Reports why when the request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
   void Watch(const tracking::Track& track, double time_s);
-  // The sphere stands in a map that is gone: nothing may be recorded on it, until the subject is found again or
-  // placed.
+  // The sphere stands in a map that is gone: nothing may be recorded on it, until the subject is found again
+  // or placed.
   bool IsStale() const { return is_stale_; }
   // There is a sphere, in the tracker's map of now.
   bool IsPlaced() const { return record_.map() && !is_stale_; }

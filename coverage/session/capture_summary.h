@@ -52,11 +52,12 @@ struct CaptureSummary {
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
   std::uint64_t pauses = 0;                     // of the recording, for the disk
   double paused_s = 0;
-  // When the disk filled up or failed: accepted frames that are lost, and accepted frames that were written to
-  // these folders instead of the light field.
+  // When the disk filled up or failed: accepted frames that are lost, and accepted frames that were written
+  // to these folders instead of the light field.
   std::uint64_t unwritten = 0;
   std::map<std::filesystem::path, std::size_t> set_aside;
-  // What the tracker's map says about the focal length, and about the shutter; none: global as far as is known.
+  // What the tracker's map says about the focal length, and about the shutter; none: global as far as is
+  // known.
   std::optional<tracking::CalibrationCheck> calibration;
   std::optional<tracking::Readout> rolling_shutter;
   // That took the given one's place, in the light field as well; none: the given one stayed.

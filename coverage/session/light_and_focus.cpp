@@ -16,19 +16,20 @@ constexpr double kLookBestOf_s = 2;  // a moving camera blurs some frames
 
 // Of each side that are looked at, in the middle of the outline's box; more takes longer.
 constexpr int kDetailMost_px = 1024;
-// Grey values that the coarser octave needs at an edge: less may be noise. Where no part has edges enough, the
-// picture is looked at once more at half the size, where a lens far out of focus still shows some. Guessed.
+// Grey values that the coarser octave needs at an edge: less may be noise. Where no part has edges enough,
+// the picture is looked at once more at half the size, where a lens far out of focus still shows some.
+// Guessed.
 constexpr double kDetailLeastTexture = 6;
 constexpr int kDetailTimesHalved = 2;
 constexpr double kDetailLeastSlope = 1.5;  // grey values a pixel: the same for slopes. Guessed
-// The parts' sides, pixels of the halved picture, and the edges that each needs, so that the noise of one alone
-// does not tell. Smaller parts hold little but a thin thing, and judge by less.
+// The parts' sides, pixels of the halved picture, and the edges that each needs, so that the noise of one
+// alone does not tell. Smaller parts hold little but a thin thing, and judge by less.
 constexpr int kDetailPart_px = 32, kDetailLeastEdges = 3;
 // Weaker edges of a part, as a share of its strongest, belong to what lies behind it.
 constexpr double kDetailStrongShare = 0.5;
 // Share of all edges (by their strength) that the sharpest parts hold, the last of which is the result: more
-// finds a thin sharp thing before a blurred background out of focus, less takes chance for sharpness. Measured
-// as above, with 0.1 to 0.2.
+// finds a thin sharp thing before a blurred background out of focus, less takes chance for sharpness.
+// Measured as above, with 0.1 to 0.2.
 constexpr double kDetailSharpest = 0.1;
 
 struct PicturePart {
@@ -48,13 +49,14 @@ DetailPair Octaves(const cv::Mat& grey) {
   cv::Mat smooth, smoother, fine;
   cv::GaussianBlur(grey, smooth, {0, 0}, 1);
   cv::GaussianBlur(grey, smoother, {0, 0}, 2);
-  // An edge is where the coarser octave is strongest; its finer octave is strongest a little nearer to the step.
+  // An edge is where the coarser octave is strongest; its finer octave is strongest a little nearer to the
+  // step.
   cv::dilate(cv::abs(grey - smooth), fine, cv::Mat::ones(5, 5, CV_8U));
   return {fine, cv::abs(smooth - smoother), kDetailLeastTexture};
 }
 
-// How steep edges are after a little smoothing and after more: of a step, as many times as steep as it was smoothed less.
-// Of edges that are blurred by more than both, as steep.
+// How steep edges are after a little smoothing and after more: of a step, as many times as steep as it was
+// smoothed less. Of edges that are blurred by more than both, as steep.
 DetailPair Slopes(const cv::Mat& grey) {
   constexpr double kLess = 1, kMore = 2.5;  // pixels
   const auto slope = [&](double sigma) {

@@ -16,7 +16,8 @@ std::string AndToDo(FrameSource source, const std::string& finding, const std::s
   return IsTaken(source) ? finding : finding + to_do;
 }
 
-// A warning: pictures that an automatic has changed are matched afterwards, and not every camera can be without.
+// A warning: pictures that an automatic has changed are matched afterwards, and not every camera can be
+// without.
 PreflightItem Automatic(FrameSource source, const char* name, const std::optional<bool>& held) {
   if (!held)
     return {name,
@@ -47,15 +48,16 @@ PreflightItem Exposure(const PreflightInput& input) {
   return Noticed(input, Mistake::kAutoExposure, "exposure").value_or(std::move(item));
 }
 
-// Holds the start where the pictures are worth nothing for certain; a black thing, or one before white, is not.
+// Holds the start where the pictures are worth nothing for certain; a black thing, or one before white, is
+// not.
 PreflightItem Light(const PreflightInput& input) {
   if (!input.picture.light) return {"light", {}, "not measured yet"};
   const SubjectLight& light = *input.picture.light;
   const DecisionLimits& limits = input.limits;
   const bool is_of_subject = input.picture.is_of_subject;
   const char* where = is_of_subject ? "the subject's circle" : "the middle of the picture";
-  // By Decide(), which looks at the same circle. To begin is allowed: where the subject is bright in other views
-  // they are recorded.
+  // By Decide(), which looks at the same circle. To begin is allowed: where the subject is bright in other
+  // views they are recorded.
   const char* consequence = is_of_subject ? "; no view is recorded while it is so" : "";
   const auto too_dark = [&](const char* most_of, double begins, bool holds) -> PreflightItem {
     return {"light", false,

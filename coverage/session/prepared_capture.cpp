@@ -73,7 +73,8 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
 
 namespace {
 
-// Known poses come without tracked points, by which a capture finds its subject; a replayed light field has one.
+// Known poses come without tracked points, by which a capture finds its subject; a replayed light field has
+// one.
 std::optional<Subject> SubjectOfReplay(const std::string& uri) {
   const DeviceUri parsed = DeviceUri::Parse(uri);
   const fs::path dir = parsed.path;

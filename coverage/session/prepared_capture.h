@@ -1,5 +1,6 @@
-// From a device, a lens, a source of poses and a folder to a capture that can run (capture_session.h): they fit together,
-// or there is a refusal and nothing was written. Keeps photographs that a camera takes before there is a light field.
+// From a device, a lens, a source of poses and a folder to a capture that can run (capture_session.h): they
+// fit together, or there is a refusal and nothing was written. Keeps photographs that a camera takes before
+// there is a light field.
 #pragma once
 
 #include <filesystem>
@@ -32,7 +33,8 @@ struct SessionArgs {
   int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
   bool resume = false;  // goes on with the light field in `dir`
   bool raw = false;     // masters are the mosaics of a mosaic camera
-  // CaptureOptions::threshold_px, and its cap with until_share: false: a light field that is resumed has its own.
+  // CaptureOptions::threshold_px, and its cap with until_share: false: a light field that is resumed has its
+  // own.
   bool threshold_is_given = false, goal_is_given = false;
   std::function<bool()> stop = StopOnSignal::Asked;
 };
@@ -58,9 +60,10 @@ struct PreparedCapture {
   std::unique_ptr<LightFieldWriter> writer;
 };
 
-// False when a stop was asked for before the first frame: then nothing has been written. Photographs that came before
-// it, or before a refusal, are kept (KeepPhotographs). `options` is completed by what device and folder say. Throws
-// Refusal for what does not fit together, Error for what cannot be opened, read or written.
+// False when a stop was asked for before the first frame: then nothing has been written. Photographs that
+// came before it, or before a refusal, are kept (KeepPhotographs). `options` is completed by what device and
+// folder say. Throws Refusal for what does not fit together, Error for what cannot be opened, read or
+// written.
 bool PrepareCapture(const SessionArgs& args, CaptureOptions* options, PreparedCapture& prepared);
 
 }  // namespace ulf::coverage

@@ -174,8 +174,8 @@ std::optional<double> RunningCapture::PoseErrorNow() const {
                      (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
-// Without a pose while the subject's sphere stands in a map that is gone: where the camera stands about it is not
-// known.
+// Without a pose while the subject's sphere stands in a map that is gone: where the camera stands about it is
+// not known.
 tracking::Track RunningCapture::TrackToRecord(const tracking::Track& track) const {
   tracking::Track usable = track;
   if (subject_.IsStale()) usable.cam_from_world.reset();

@@ -1,5 +1,6 @@
-// The loop of a capture: private to capture_session.cpp, which takes the frames, running_capture.cpp, which follows the
-// tracker and tells the state, and capture_answers.cpp, which does what is asked between two frames.
+// The loop of a capture: private to capture_session.cpp, which takes the frames, running_capture.cpp, which
+// follows the tracker and tells the state, and capture_answers.cpp, which does what is asked between two
+// frames.
 #pragma once
 
 #include <cstdint>

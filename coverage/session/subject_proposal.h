@@ -1,6 +1,6 @@
 // A better sphere for the subject, by the geometry that is made while the capture goes on: the bound asks for
-// views of the whole sphere, so that one that is too large takes views that nobody needs, and what sticks out of
-// one that is too small is not looked after.
+// views of the whole sphere, so that one that is too large takes views that nobody needs, and what sticks out
+// of one that is too small is not looked after.
 #pragma once
 
 #include <optional>
@@ -17,8 +17,8 @@ namespace ulf::coverage {
 struct SubjectProposal {
   Subject subject;
   bool lies_beside = false;  // sticks out of the sphere as it is because of its place rather than of its size
-  // That the cap takes with the sphere as it is, and with this one. None: no cap, or a sphere that no threshold
-  // reaches.
+  // That the cap takes with the sphere as it is, and with this one. None: no cap, or a sphere that no
+  // threshold reaches.
   std::optional<double> views_now, views_then;
 };
 
@@ -36,8 +36,8 @@ class SubjectProposer {
   // `lens` outlives it.
   SubjectProposer(const CaptureLens& lens, const Options& options) : lens_(lens), options_(options) {}
 
-  // After every frame; `mesh` may be null. `distance`: of the camera from the sphere's centre. Returns a proposal
-  // once, when a new one is due.
+  // After every frame; `mesh` may be null. `distance`: of the camera from the sphere's centre. Returns a
+  // proposal once, when a new one is due.
   std::optional<SubjectProposal> After(const std::shared_ptr<const LiveMesh>& mesh, const Subject& sphere,
                                        double distance);
   // Still due for this sphere; none: there is none.

@@ -1,7 +1,8 @@
-// What goes wrong before a turntable, said while it can still be put right: the board is not seen, the subject
-// does not turn, the camera was moved. Each is said once, when it begins.
+// What goes wrong before a turntable, said while it can still be put right: the board is not seen, the
+// subject does not turn, the camera was moved. Each is said once, when it begins.
 //
-// World: the board's frame. A camera that stands sees the turntable's axis in one place (core/geometry/turn_axis.h).
+// World: the board's frame. A camera that stands sees the turntable's axis in one place
+// (core/geometry/turn_axis.h).
 #pragma once
 
 #include <deque>

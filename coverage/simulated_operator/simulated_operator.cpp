@@ -341,8 +341,8 @@ Intention SimulatedOperator::Person::Following(const Perception& seen, double no
   return wanted;
 }
 
-// The display shows the sphere and the rectangle while the pose is known; while it is not, the line says what to
-// do.
+// The display shows the sphere and the rectangle while the pose is known; while it is not, the line says what
+// to do.
 void SimulatedOperator::Person::Decide(const Perception& now, double now_s) {
   const bool tracked = now.picture.rectangle.has_value();
   if (tracked) {

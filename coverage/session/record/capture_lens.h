@@ -1,6 +1,6 @@
-// The cameras of a running capture: of the live frames, and of what is recorded, which is the same unless the device
-// takes photographs. Every part of a capture asks here, because the tracker may go on with another lens than the
-// given one (tracking/tracker_options.h, LensUse::kRefine).
+// The cameras of a running capture: of the live frames, and of what is recorded, which is the same unless the
+// device takes photographs. Every part of a capture asks here, because the tracker may go on with another
+// lens than the given one (tracking/tracker_options.h, LensUse::kRefine).
 #pragma once
 
 #include <optional>
@@ -20,8 +20,8 @@ class CaptureLens {
   const CameraModel& live() const { return live_; }
   const CameraModel& recorded() const { return still_ ? *still_ : live_; }
 
-  // After each frame of `poses`. Returns the live lens of before where the tracker has gone on with another one in this
-  // frame; everything that knows poses or points by the old one is to follow.
+  // After each frame of `poses`. Returns the live lens of before where the tracker has gone on with another
+  // one in this frame; everything that knows poses or points by the old one is to follow.
   std::optional<CameraModel> After(const tracking::Track& track, const tracking::PoseSource& poses);
   // After PoseSource::Finish(), in the same way.
   std::optional<CameraModel> AfterFinish(const tracking::PoseSource& poses);

@@ -16,10 +16,11 @@
 namespace ulf::coverage {
 namespace {
 
-// A correction that moves no view by more than this, radians as seen from the subject, is not worth painting the map
-// and writing the journal for; it is about a tenth of a pixel of the coverage image. Guessed.
+// A correction that moves no view by more than this, radians as seen from the subject, is not worth painting
+// the map and writing the journal for; it is about a tenth of a pixel of the coverage image. Guessed.
 constexpr double kWorthPaintingAnew = 2e-4;
-// A correction that reopens at least this share of the cap is reported; the next view fills a smaller one. Guessed.
+// A correction that reopens at least this share of the cap is reported; the next view fills a smaller one.
+// Guessed.
 constexpr double kWorthTelling = 0.005;
 
 bool Same(const Rigid3& a, const Rigid3& b) {

@@ -1,7 +1,9 @@
-// What a running capture has recorded: its views (waiting for the disk, or written), their subject, the coverage map,
-// and geometry with the errors over it. `say` gets a line for everything that a person should know.
+// What a running capture has recorded: its views (waiting for the disk, or written), their subject, the
+// coverage map, and geometry with the errors over it. `say` gets a line for everything that a person should
+// know.
 //
-// One after the other: the disk accepts a change, RecordedViews makes it and tells its followers, the map is painted.
+// One after the other: the disk accepts a change, RecordedViews makes it and tells its followers, the map is
+// painted.
 #pragma once
 
 #include <cstdint>
@@ -68,8 +70,8 @@ class CaptureRecord {
 
   // Paints the coverage map of this subject from the recorded views.
   void SetSubject(const Subject& subject);
-  // Returns the view's id; none when there is no room for it (a photograph is always accepted). `poses`, whose
-  // track this is, keeps which map points the view shows.
+  // Returns the view's id; none when there is no room for it (a photograph is always accepted). `poses`,
+  // whose track this is, keeps which map points the view shows.
   std::optional<int> Add(const Frame& frame, const tracking::Track& track, std::optional<double> bound_px,
                          tracking::PoseSource& poses);
   // Returns how many views were taken back.
@@ -78,25 +80,26 @@ class CaptureRecord {
   // `last` time before Close(), writes the journal. `subject`: where the correction has taken the subject, if
   // anywhere; what was measured stays. Returns false when the disk is behind: try again.
   bool CorrectPoses(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject = {});
-  // Goes on under the lens that CaptureLens has now, in place of `before`: with the views where `poses` has them (in the journal in one line
-  // with the lens, so that a kill leaves the old or the new of both), the coverage map painted anew, and geometry and
-  // what is measured begun again from small pictures of the views. Views of earlier sessions must not be there: they
-  // hold the map where it is. `last`: Close() comes next and writes the journal. `subject`: where the subject is
-  // under this lens; none: there is none.
+  // Goes on under the lens that CaptureLens has now, in place of `before`: with the views where `poses` has
+  // them (in the journal in one line with the lens, so that a kill leaves the old or the new of both), the
+  // coverage map painted anew, and geometry and what is measured begun again from small pictures of the
+  // views. Views of earlier sessions must not be there: they hold the map where it is. `last`: Close() comes
+  // next and writes the journal. `subject`: where the subject is under this lens; none: there is none.
   void GoOverToLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
                     const std::optional<Subject>& subject);
   // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
   // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
   // decided. False while the disk is behind a correction.
   bool IsCapCovered(double share, const tracking::PoseSource& poses);
-  // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time and the
-  // counts of this session added to those of earlier ones. `closing`: hears what is done, step by step.
+  // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time
+  // and the counts of this session added to those of earlier ones. `closing`: hears what is done, step by
+  // step.
   ClosedRecord Close(
       double capture_s, const std::map<std::string, std::uint64_t>& reasons, std::vector<ScenePoint> points,
       const std::optional<tracking::Readout>& rolling_shutter = {},
       const std::function<void(const std::string&)>& closing = [](const std::string&) {});
-  // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone decides, in
-  // the coverage map. None: there is no geometry yet, or no time.
+  // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone
+  // decides, in the coverage map. None: there is no geometry yet, or no time.
   std::optional<MeasuredFrame> Measure(const Frame& frame, const CameraModel& camera,
                                        const tracking::Track& track);
   // The newest mesh of geometry; null: none yet, or none is made.

@@ -1,7 +1,7 @@
 // Decides for every tracked frame whether it becomes a view, records those that do, and counts the reasons of
-// the others. In this order: what watches looks at the frame (its light, its error), deciding reads alone, recording
-// writes. With a still camera it asks for photographs instead (still_capture.h); without a subject it
-// decides by parallax (posed_photographs.h).
+// the others. In this order: what watches looks at the frame (its light, its error), deciding reads alone,
+// recording writes. With a still camera it asks for photographs instead (still_capture.h); without a subject
+// it decides by parallax (posed_photographs.h).
 #pragma once
 
 #include <array>
@@ -78,7 +78,8 @@ class CaptureRecorder {
  private:
   Decision TakeOnWalk(const FrameToDecide& input);
   Decision TakeOnSubject(FrameToDecide input);
-  // Measures what the frame shows of the error, where it shows the whole subject: the coverage map may follow.
+  // Measures what the frame shows of the error, where it shows the whole subject: the coverage map may
+  // follow.
   void Measure(const FrameToDecide& input);
   // Records the frame, or asks for a photograph in its place; what came of it.
   Reason RecordOrAsk(const FrameToDecide& input, const Decision& decision);

@@ -1,8 +1,8 @@
-// The coverage map of a running capture: painted from the recorded views and their poses as they are now, and the
-// directions that a correction of poses, or a view that was taken back, has opened again.
+// The coverage map of a running capture: painted from the recorded views and their poses as they are now, and
+// the directions that a correction of poses, or a view that was taken back, has opened again.
 //
-// The map is an immutable snapshot. A new view and corrected poses make a new one; whoever holds the old one keeps it as
-// it was.
+// The map is an immutable snapshot. A new view and corrected poses make a new one; whoever holds the old one
+// keeps it as it was.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,8 +47,8 @@ class CoveragePainter final : public RecordedViews::Follower {
   bool IsPaintedAnew() const { return painted_ == StateOf(views_); }
   // Another subject: nothing was covered before.
   void ForgetReopened() { reopened_.clear(); }
-  // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of what was
-  // covered). 0 without a map.
+  // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of
+  // what was covered). 0 without a map.
   double Repaint(const Subject& subject, const ErrorMap* errors);
   // The map's thresholds by the errors so far.
   void FollowErrorsNow(const ErrorMap& errors);

@@ -116,8 +116,8 @@ bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const
   return settled;
 }
 
-// The logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before this camera;
-// none where they share too little of the plane, or the ratios of its parts do not agree.
+// The logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before this
+// camera; none where they share too little of the plane, or the ratios of its parts do not agree.
 std::optional<double> ExposureMatch::LogLightRatio(const CameraModel& now_camera,
                                                    const Rigid3& now_from_world, const cv::Mat& before,
                                                    const CameraModel& before_camera,

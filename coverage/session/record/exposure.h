@@ -2,15 +2,16 @@
 //
 // Where a camera reports that it holds its exposure, or which exposure it takes, the capture waits until the
 // exposure and the light on the subject no longer change. A moving camera changes what it sees, too; so
-// brightness is compared only between frames from nearly the same direction, a fraction of a second apart. For a
-// video, or a webcam that exposes by itself and does not report it, waiting would be useless: its frames are
-// recorded as they are, and their light is matched.
+// brightness is compared only between frames from nearly the same direction, a fraction of a second apart.
+// For a video, or a webcam that exposes by itself and does not report it, waiting would be useless: its
+// frames are recorded as they are, and their light is matched.
 //
 // Matching measures how bright a photograph is against those recorded before it, from what neighbouring views
 // both show. A renderer brings all photographs to one light by this ratio (render/scene/scene), as it does by
-// exposure times where they are known. Pictures of 48 pixels across, in linear light, are laid over each other
-// by the plane at the subject's depth; the median of their logarithmic ratio is the exposure's part, since
-// parallax moves edges both ways. Six neighbours, not one, so that errors do not add up from view to view.
+// exposure times where they are known. Pictures of 48 pixels across, in linear light, are laid over each
+// other by the plane at the subject's depth; the median of their logarithmic ratio is the exposure's part,
+// since parallax moves edges both ways. Six neighbours, not one, so that errors do not add up from view to
+// view.
 #pragma once
 
 #include <Eigen/Core>
@@ -55,8 +56,8 @@ class ExposureMatch {
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
   explicit ExposureMatch(const LightField& resumed);
   // This picture's light divided by the first view's; 1 for the first. `depth`: of the subject. `views`: the
-  // views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves them all when it
-  // closes a loop or changes its scale.
+  // views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves them all when
+  // it closes a loop or changes its scale.
   double GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                 const RecordedViews& views);
   // The picture of the last GainOf() has become this view.

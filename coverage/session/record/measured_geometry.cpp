@@ -42,8 +42,8 @@ std::unique_ptr<LiveGeometry> MakeGeometry(std::optional<LiveGeometry::Options> 
   return std::make_unique<LiveGeometry>(*options);
 }
 
-// Says of a mesh that is there that it stays, and what is wrong with it. The session before may have ended without a mesh of
-// its views.
+// Says of a mesh that is there that it stays, and what is wrong with it. The session before may have ended
+// without a mesh of its views.
 std::string ThatItStays(const std::filesystem::path& root, bool is_corrected) {
   std::optional<render::GeometryState> state;
   try {
@@ -209,8 +209,8 @@ std::optional<MeasuredErrors> MeasuredGeometry::ForLightField() const {
   return ToMeasuredErrors(*errors_, Name(options_.cover.by), options_.cover.db, frames_measured_);
 }
 
-// The mesh that was there may be of another program, or a finer one: without new views it stays where it is, with its
-// depth maps, and with them until the new one is at least as good.
+// The mesh that was there may be of another program, or a finer one: without new views it stays where it is,
+// with its depth maps, and with them until the new one is at least as good.
 std::optional<FinishedGeometry> MeasuredGeometry::Finish(
     const OpenedFolder& folder, const std::filesystem::path& root, bool has_new_views,
     const std::function<void(const std::string&)>& closing) {

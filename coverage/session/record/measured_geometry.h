@@ -1,5 +1,6 @@
-// The geometry of the recorded views while a capture goes on, and the errors that are measured over it: follows the
-// recorded views and the subject's sphere, and begins again under another lens where that moves the pictures.
+// The geometry of the recorded views while a capture goes on, and the errors that are measured over it:
+// follows the recorded views and the subject's sphere, and begins again under another lens where that moves
+// the pictures.
 #pragma once
 
 #include <cstdint>
@@ -64,8 +65,8 @@ class MeasuredGeometry final : public RecordedViews::Follower {
   const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
   // For the light field; none: nothing has been measured, in this session and before.
   std::optional<MeasuredErrors> ForLightField() const;
-  // At the end, for a light field that is closed: makes the mesh of all views with their depth maps and writes them. None:
-  // the mesh that is there stays. `closing` hears what is done, step by step.
+  // At the end, for a light field that is closed: makes the mesh of all views with their depth maps and
+  // writes them. None: the mesh that is there stays. `closing` hears what is done, step by step.
   std::optional<FinishedGeometry> Finish(const OpenedFolder& folder, const std::filesystem::path& root,
                                          bool has_new_views,
                                          const std::function<void(const std::string&)>& closing);

@@ -11,8 +11,8 @@
 namespace ulf::coverage {
 namespace {
 
-// Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first one,
-// and at most so many. Guessed.
+// Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first
+// one, and at most so many. Guessed.
 constexpr double kWalkNeighbourShare = 0.4;
 constexpr int kWalkMostNeighbours = 6;
 // Points of a frame: fewer say nothing, of more a sample is taken. Guessed.

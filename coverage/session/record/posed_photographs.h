@@ -2,8 +2,8 @@
 // shows already, judged by parallax and overlap; among neighbouring frames the sharpest.
 //
 // A recorded view shows the same as a frame while it contains most of the frame's tracked points, seen from
-// nearly the same direction. All recorded views are compared, not only the last: a place that is visited twice
-// is recorded once.
+// nearly the same direction. All recorded views are compared, not only the last: a place that is visited
+// twice is recorded once.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,8 @@ struct PhotographSpacing {
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
 };
 
-// Whether a view at `before_from_world` shows the same as the frame that shows `points` from `cam_from_world`.
+// Whether a view at `before_from_world` shows the same as the frame that shows `points` from
+// `cam_from_world`.
 bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
                    const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
 
@@ -49,7 +50,8 @@ class PosedPhotographs {
   // Reads alone.
   Step Decide(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
               const RecordedViews& views, const DecisionLimits& limits) const;
-  // Does what Decide() said of the same frame. Returns the frame that is to be recorded: the sharpest of its neighbours.
+  // Does what Decide() said of the same frame. Returns the frame that is to be recorded: the sharpest of its
+  // neighbours.
   std::optional<HeldFrame> Take(const Step& step, const FrameToDecide& input);
   // At the end: the frame that is still held.
   std::optional<HeldFrame> TakeHeld();

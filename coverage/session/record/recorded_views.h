@@ -1,7 +1,7 @@
-// The one owner of what a running capture knows of its recorded views: the id that each has on disk, the keyframe of
-// the tracker's map that it is anchored to, and the pose that follows from it, as of the last correction. Whoever needs
-// a pose asks here, or hears of every change as a Follower. The disk comes first: the spool gives a view its number and
-// accepts corrected poses, and only what it accepted is changed here.
+// The one owner of what a running capture knows of its recorded views: the id that each has on disk, the
+// keyframe of the tracker's map that it is anchored to, and the pose that follows from it, as of the last
+// correction. Whoever needs a pose asks here, or hears of every change as a Follower. The disk comes first:
+// the spool gives a view its number and accepts corrected poses, and only what it accepted is changed here.
 #pragma once
 
 #include <cstdint>
@@ -59,9 +59,9 @@ class RecordedViews {
   // The largest change of any view from its pose here to the one in `poses`, radians as seen from the subject
   // (without one, from a distance of 1 world unit).
   double LargestMove(const std::map<int, Rigid3>& poses, const Subject* subject) const;
-  // Under another lens, which shows things elsewhere by this share of their distance from the picture's middle: how a view
-  // lies to its keyframe is as wrong as that. Where it matters, as seen from the subject (without one, from a distance
-  // of 1 world unit), it is found anew from the points that its frame showed.
+  // Under another lens, which shows things elsewhere by this share of their distance from the picture's
+  // middle: how a view lies to its keyframe is as wrong as that. Where it matters, as seen from the subject
+  // (without one, from a distance of 1 world unit), it is found anew from the points that its frame showed.
   void FindAnew(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
   // `poses` has every view.
   void MoveTo(const std::map<int, Rigid3>& poses);

@@ -2,9 +2,10 @@
 // the capture requests a photograph, one at a time, and judges it when it arrives.
 //
 // Between the request and the shutter the hand moves on. So the photograph gets a pose of its own against the
-// tracker's map, with the intrinsics of photographs, and passes the same tests as the live frame: does it show
-// the whole subject, does it show anything that no recorded view shows, is it well exposed and sharp. If so it
-// is recorded. Every other photograph, also one that was released on the camera's body, is kept in unposed/.
+// tracker's map, with the intrinsics of photographs, and passes the same tests as the live frame: does it
+// show the whole subject, does it show anything that no recorded view shows, is it well exposed and sharp. If
+// so it is recorded. Every other photograph, also one that was released on the camera's body, is kept in
+// unposed/.
 //
 // No protocol reports the shutter's lag, from the request to the exposure. It is measured: the place on the
 // live trajectory that is nearest to the photograph's own pose tells when it was taken, on the clock of the
@@ -99,8 +100,8 @@ class StillCapture {
 acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
                                                     const acquisition::IntrinsicsArgs& args);
 
-// Resamples a photograph as another camera at the same pose would have taken it; outside of what it shows, its
-// edge is repeated. For building live view's map from photographs.
+// Resamples a photograph as another camera at the same pose would have taken it; outside of what it shows,
+// its edge is repeated. For building live view's map from photographs.
 Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera);
 
 }  // namespace ulf::coverage

@@ -1,8 +1,9 @@
 // Dust on the lens: dark spots that stay where they are in the picture while the scene moves on beneath them.
 //
-// A place of the picture is looked at again when what it showed has moved away (by the points that are followed nearby,
-// picture_tracks.h). What it shows now is compared with the same piece of the scene in the look before, where that was
-// seen elsewhere: the scene cancels, a spot here stays. Spots are small, round and there in almost every look.
+// A place of the picture is looked at again when what it showed has moved away (by the points that are
+// followed nearby, picture_tracks.h). What it shows now is compared with the same piece of the scene in the
+// look before, where that was seen elsewhere: the scene cancels, a spot here stays. Spots are small, round
+// and there in almost every look.
 #pragma once
 
 #include <opencv2/core.hpp>

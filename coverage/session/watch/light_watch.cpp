@@ -11,8 +11,8 @@
 namespace ulf::coverage {
 namespace {
 
-// Median of their deviations; more, but in bands, is another scene, a hand before the lens, or a motion too quick to
-// be followed, under which the median leans to one side.
+// Median of their deviations; more, but in bands, is another scene, a hand before the lens, or a motion too
+// quick to be followed, under which the median leans to one side.
 constexpr double kLightMostDeviation = 0.05;
 constexpr double kLightApart_s = 2, kLightMean_s = 0.4;  // two means so far apart are compared
 constexpr double kLightLeastChange = 0.12;               // an eighth
@@ -127,8 +127,8 @@ void LightWatch::LookForChange() {
   if (std::abs(change) >= std::abs(finding_.changed.value_or(0))) finding_.changed = change;
 }
 
-// Of light against the mean of its neighbours in time: slow changes are gone, and an amplitude a at a frequency f is
-// a (1 - cos(2 pi f / frames a second)).
+// Of light against the mean of its neighbours in time: slow changes are gone, and an amplitude a at a
+// frequency f is a (1 - cos(2 pi f / frames a second)).
 void LightWatch::LookForFlicker() {
   constexpr std::size_t kFewest = 24;
   const double span_s = moments_.back().time_s - moments_.front().time_s;

@@ -229,7 +229,8 @@ void MistakeWatch::NoteLight(const LightFinding& light, const acquisition::HeldA
   Note(held.exposure == true ? Mistake::kUnsteadyLight : Mistake::kAutoExposure, finding);
 }
 
-// The best of two seconds decides (light_and_focus.h); a moment more, so that a hand before the lens does not.
+// The best of two seconds decides (light_and_focus.h); a moment more, so that a hand before the lens does
+// not.
 void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   constexpr double kStays_s = 2;
   if (signs.badly_exposed || !signs.fine_detail || *signs.fine_detail >= signs.least_fine_detail) {
