@@ -18,7 +18,7 @@ namespace ulf::coverage {
 
 struct LightFinding {
   // Largest so far: the light of the same things, over what the camera reports of its exposure, at the end of
-  // Options::apart_s over that at its begin; natural logarithm. Smaller ones than Options::least_change:
+  // kLightApart_s over that at its begin; natural logarithm. Smaller ones than kLightLeastChange:
   // none.
   std::optional<double> changed;
   // The largest flicker so far, amplitude as a share of the light; none: not seen.

@@ -370,6 +370,8 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   EXPECT_EQ(InWords(InstructionFor(*state), *state), "come 20 % nearer");
   state->metric = true;
   EXPECT_EQ(InWords(InstructionFor(*state), *state), "come 20 cm nearer");
+  EXPECT_EQ(InstructionFor(*state).to_do, ToDo::kComeNearer);
+  EXPECT_NEAR(InstructionFor(*state).length->ShareOf(1), 0.2, 1e-12) << "as the words say it";
   state->metric = false;
   state->guidance.distance = 1.3;
   EXPECT_EQ(InWords(InstructionFor(*state), *state), "go 30 % back");
