@@ -181,13 +181,14 @@ bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& 
   const bool stills = prepared.device->TakesStills();
   acquisition::IntrinsicsArgs intrinsics = args.intrinsics;
   if (args.lens == tracking::LensUse::kRefine) intrinsics.guessed_focal_px = acquisition::GuessFocalPx(first);
-  if (stills && args.lens == tracking::LensUse::kRefine)
+  if (stills && args.lens == tracking::LensUse::kRefine) {
+    const std::string uri = prepared.device->Info().uri;
+    const std::string track = fmt::format("ulf track {} --intrinsics refine --calibration-out FILE", uri);
     throw Refusal(Parameter("intrinsics"), "refine",
-                  fmt::format("{} records photographs, and live view does not tell their lens",
-                              prepared.device->Info().uri),
-                  fmt::format("find the lens of live view with ulf track {} --intrinsics refine "
-                              "--calibration-out FILE, then capture with {} FILE",
-                              prepared.device->Info().uri, Parameter("calibration")));
+                  fmt::format("{} records photographs, and live view does not tell their lens", uri),
+                  fmt::format("find the lens of live view with {}, then capture with {} FILE", track,
+                              Parameter("calibration")));
+  }
   acquisition::RecordingHeader& recording = prepared.recording =
       acquisition::RecordingHeader::Of(*prepared.device);
   if (resumed) RequireSameCamera(args.dir, *resumed, prepared.device->Info());
