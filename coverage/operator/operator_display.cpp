@@ -17,8 +17,7 @@
 namespace ulf::coverage {
 namespace {
 
-// Guessed.
-constexpr bool kDisplayColourBlind = false;
+// All guessed.
 // How long a message of the capture stays on the screen, and the failed checks after a first view that came
 // at once; less is too short to read.
 constexpr double kDisplayToRead_s = 10;
@@ -56,12 +55,7 @@ void AddKeys(std::span<const render::KeyHelp> keys, std::vector<render::TableRow
 
 OperatorDisplay::OperatorDisplay(render::Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
                                  const DisplayOptions& options)
-    : surface_(surface),
-      feed_(feed),
-      options_(options),
-      pending_(requests),
-      review_(options.marker),
-      colour_blind_(kDisplayColourBlind) {}
+    : surface_(surface), feed_(feed), options_(options), pending_(requests), review_(options.marker) {}
 
 bool OperatorDisplay::Step(double patience_s) {
   now_s_ = options_.clock_s ? options_.clock_s() : SteadySeconds();
