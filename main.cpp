@@ -12,9 +12,7 @@
 #include <string>
 
 #include "commands/about/about_commands.h"
-#include "commands/about/version_text.h"
-#include "commands/about/wrong_usage.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "commands/standard_streams.h"
 #include "core/base/error.h"
 
@@ -66,7 +64,7 @@ int Run(int argc, char** argv) {
   try {
     ulf::commands::RequireInputsStay(app);
     return chosen();
-  } catch (const ulf::UsageError& error) {
+  } catch (const ulf::commands::UsageError& error) {
     std::fprintf(stderr, "ulf: %s\n", error.what());
     return ulf::commands::kWrongUsage;
   } catch (const ulf::Refusal& refusal) {

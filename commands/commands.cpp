@@ -1,4 +1,4 @@
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <vector>
@@ -21,8 +21,8 @@ void AddFollowLinks(CLI::App& app) {
     for (CLI::App* each : all)
       each->add_flag_callback(
           "--follow-links", [] { FollowLinksFromNowOn(); },
-          "Follow links in the light field's folder to other folders of the same owner, "
-          "now and from now on (kept in DIR/links.json)");
+          "Follow links in the light field's folder to other folders of the same owner, now and from now on "
+          "(kept in DIR/links.json)");
   }
 }
 

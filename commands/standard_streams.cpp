@@ -26,8 +26,8 @@ int error_descriptor = STDERR_FILENO;
 std::atomic<bool> error_stalled{false};
 std::atomic<int> output_problem{0};
 
-// Opens the pipe or terminal of standard error once more, so that writing does not block; -1 where that cannot be
-// done. O_NONBLOCK on the descriptor itself would hold for all processes that share it.
+// Opens the pipe or terminal of standard error once more, so that writing does not block; -1 where that
+// cannot be done. O_NONBLOCK on the descriptor itself would hold for all processes that share it.
 int OpenErrorsWithoutBlocking() {
   struct stat about {};
   if (fstat(STDERR_FILENO, &about) != 0 || !(S_ISFIFO(about.st_mode) || isatty(STDERR_FILENO))) return -1;

@@ -5,9 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "commands/about/command_tree.h"
-#include "commands/about/completion.h"
-#include "commands/about/manual.h"
+#include "core/base/error.h"
+#include "render/gl/gl_context.h"
 
 namespace ulf::commands {
 
@@ -33,6 +32,24 @@ void AddAboutCommands(CLI::App& app, ChosenCommand& chosen) {
       return kOk;
     };
   });
+}
+
+namespace {
+
+std::string OpenGlText() {
+  try {
+    const render::GlContext context;
+    return context.device();
+  } catch (const Error& error) {
+    return fmt::format("none: {}", error.what());
+  }
+}
+
+}  // namespace
+
+std::string VersionText(bool asks_opengl) {
+  const std::string text = fmt::format("ulf {}\nbuilt with: {}", ULF_VERSION, ULF_LIBRARIES);
+  return asks_opengl ? text + "\nOpenGL: " + OpenGlText() : text;
 }
 
 }  // namespace ulf::commands

@@ -1,11 +1,11 @@
-// The commands and options of the program as values, read from CLI11: what the manual and the completions are made of,
-// so that they cannot differ from --help.
+// The commands and options of the program as values, read from CLI11: what the manual and the completions are
+// made of, so that they cannot differ from --help.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 

@@ -1,4 +1,4 @@
-#include "commands/about/completion.h"
+#include "commands/about/about_commands.h"
 
 #include <fmt/core.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "commands/about/manual.h"
+#include "commands/about/about_commands.h"
 
 #include <fmt/core.h>
 

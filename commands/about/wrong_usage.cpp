@@ -1,4 +1,4 @@
-#include "commands/about/wrong_usage.h"
+#include "commands/about/about_commands.h"
 
 #include <fmt/format.h>
 
@@ -87,7 +87,8 @@ fs::path PathIn(const std::string& value) {
   return path.empty() ? fs::path(value) : fs::path(path);
 }
 
-// Whether an existing file is a record of the folder's own: what lies deeper, or is no picture, mesh or film at its top.
+// Whether an existing file is a record of the folder's own: what lies deeper, or is no picture, mesh or film
+// at its top.
 bool IsRecordOf(const fs::path& folder, const fs::path& file) {
   const fs::path inside = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
   if (inside.empty() || *inside.begin() == "..") return false;

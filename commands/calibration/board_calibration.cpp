@@ -12,7 +12,7 @@
 #include "commands/calibration/calibrate_source.h"
 #include "commands/calibration/calibration_report.h"
 #include "commands/calibration/guide_picture.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "acquisition/calibration/board_sheet.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
@@ -61,11 +61,11 @@ void AddBoardCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<BoardArgs>();
   CLI::App* command = app.add_subcommand("board", "Write a calibration target to print, in true size");
   command
-      ->add_option("BOARD", args->board,
-                   "charuco:7x5:30:22:DICT_5X5_100 (squares, square mm, marker mm, dictionary), "
-                   "aruco:4x5:37.5:5:DICT_6X6_1000 (markers, marker mm, gap mm, dictionary), "
-                   "aprilgrid:6x6:30:9 (Kalibr's: tags, tag mm, gap mm) or "
-                   "chessboard:8x6:25 (squares, square mm)")
+      ->add_option(
+          "BOARD", args->board,
+          "charuco:7x5:30:22:DICT_5X5_100 (squares, square mm, marker mm, dictionary), "
+          "aruco:4x5:37.5:5:DICT_6X6_1000 (markers, marker mm, gap mm, dictionary), aprilgrid:6x6:30:9 "
+          "(Kalibr's: tags, tag mm, gap mm) or chessboard:8x6:25 (squares, square mm)")
       ->capture_default_str();
   command
       ->add_option("--page", args->page,

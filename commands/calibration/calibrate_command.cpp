@@ -1,4 +1,5 @@
-// `ulf calibrate`: estimates intrinsics from a board, the flat field from a card, or colours from a chart or a grey card.
+// `ulf calibrate`: estimates intrinsics from a board, the flat field from a card, or colours from a chart or
+// a grey card.
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -11,8 +12,8 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/calibration_picture.h"
 #include "commands/calibration/calibrate_source.h"
-#include "commands/calibration/color_report.h"
-#include "commands/commands.h"
+#include "commands/calibration/calibration_report.h"
+#include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -191,8 +192,7 @@ void WarnOfEncodedColours(const std::vector<ColorPicture>& pictures, FrameSource
       }))
     spdlog::warn(
         "the camera encodes these pictures for displays, with its own white balance, contrast and "
-        "saturation: the profile "
-        "holds as long as all of these stay as they are{}",
+        "saturation: the profile holds as long as all of these stay as they are{}",
         IsTaken(source) ? "" : fmt::format("; lock them ({}), or take raw pictures", WhereToSet(source)));
 }
 
@@ -303,10 +303,9 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Calibration file (default: stored for the camera; for images: calibration.json)");
   command->add_option("--report", args->report,
                       "Folder for report, picture of the residuals, and the frames used (default: none)");
-  command->add_option(
-      "--preview", args->preview,
-      "PNG file that shows the picture of a device, once a second, where no window can (default: a "
-      "window, in a terminal with a display)");
+  command->add_option("--preview", args->preview,
+                      "PNG file that shows the picture of a device, once a second, where no window can "
+                      "(default: a window, in a terminal with a display)");
   command->add_option("--serial", args->serial,
                       "Serial number of the camera, for image files (default: unknown)");
   command->add_option("--views", args->views, "Least number of views from a device")

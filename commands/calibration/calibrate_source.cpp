@@ -8,6 +8,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/opening/open_device.h"
+#include "commands/options/tracking_options.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
@@ -76,21 +77,6 @@ std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource
   const std::string output = args.output.empty() ? UnusedCalibrationName().string() : args.output;
   RequireOwnCalibration(output);
   return output;
-}
-
-void RequireOwnCalibration(const std::string& output) {
-  RequireWritable(output);
-  if (!fs::is_regular_file(output)) return;
-  std::string convert;
-  try {
-    if (acquisition::ReadCalibrationFile(output).is_ours) return;
-    convert = fmt::format(", or convert it first: ulf calibration {} -o camera.json", ShellWord(output));
-  } catch (const Error&) {
-    // A file that is no calibration cannot be converted.
-  }
-  throw UsageError(
-      "{}: exists already, is no calibration file of ulf, and is not replaced; choose another name{}", output,
-      convert);
 }
 
 void RequireReportFolder(const CalibrateArgs& args) {

@@ -49,10 +49,6 @@ CalibrationSource OpenCalibrationSource(const CalibrateArgs& args);
 // written.
 std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource& source);
 
-// Throws UsageError where the file cannot be written, or is there and is no calibration file of ulf: results are written into
-// one of ulf, and one of another program would be lost.
-void RequireOwnCalibration(const std::string& output);
-
 // Called before the frames are taken, so that the user does not hold the board in vain.
 void RequireReportFolder(const CalibrateArgs& args);
 

@@ -12,7 +12,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/calibration/lens_files/lens_files.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
@@ -146,8 +146,8 @@ void Print(const acquisition::CalibrationFile& file) {
   }
 }
 
-// Whether the file that is read is meant to be the one that is written, with all that it holds: another program's holds
-// more than a lens.
+// Whether the file that is read is meant to be the one that is written, with all that it holds: another
+// program's holds more than a lens.
 bool BindsInPlace(const CalibrationArgs& args, const acquisition::CalibrationFile& file) {
   std::error_code unknown;
   return file.is_ours && std::filesystem::equivalent(args.path, args.output, unknown);

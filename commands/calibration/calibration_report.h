@@ -1,11 +1,14 @@
-// The result of a calibration as text and as JSON.
+// The results of calibrations as text and as JSON: of a lens, of colours, of a grey card.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
 #include "acquisition/calibration/calibrate.h"
+#include "acquisition/calibration/color_fit.h"
 
 namespace ulf::commands {
 
@@ -20,5 +23,16 @@ nlohmann::ordered_json ReportJson(const acquisition::CalibrationResult& result);
 // rotation that fits best, over a grid out to `reach` (a share of half the diagonal). It tells how much
 // differences between parameters matter.
 double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double reach = 1);
+
+// `found`, `looked_at`: pictures with a chart, and all.
+std::string ColorFitText(const acquisition::ColorFit& fit, std::size_t found, std::size_t looked_at);
+nlohmann::ordered_json ColorFitJson(const acquisition::ColorFit& fit, std::size_t found,
+                                    std::size_t looked_at);
+
+std::string GreyCardText(const acquisition::GreyCard& card);
+nlohmann::ordered_json GreyCardJson(const acquisition::GreyCard& card);
+
+// "R 1.92, G 1, B 1.31"
+std::string BalanceText(const std::array<double, 3>& white_balance);
 
 }  // namespace ulf::commands

@@ -9,7 +9,7 @@
 #include "acquisition/device/device_files.h"
 #include "acquisition/link/link_check.h"
 #include "acquisition/opening/open_device.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/stop_signal.h"
 
@@ -112,11 +112,9 @@ std::string Verdict(const acquisition::LinkReport& report) {
     return fmt::format("the camera is the limit, not the link: {}", report.camera_limit);
   if (!report.trials.front().LostFrames())
     return "the camera does not send as many frames as asked for: a long exposure, its own limits or the "
-           "link hold it "
-           "back";
+           "link hold it back";
   return "frames are lost with every setting that was tried: check cables, plugs and switches, and what else "
-         "uses "
-         "the link; where a switch cannot hold a whole frame, packet_delay_ns spreads its packets";
+         "uses the link; where a switch cannot hold a whole frame, packet_delay_ns spreads its packets";
 }
 
 void PrintLink(const acquisition::LinkReport& report) {
@@ -188,10 +186,10 @@ int RunDevices(const DevicesArgs& args) {
 void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<DevicesArgs>();
   CLI::App* command = app.add_subcommand("devices", "List every camera in reach, and why one cannot be used");
-  CLI::Option* check = command->add_option("--check", args->check,
-                                           "Check the link to this camera: stream from it with these "
-                                           "settings, and where frames are lost find those that "
-                                           "hold (exit code 1)");
+  CLI::Option* check =
+      command->add_option("--check", args->check,
+                          "Check the link to this camera: stream from it with these settings, and where "
+                          "frames are lost find those that hold (exit code 1)");
   command->add_option("--seconds", args->seconds, "With --check: length of each trial")
       ->check(CLI::Range(0.5, 3600.0))
       ->needs(check)

@@ -9,7 +9,7 @@
 #include "acquisition/device/feature_file.h"
 #include "acquisition/device/features.h"
 #include "acquisition/opening/open_device.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"

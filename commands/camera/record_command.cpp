@@ -9,9 +9,9 @@
 #include "acquisition/device/frame_recording.h"
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/opening/open_device.h"
-#include "commands/camera/device_report.h"
-#include "commands/commands.h"
-#include "commands/number_checks.h"
+#include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/device_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -137,9 +137,8 @@ int RunRecord(const RecordArgs& args) {
     fmt::print(stderr, "ulf: nothing was recorded: {}\n",
                IsTaken(run.source) ? "no complete picture is in it"
                : run.device.incomplete > 0
-                   ? "every frame arrived incomplete (packets lost); see the receive "
-                     "buffer and packet size above, and "
-                     "docs/devices.md"
+                   ? "every frame arrived incomplete (packets lost); see the receive buffer and packet size "
+                     "above, and docs/devices.md"
                    : "no frame arrived; check whether the camera waits for a trigger");
   return run.lost || summary.written == 0 || summary.left_out > 0 ? kFailed : kOk;
 }

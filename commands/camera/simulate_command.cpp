@@ -8,8 +8,8 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "acquisition/simulator/scene/scene.h"
-#include "commands/commands.h"
-#include "commands/number_checks.h"
+#include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -146,8 +146,7 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   sub->add_option("--board", args->board,
                   "Hold a board before the camera, as `ulf board` prints it, to practise ulf calibrate; "
-                  "--options are then "
-                  "those of sim:board, such as \"lens=wide\"");
+                  "--options are then those of sim:board, such as \"lens=wide\"");
   sub->add_option("--interface", args->interfaces,
                   "IPv4 addresses of this machine, separated by commas; one camera each")
       ->delimiter(',')
@@ -165,16 +164,14 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--fps", args->fps, "Frames per second (default: 15)");
   sub->add_option("--seed", args->seeds, "Seeds of hand and noise, one per camera (default: 7, 8, ...)")
       ->delimiter(',');
-  sub->add_option(
-      "--loop", args->loop,
-      "Render so many pictures at the start and play them forwards and backwards, at any frame rate "
-      "(default: render every frame)");
+  sub->add_option("--loop", args->loop,
+                  "Render so many pictures at the start and play them forwards and backwards, at any frame "
+                  "rate (default: render every frame)");
   sub->add_option("--line-hz", args->line_hz, "Pulses per second on Line0, the input of the hardware trigger")
       ->capture_default_str();
-  sub->add_option(
-         "--fault", args->faults,
-         "Simulate a fault, may be repeated (default: none): lost=SHARE doubled=SHARE swapped=SHARE resend=0 "
-         "late=MS:SHARE freeze=AT:SECONDS disconnect=AT:SECONDS drift=STOPS_PER_MINUTE")
+  sub->add_option("--fault", args->faults,
+                  "Simulate a fault, may be repeated (default: none): lost=SHARE doubled=SHARE swapped=SHARE "
+                  "resend=0 late=MS:SHARE freeze=AT:SECONDS disconnect=AT:SECONDS drift=STOPS_PER_MINUTE")
       ->delimiter(',');
   sub->add_option("--duration-s", args->duration_s, "Stop after so many seconds (default: no limit)")
       ->check(Positive());
@@ -187,8 +184,7 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
       "         ulf calibrate aravis:ULF-ULF-SIM-1 -o sim.json\n"
       "         ulf simulate --interface 127.0.0.1,127.0.0.2 --fault lost=0.005 --fault disconnect=20:3\n"
       "Runs until SIGINT, SIGTERM or SIGHUP. Prints a line for each camera when it can be opened and one "
-      "with "
-      "figures at its end. Seconds of faults count from the first frame taken.");
+      "with figures at its end. Seconds of faults count from the first frame taken.");
   sub->callback([&chosen, args] { chosen = [args] { return RunSimulate(*args); }; });
 }
 

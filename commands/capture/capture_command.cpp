@@ -6,33 +6,21 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/frame_recording.h"
-#include "commands/calibration/intrinsics_options.h"
-#include "commands/capture/capture_report.h"
+#include "commands/capture/capture_closing.h"
+#include "commands/capture/capture_start.h"
 #include "commands/capture/crash_handler.h"
 #include "commands/capture/resume_options.h"
-#include "commands/commands.h"
-#include "commands/help_text.h"
-#include "commands/light_field/light_field_report.h"
-#include "commands/light_field/merged_brackets.h"
-#include "commands/number_checks.h"
-#include "commands/rendering/mask_command.h"
-#include "commands/rendering/proxy_command.h"
-#include "commands/tracking/lens_use_option.h"
-#include "commands/tracking/readout_option.h"
-#include "commands/tracking/tracking_side_option.h"
+#include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
+#include "commands/options/tracking_options.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
-#include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"
 #include "core/image/files/picture_file.h"
@@ -41,106 +29,21 @@
 #include "core/light_field/folder/light_check.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/opened_folder.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/operator/coverage_drawing.h"
 #include "coverage/operator/panels.h"
 #include "coverage/operator/run_with_display.h"
 #include "coverage/operator/scripted_surface.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/capture_session.h"
-#include "coverage/session/capture_start.h"
-#include "coverage/session/record/map_cache.h"
 #include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/marker_spec.h"
 
 namespace ulf::commands {
 namespace {
 
-namespace fs = std::filesystem;
-
-void WritePictures(const coverage::CaptureArgs& args, const LightField& light_field,
-                   const coverage::CaptureSummary& summary) {
-  if (args.overlay.empty() && args.map.empty() && args.error_map.empty()) return;
-  if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
-    fmt::print(stderr, "no view was recorded: --overlay, --map and --error-map write no pictures\n");
-    return;
-  }
-  // Its pose and lens may have been corrected since; a view that was taken back has them as it was recorded.
-  Rigid3 cam_from_world = summary.last_recorded->cam_from_world;
-  CameraModel camera = summary.last_recorded->camera;
-  const auto view = std::ranges::find(light_field.views, summary.last_recorded->id, &View::id);
-  if (view != light_field.views.end()) {
-    cam_from_world = view->cam_from_world;
-    camera = light_field.CameraOf(*view);
-  }
-  if (!args.overlay.empty()) {
-    // Small images are drawn at twice their size, so that lines and dots stay clear.
-    constexpr int kWideEnough = 1000;
-    const int factor = camera.width < kWideEnough ? 2 : 1;
-    const CameraModel large = camera.ScaledTo(factor * camera.width, factor * camera.height);
-    cv::Mat live;
-    cv::resize(Srgb8(summary.last_recorded->frame.image), live, {large.width, large.height}, 0, 0,
-               cv::INTER_CUBIC);
-    WritePictureFile(args.overlay, coverage::DrawOverlay(live, large, cam_from_world, *summary.map));
-  }
-  if (!args.map.empty())
-    WritePictureFile(args.map, coverage::DrawCoverageMap(*summary.map, {.cam_from_world = cam_from_world}));
-  if (args.error_map.empty()) return;
-  if (summary.errors && summary.measured)
-    WritePictureFile(args.error_map,
-                     coverage::DrawErrorMap(*summary.map, *summary.errors, summary.measured->cover.db));
-  else
-    fmt::print(stderr, "--error-map: no errors were measured; it is not written\n");
-}
-
-// Where somebody counts on them.
-void SayIfNothingWasMeasured(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary) {
-  const bool decides = coverage::CoverGoal::Parse(args.cover).by != coverage::CoverBy::kBound;
-  if (summary.measured || !(decides || !args.error_map.empty())) return;
-  const bool mesh_came_late = summary.geometry && summary.geometry->mesh;
-  fmt::print(
-      stderr, "no errors were measured: {}{}\n",
-      mesh_came_late
-          ? fmt::format("the first mesh was there only after the last frame. Geometry needs time beside "
-                        "the capture: {}",
-                        IsTaken(summary.source)
-                            ? "play the recording more slowly (--speed 0.3), with fewer programs running"
-                            : "move more slowly, or with fewer programs running (a simulated camera goes "
-                              "faster than real time where it can)")
-          : "there was no mesh of the subject to measure over",
-      decides ? "; the bound alone decided what was recorded" : "");
-}
-
-// A guess that nothing replaced may still be wrong.
-void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
-                          const CameraModel& guessed) {
-  const bool was_guessed = options.calibration_source == acquisition::kFocalLengthGuessed;
-  const bool is_confirmed = summary.calibration && summary.calibration->determined;
-  if (!was_guessed || summary.refined_lens || is_confirmed) return;
-  fmt::print(stderr,
-             "the focal length of {:.0f} px is still a guess: the images do not tell another one, because "
-             "the camera "
-             "moved too little or in one direction only; ulf refine --intrinsics may tell\n",
-             guessed.MeanFocalPx());
-}
-
-void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
-                 const LightFieldReport& report, std::size_t tracked, const std::optional<PoseErrors>& errors,
-                 const std::optional<BracketReport>& brackets) {
-  if (args.json) {
-    nlohmann::json json = ToJson(report);
-    AddTo(json, summary, tracked);
-    if (errors) AddTo(json, *errors);
-    if (brackets) json["merged"] = ToJson(*brackets);
-    fmt::print("{}\n", JsonText(json));
-  } else {
-    fmt::print("{}{}{}{}", ToText(report), ToText(summary, tracked, args.dir),
-               brackets ? ToText(*brackets) : "", errors ? ToText(*errors) : "");
-  }
-  std::fflush(stdout);
-}
-
 // The largest share of the limits that end the capture; without limits the device's own.
-double ShareDone(const coverage::CaptureArgs& args, const coverage::CaptureOptions& options,
+double ShareDone(const CaptureArgs& args, const coverage::CaptureOptions& options,
                  const coverage::CaptureState& now, double first_time_s, const acquisition::Device& device) {
   double share = 0;
   if (now.covered) share = *now.covered / options.until_share;
@@ -167,43 +70,7 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
                      what, way.empty() ? "" : "; next: " + way);
 }
 
-// Of the views that were recorded, also in earlier sessions. Reading raw files takes too long for the end of a capture.
-void WarnIfTheLampChanged(LightField& light_field) {
-  if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
-    return;
-  Progress progress("light");
-  const LightCheck check = CheckLightOf(light_field, progress);
-  if (const std::string advice = LampAdvice(check, SourceOf(light_field)); !advice.empty())
-    spdlog::warn("{}", advice);
-  if (check.not_compared.empty()) KeepLight(check, light_field);
-}
-
-// The exposures are on disk: what cannot be merged now can be later.
-std::optional<BracketReport> Merged(const coverage::CaptureArgs& args,
-                                    const coverage::CaptureSummary& summary) {
-  if (summary.brackets.exposures == 0 || summary.stopped_because == coverage::StoppedBecause::kDisk)
-    return std::nullopt;
-  try {
-    return MergeBrackets(args.dir);
-  } catch (const Error& error) {
-    fmt::print(stderr, "{}\nthe exposures are recorded; ulf merge {} merges them\n", error.what(),
-               ShellWord(args.dir));
-    return std::nullopt;
-  }
-}
-
-void ReportUnwrittenFrames(const coverage::CaptureSummary& summary, bool folder_is_there) {
-  if (summary.stopped_because != coverage::StoppedBecause::kDisk) return;
-  fmt::print(stderr, "ulf: {}\n{}", summary.problem,
-             folder_is_there ? "ulf: the views written before are complete; go on with --resume\n" : "");
-  for (const auto& [folder, count] : summary.set_aside)
-    fmt::print(stderr, "ulf: {} taken by then: kept in {}\n", Counted(count, "frame"), folder.string());
-  if (summary.unwritten > 0)
-    fmt::print(stderr, "ulf: {} taken by then could not be written anywhere\n",
-               Counted(summary.unwritten, "frame"));
-}
-
-coverage::DisplayDoor DoorFor(const coverage::CaptureArgs& args,
+coverage::DisplayDoor DoorFor(const CaptureArgs& args,
                               const std::shared_ptr<coverage::DisplayScript>& script) {
   constexpr int kWidth = 1280, kHeight = 720;
   if (args.headless) return {};
@@ -219,53 +86,27 @@ coverage::DisplayDoor DoorFor(const coverage::CaptureArgs& args,
   return [] { return render::OpenWindow("ulf capture", {kWidth, kHeight}); };
 }
 
-// Masks, and over them the geometry that other captures make while they run. False, with the reason said, where there
-// are none: the views are kept.
-bool MaskTurntable(const coverage::CaptureArgs& args) {
-  if (args.turntable.empty() || ReadLightField(args.dir).views.empty()) return true;
-  try {
-    fmt::print(stderr, "{}", InWords(WriteTurntableMasks(args.dir)));
-  } catch (const Error& error) {
-    fmt::print(stderr,
-               "ulf: {}\nulf: the views are kept, without masks; go on with --resume, or make the masks "
-               "anew: ulf mask "
-               "{}\n",
-               error.what(), ShellWord(args.dir));
-    return false;
-  }
-  if (args.no_geometry) return true;
-  try {
-    WriteMeshProxy(args.dir);
-  } catch (const Error& error) {
-    fmt::print(stderr, "no geometry: {}\n", error.what());
-  }
-  return true;
-}
-
-int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens,
-                      const std::set<std::string>& given) {
+int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const std::set<std::string>& given) {
   ShareHeaps();
-  coverage::CaptureOptions options = coverage::OptionsFrom(args);
+  coverage::CaptureOptions options = OptionsFrom(args);
   RequireUsable(lens);
   RequireResumable(args, given);
   if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);
   if (!args.marker.empty() && args.headless)
     throw UsageError(
         "--marker {}: it moves the camera of the display's review, and --headless has no display; leave out "
-        "one "
-        "of the two",
+        "one of the two",
         args.marker);
   if (args.offscreen && (args.headless || args.requests.empty()))
     throw UsageError(
         "--offscreen: a display without a window, for which lines of --requests press keys and write "
-        "pictures; "
-        "{}",
+        "pictures; {}",
         args.headless ? "leave out --headless, which has no display" : "give --requests, too");
   for (const std::string& picture : {args.overlay, args.map, args.error_map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
-  std::vector<TimedPose> truth;
-  if (!args.truth.empty()) truth = ReadTum(args.truth);
+  CaptureRun run;
+  if (!args.truth.empty()) run.truth = ReadTum(args.truth);
   std::optional<coverage::RequestLines> request_lines;  // refused before anything is written
   coverage::CaptureRequests requests;
   const auto script = std::make_shared<coverage::DisplayScript>(requests);
@@ -278,20 +119,16 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
     request_lines.emplace(args.requests, std::move(take));
   }
   const StopOnSignal signals;
-  coverage::PreparedCapture prepared;
-  if (!coverage::PrepareCapture(args, &options, prepared)) {
+  CaptureInHand prepared;
+  if (!PrepareCapture(args, &options, prepared)) {
     fmt::print(stderr, "stopped before the first frame: no light field was written\n");
     return kOk;
   }
 
-  coverage::CaptureSummary summary;
-  acquisition::FrameRecorderSummary kept;
-  std::vector<TimedPose> live;
   std::optional<Waiting> closing;
-  std::optional<OpenedFolder> folder;
   {
     const CrashHandler guard(args.dir);
-    folder.emplace(args.dir);
+    run.folder.emplace(args.dir);
     Progress progress("capture");
     const double first_time_s = prepared.first.back().device_time_s;
     double shown_share = 0;  // never falls, although corrected poses may reopen the cap
@@ -316,7 +153,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
       read_requests();
       feed.Publish(now);
       if (prepared.person) prepared.person->See(now->device_time_s, *now);
-      if (now->cam_from_world) live.push_back({now->device_time_s, *now->cam_from_world});
+      if (now->cam_from_world) run.live.push_back({now->device_time_s, *now->cam_from_world});
       shown_share = std::max(shown_share, ShareDone(args, options, *now, first_time_s, *prepared.device));
       progress.Show(shown_share, ProgressLine(*now, options.until_share));
     };
@@ -333,63 +170,21 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
       hooks.say(args.headless ? "no display (--headless): recording begins by itself"
                               : "the frames are a recording: recording begins by itself");
     const auto capture = [&] {
-      summary = coverage::RunCapture(*prepared.device, prepared.camera, *prepared.poses,
-                                     std::move(*prepared.writer), options, hooks, std::move(prepared.first));
+      run.summary =
+          coverage::RunCapture(*prepared.device, prepared.camera, *prepared.poses,
+                               std::move(*prepared.writer), options, hooks, std::move(prepared.first));
     };
     coverage::RunWithDisplay(DoorFor(args, script), {.marker = args.marker}, feed, requests, capture);
-    if (recorder) kept = recorder->Finish();
+    if (recorder) run.kept = recorder->Finish();
   }
   closing.reset();
-  if (kept.left_out > 0)
-    fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
-               Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
-  const std::optional<std::string> gone = folder->WhyGone();
-  if (gone) summary.stopped_because = coverage::StoppedBecause::kDisk, summary.problem = *gone;
-  ReportUnwrittenFrames(summary, !gone);
-  if (gone) return kFailed;
-  const bool masked = MaskTurntable(args);
-  closing.emplace("closing", "the map for the next session, and the report");
-  LightField light_field = ReadLightField(args.dir);
-  if (summary.stopped_because != coverage::StoppedBecause::kDisk && !light_field.views.empty())
-    coverage::SaveMapCache(light_field, summary.refined_lens ? summary.refined_lens->camera : prepared.camera,
-                           *prepared.poses);
-  const LightFieldReport report =
-      commands::Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
-  std::optional<PoseErrors> errors;
-  if (!args.truth.empty()) errors = CompareWithTruth(truth, live, light_field);
-  closing.reset();
-  PrintResult(args, summary, report, live.size(), errors, Merged(args, summary));
-  WarnIfTheLampChanged(light_field);
-  SayIfNothingWasMeasured(args, summary);
-  WritePictures(args, light_field, summary);
-  WriteFoundLens(lens, *prepared.device, summary.refined_lens, summary.calibration, "ulf capture");
-  SayIfTheLensIsAGuess(options, summary, prepared.camera);
-  if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
-    fmt::print(stderr, "the last correction of poses opened a part of the cap again{}\n",
-               IsTaken(summary.source) ? "" : ", which must be taken again: go on with --resume");
-  if (summary.stopped_because == coverage::StoppedBecause::kDisk) return kFailed;
-  if (summary.stopped_because == coverage::StoppedBecause::kDeviceLost) {
-    fmt::print(stderr,
-               "ulf: {}: the device no longer answers; the light field is closed, go on with --resume\n",
-               args.uri);
-    return kFailed;
-  }
-  const bool was_asked_to_end = summary.stopped_because == coverage::StoppedBecause::kSignal ||
-                                summary.stopped_because == coverage::StoppedBecause::kClosed;
-  if (report.views == 0 && !was_asked_to_end) {
-    fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
-    return kFailed;
-  }
-  const std::string why_few = FewRecordedReason(summary);
-  if (!why_few.empty()) fmt::print(stderr, "ulf: {}\n", why_few);
-  const bool added_nothing = summary.recorded == 0 && !why_few.empty() && !was_asked_to_end;
-  return masked && !added_nothing ? kOk : kFailed;
+  return CloseCapture(args, lens, options, prepared, run);
 }
 
 }  // namespace
 
 void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<coverage::CaptureArgs>();
+  auto args = std::make_shared<CaptureArgs>();
   auto lens = std::make_shared<LensUseArgs>();
   CLI::App* command =
       app.add_subcommand("capture", "Capture a light field: records every view that is missing");
@@ -401,42 +196,43 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--subject-size", args->subject_size,
                    "With --subject auto: width of the sphere's image, share of the image's width")
       ->capture_default_str();
-  command->add_flag(
-      "--no-subject", args->no_subject,
-      "Capture posed photographs of a place without a subject: by parallax and overlap, the sharpest of "
-      "neighbouring frames (docs/tracking.md)");
+  command->add_flag("--no-subject", args->no_subject,
+                    "Capture posed photographs of a place without a subject: by parallax and overlap, the "
+                    "sharpest of neighbouring frames (docs/tracking.md)");
   command
       ->add_option(
           "--parallax-deg", args->parallax_deg,
           "With --no-subject: parallax in degrees from which on another view is recorded (default: 1)")
       ->check(Positive());
-  command->add_option(
-      "--until-covered", args->until_covered,
-      "Stop when this cap is covered, AZIMUTHxELEVATION in degrees such as 60x40 or 60x40:95% (default: 98 % "
-      "of it; with --resume as before); none: until stopped");
-  command->add_option("--quality", args->quality, "Threshold by name: high 7 px, fast 12 px (default: high)")
-      ->check(CLI::IsMember({"high", "fast"}));
-  command->add_option("--threshold-px", args->threshold_px,
-                      "Largest error of the bound, in pixels of the coverage image (default: 7)");
-  command->add_option("--coverage-width", args->coverage_width_px,
-                      "Width of the image that the threshold refers to (default: 640)");
+  command->add_option("--until-covered", args->until_covered,
+                      "Stop when this cap is covered, AZIMUTHxELEVATION in degrees such as 60x40 or "
+                      "60x40:95% (default: 98 % of it; with --resume as before); none: until stopped");
   command
-      ->add_option(
-          "--cover", args->cover,
-          fmt::format(
-              "What makes a viewpoint covered: bound (the threshold), measured or measured:DB (frames "
-              "are predicted well enough by the recorded views; DB: to how many decibels, default {:g}), "
-              "both or "
-              "both:DB (docs/guidance.md)",
-              coverage::CoverGoal{}.db))
+      ->add_option("--quality", args->quality,
+                   fmt::format("Threshold by name: high {:g} px, fast {:g} px (default: high)",
+                               coverage::kHighThresholdPx, coverage::kFastThresholdPx))
+      ->check(CLI::IsMember({"high", "fast"}));
+  command->add_option(
+      "--threshold-px", args->threshold_px,
+      fmt::format("Largest error of the bound, in pixels of the coverage image (default: {:g})",
+                  coverage::kHighThresholdPx));
+  command->add_option("--coverage-width", args->coverage_width_px,
+                      fmt::format("Width of the image that the threshold refers to (default: {})",
+                                  coverage::kCoverageWidthPx));
+  command
+      ->add_option("--cover", args->cover,
+                   fmt::format("What makes a viewpoint covered: bound (the threshold), measured or "
+                               "measured:DB (frames are predicted well enough by the recorded views; DB: to "
+                               "how many decibels, default {:g}), both or both:DB (docs/guidance.md)",
+                               coverage::CoverGoal{}.db))
       ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
   Knows(command->add_option("--poses", args->poses_text, tracking::kPosesHelp), tracking::kPosesValues)
       ->capture_default_str();
-  command->add_option("--turntable", args->turntable,
-                      "The camera stands and the subject turns on this printed board, such as "
-                      "charuco:5x5:54:40:DICT_4X4_50: the board is the world, the background is masked "
-                      "(docs/turntable.md)");
+  command->add_option(
+      "--turntable", args->turntable,
+      "The camera stands and the subject turns on this printed board, such as charuco:5x5:54:40:DICT_4X4_50: "
+      "the board is the world, the background is masked (docs/turntable.md)");
   AddReadoutOption(*command, args->readout);
   AddLensUseOptions(*command, *lens);
   AddTrackingSideOption(*command, args->tracking_side_px);
@@ -447,25 +243,22 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--speed", args->speed,
                    "Speed of a recording: 1 as recorded, N times as fast, 0 without waiting (default: 0)")
       ->check(NonNegative());
-  command->add_option(
-      "--bracket", args->bracket,
-      "Exposures of each view, NUMBERxSTOPS such as 3x2EV: the view's own, and shorter and longer "
-      "ones, which are merged at the end (docs/devices.md)");
+  command->add_option("--bracket", args->bracket,
+                      "Exposures of each view, NUMBERxSTOPS such as 3x2EV: the view's own, and shorter and "
+                      "longer ones, which are merged at the end (docs/devices.md)");
   command->add_flag("--keep-apart", args->keep_apart,
                     "Keep pictures of a place that the map does not reach yet in DIR/unposed; ulf refine DIR "
                     "--unposed looks for where they were taken");
   command->add_option("--keep-frames", args->keep_frames,
                       "Save every frame in this new folder, to run the session again with replay:FOLDER");
-  command->add_option(
-      "--requests", args->requests,
-      "Read requests during the capture from this file or fifo (-: standard input): take-back "
-      "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], subject "
-      "proposed, pause, record [anyway], finish");
+  command->add_option("--requests", args->requests,
+                      "Read requests during the capture from this file or fifo (-: standard input): "
+                      "take-back [COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size "
+                      "SHARE], subject proposed, pause, record [anyway], finish");
   Knows(command->add_option(
             "--operator", args->person,
-            "Simulated person who holds a simulated camera: guided, unguided, novice or "
-            "unguided-novice, with a seed such as novice:7 (default: a hand that scans by a plan; "
-            "docs/guidance.md)"),
+            "Simulated person who holds a simulated camera: guided, unguided, novice or unguided-novice, "
+            "with a seed such as novice:7 (default: a hand that scans by a plan; docs/guidance.md)"),
         "guided,unguided,novice,unguided-novice");
   command->add_flag("--headless", args->headless, "Capture without the operator display");
   command->add_flag("--offscreen", args->offscreen,
@@ -476,10 +269,9 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Marker that moves the camera of the display's review, such as marker:80:DICT_4X4_50:0");
   command->add_flag("--force-start", args->force_start,
                     "Let recording begin although a check of the list fails (light, focus, disk, pose ...)");
-  command->add_flag(
-      "--no-geometry", args->no_geometry,
-      "Make no geometry while capturing (default: DIR/proxy.ply, a mesh of the scene, and DIR/depth, "
-      "depth maps of views, are there at the end)");
+  command->add_flag("--no-geometry", args->no_geometry,
+                    "Make no geometry while capturing (default: DIR/proxy.ply, a mesh of the scene, and "
+                    "DIR/depth, depth maps of views, are there at the end)");
   command->add_flag("--deterministic", args->deterministic,
                     "Use one thread, so that the same frames give the same bytes");
   command->add_flag("--resume", args->resume, "Continue the light field in the folder");
@@ -502,7 +294,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       KeyLines(coverage::kKeysInSubject) + "\nIn the review:" + KeyLines(coverage::kKeysInReview));
   command->callback([args, lens, command, &chosen] {
     chosen = [args, lens, given = GivenOptions(*command)] {
-      args->poses = coverage::PosesFrom(*args);
+      args->poses = PosesFrom(*args);
       args->lens = lens->use;
       return RunCaptureCommand(*args, *lens, given);
     };

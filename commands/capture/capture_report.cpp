@@ -4,8 +4,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "commands/camera/device_report.h"
-#include "commands/tracking/lens_report.h"
+#include "commands/reports/device_report.h"
+#include "commands/reports/lens_report.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
@@ -26,8 +26,8 @@ const char* InWords(coverage::StoppedBecause why) {
   return kWords[static_cast<std::size_t>(why)];
 }
 
-// What was in the way of views and, where a camera is in the hand, what to do the next time; what options change is said
-// of pictures that are taken already, too.
+// What was in the way of views and, where a camera is in the hand, what to do the next time; what options
+// change is said of pictures that are taken already, too.
 std::string WayOut(coverage::Reason reason, FrameSource source) {
   using enum coverage::Reason;
   struct Words {
@@ -91,7 +91,8 @@ std::string WayOut(coverage::Reason reason, FrameSource source) {
   return to_do.empty() ? words.finding : words.finding + "; " + to_do;
 }
 
-// "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake behind it.
+// "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake behind
+// it.
 std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSummary& summary) {
   const coverage::NoticedMistake* mistake = Behind(reason, summary.mistakes);
   if (!mistake)
@@ -107,8 +108,8 @@ const char* ToBeTracked(FrameSource source) {
              "each other; give a part of the recording where it does, or poses that are known (--poses)";
     case FrameSource::kPhotographs:
       return "pictures are followed from one to the next: give them in order, from places that differ a "
-             "little "
-             "and show mostly the same; or pose them elsewhere (COLMAP), and bring them in by ulf import";
+             "little and show mostly the same; or pose them elsewhere (COLMAP), and bring them in by ulf "
+             "import";
     case FrameSource::kSettableCamera:
     case FrameSource::kCamera:
       break;
@@ -144,8 +145,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked,
   if (summary.kept_apart > 0)
     text += fmt::format(
         "apart          {} of a place that the map did not reach, in unposed/; 'ulf refine {} --unposed' "
-        "looks "
-        "for where they were taken\n",
+        "looks for where they were taken\n",
         Counted(summary.kept_apart, "picture"), ShellWord(dir));
   text +=
       fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms{} a frame (medians)\n",

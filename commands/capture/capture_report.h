@@ -10,7 +10,7 @@
 
 #include "core/geometry/trajectory.h"
 #include "core/light_field/light_field.h"
-#include "coverage/session/capture_session.h"
+#include "coverage/session/capture_summary.h"
 
 namespace ulf::commands {
 
@@ -22,9 +22,9 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
 // Why nothing was recorded, and what to do: the commonest reason. For captures that recorded no view.
 std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t tracked);
 
-// When most frames were refused and few or none of those that were not covered already were recorded: the commonest
-// reason and what to do. Reasons that mean that the camera does not look at the subject count as one. Empty:
-// no such reason. For light fields that hold views.
+// When most frames were refused and few or none of those that were not covered already were recorded: the
+// commonest reason and what to do. Reasons that mean that the camera does not look at the subject count as
+// one. Empty: no such reason. For light fields that hold views.
 std::string FewRecordedReason(const coverage::CaptureSummary& summary);
 
 // `ulf capture --truth`: the errors of a capture's camera centres against true ones after a similarity

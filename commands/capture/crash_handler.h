@@ -12,7 +12,7 @@
 
 #include <filesystem>
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 

@@ -10,12 +10,14 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
+#include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/criterion.h"
 #include "coverage/session/capture_session.h"
@@ -28,8 +30,8 @@ struct PlanArgs {
   std::optional<double> focal_px, width_px;
   double distance = 0;
   double radius = 0;
-  double threshold_px = 7;
-  int coverage_width_px = 640;
+  double threshold_px = coverage::kHighThresholdPx;
+  int coverage_width_px = coverage::kCoverageWidthPx;
   std::string cap = "60x40";
   std::optional<double> angle_deg, distance_ratio;
   bool json = false;
@@ -71,8 +73,7 @@ PlannedCamera CameraFrom(const PlanArgs& args) {
   if (!args.focal_px || !args.width_px)
     throw UsageError(
         "which camera? Give its URI (ulf devices), a file of ulf calibrate (--calibration FILE), or "
-        "--focal-px and "
-        "--width");
+        "--focal-px and --width");
   return {*args.focal_px, *args.width_px, {}, false};
 }
 
@@ -201,8 +202,9 @@ void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
   command
       ->add_option_function<std::string>(
           "--quality",
-          [args](const std::string& quality) { args->threshold_px = quality == "fast" ? 12 : 7; },
-          "Threshold by name: high 7 px, fast 12 px (default: high)")
+          [args](const std::string& quality) { args->threshold_px = coverage::ThresholdOf(quality); },
+          fmt::format("Threshold by name: high {:g} px, fast {:g} px (default: high)",
+                      coverage::kHighThresholdPx, coverage::kFastThresholdPx))
       ->check(CLI::IsMember({"high", "fast"}))
       ->excludes(threshold);
   command

@@ -14,8 +14,6 @@
 namespace ulf::commands {
 namespace {
 
-using coverage::CaptureArgs;
-
 // As options take it.
 std::string SubjectText(const Subject& subject) {
   const Eigen::Vector3d& center = subject.center_in_world;
@@ -35,8 +33,7 @@ std::string SubjectSizeRefusal(const CaptureArgs& args, const LightField& light_
   if (!light_field.subject || may_be_placed_anew) return {};
   return fmt::format(
       " {:g}: no subject is looked for, because the light field has its own, {}; leave it out, or capture "
-      "with "
-      "the display, in which the subject can be placed anew",
+      "with the display, in which the subject can be placed anew",
       args.subject_size, SubjectText(*light_field.subject));
 }
 
@@ -81,8 +78,7 @@ std::string WorldRefusal(const CaptureArgs& args, const std::string& given, cons
   if (own_world && light_field.units != "metres")
     return fmt::format(
         " {}: its world is in metres, the light field's unit is arbitrary; leave it out, or begin a new "
-        "light "
-        "field",
+        "light field",
         given);
   if (args.poses.ChoosesWorldAnew())
     return fmt::format(
@@ -115,8 +111,7 @@ std::string LensUseRefusal(const CaptureArgs& args, const LightField& light_fiel
   if (args.lens != tracking::LensUse::kRefine || light_field.views.empty()) return {};
   return fmt::format(
       " refine: the light field's {} hold the map under the lens that they were recorded with, which can "
-      "only "
-      "be checked; leave it out, and find another lens for all views together afterwards (ulf refine {} "
+      "only be checked; leave it out, and find another lens for all views together afterwards (ulf refine {} "
       "--intrinsics)",
       Counted(light_field.views.size(), "view"), ShellWord(args.dir));
 }

@@ -1,6 +1,7 @@
-// What `ulf capture --resume` does with each option of the command: one rule an option, and none is passed over. An option
-// is used from now on, or it must agree with what the light field has, or the light field as it is cannot honour it; in
-// both these cases it is refused by name, with both values and the way out, before anything is written.
+// What `ulf capture --resume` does with each option of the command: one rule an option, and none is passed
+// over. An option is used from now on, or it must agree with what the light field has, or the light field as
+// it is cannot honour it; in both these cases it is refused by name, with both values and the way out, before
+// anything is written.
 #pragma once
 
 #include <set>
@@ -8,8 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "commands/capture/capture_start.h"
 #include "core/light_field/light_field.h"
-#include "coverage/session/capture_start.h"
 
 namespace CLI {
 class App;
@@ -27,9 +28,9 @@ enum class OnResume {
 struct ResumeRule {
   std::string_view option;  // without its dashes
   OnResume what;
-  // What stands behind the option's name in a refusal: its value and why not; empty: nothing speaks against it. Null
-  // where the option is used in any case.
-  std::string (*refusal)(const coverage::CaptureArgs& args, const LightField& light_field) = nullptr;
+  // What stands behind the option's name in a refusal: its value and why not; empty: nothing speaks against
+  // it. Null where the option is used in any case.
+  std::string (*refusal)(const CaptureArgs& args, const LightField& light_field) = nullptr;
 };
 
 std::span<const ResumeRule> ResumeRules();
@@ -37,8 +38,8 @@ std::span<const ResumeRule> ResumeRules();
 // The options on the command line, by the names of the rules.
 std::set<std::string> GivenOptions(const CLI::App& command);
 
-// Throws UsageError for the first of `given` that is refused, and Error for a light field that cannot be read. A folder
-// without a journal is left to LightFieldWriter::Resume.
-void RequireResumable(const coverage::CaptureArgs& args, const std::set<std::string>& given);
+// Throws UsageError for the first of `given` that is refused, and Error for a light field that cannot be
+// read. A folder without a journal is left to LightFieldWriter::Resume.
+void RequireResumable(const CaptureArgs& args, const std::set<std::string>& given);
 
 }  // namespace ulf::commands

@@ -1,5 +1,5 @@
-// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has points,
-// or as a page.
+// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has
+// points, or as a page.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
@@ -9,9 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
-#include "commands/commands.h"
 #include "commands/light_field/export_scene.h"
-#include "commands/rendering/export_web_command.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

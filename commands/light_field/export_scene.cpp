@@ -1,4 +1,5 @@
 #include "commands/light_field/export_scene.h"
+#include "commands/options/option_values.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
@@ -10,10 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "commands/help_text.h"
-#include "commands/number_checks.h"
-#include "commands/rendering/chosen_model.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/chosen_model.h"
+#include "commands/options/scene_options.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -73,8 +72,8 @@ void StopWhereAsked() {
 
 // ---- glTF ----
 
-// Of a triangle's edge over its distance to a view: larger ones reach out of pictures, and charts take whole ones alone.
-// Guessed.
+// Of a triangle's edge over its distance to a view: larger ones reach out of pictures, and charts take whole
+// ones alone. Guessed.
 constexpr double kMostSlope = 0.04;
 
 std::vector<render::GltfCamera> GltfCamerasOf(const LightField& light_field) {
@@ -201,8 +200,7 @@ void SayWhatTheConeIs(const render::QuiltViews& views) {
   else if (views.view_cone < kUsual)
     fmt::print(
         "the recorded viewpoints carry {:.1f} degrees from side to side, less than the {:.0f} of such "
-        "displays: "
-        "depth will look shallow; record farther to the sides\n",
+        "displays: depth will look shallow; record farther to the sides\n",
         Degrees(views.view_cone), Degrees(kUsual));
 }
 
@@ -293,10 +291,9 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
   quilt->add_option("--aspect", quilt_args->aspect, "Width over height of the display, such as 0.75")
       ->check(CLI::Range(0.1, 10.0));
   quilt
-      ->add_option(
-          "--cone", quilt_args->cone_deg,
-          "Degrees from the leftmost viewpoint to the rightmost (what the recorded viewpoints carry, at most "
-          "54)")
+      ->add_option("--cone", quilt_args->cone_deg,
+                   "Degrees from the leftmost viewpoint to the rightmost (what the recorded viewpoints "
+                   "carry, at most 54)")
       ->check(CLI::Range(1.0, 120.0));
   quilt
       ->add_option("--zoom", quilt_args->zoom,

@@ -1,11 +1,13 @@
-// The forms of `ulf export` that are made with the renderer: glTF, and quilts for light-field displays.
+// The forms of `ulf export` that are made with the renderer: glTF, quilts for light-field displays, pages for
+// browsers.
 #pragma once
 
-#include "commands/command_line.h"
+#include "commands/options/command_line.h"
 
 namespace ulf::commands {
 
-// Adds them to `ulf export`.
+// Each adds its forms to `ulf export`.
 void AddSceneForms(CLI::App& command, ChosenCommand& chosen);
+void AddExportWeb(CLI::App& command, ChosenCommand& chosen);  // export_web.cpp
 
 }  // namespace ulf::commands

@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "acquisition/calibration/calibration_io.h"
-#include "commands/background_option.h"
-#include "commands/commands.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/check_reports.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
@@ -85,10 +85,9 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
       "import", "Take in posed photographs by other programs (docs/import.md lists the formats)");
   command->add_option("SOURCE", args->source, "Folder of the set, or the file with its poses")->required();
   command->add_option("-o,--output", args->dir, "New folder for the light field")->required();
-  command->add_option(
-      "--subject", args->subject,
-      "Subject: x,y,z,radius in world units (default: where the optical axes meet; for sets that "
-      "face one way by their points or depth bounds)");
+  command->add_option("--subject", args->subject,
+                      "Subject: x,y,z,radius in world units (default: where the optical axes meet; for sets "
+                      "that face one way by their points or depth bounds)");
   command->add_option("--images", args->images,
                       "Folder of the photographs, such as images_4 (default: beside the poses, the largest)");
   command

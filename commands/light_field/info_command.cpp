@@ -7,9 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/light_field/geometry_report.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/check_reports.h"
+#include "commands/reports/geometry_report.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
@@ -39,8 +40,7 @@ std::string MissingForOthersText(const LightField& light_field) {
   if (!is_there(kJournalFile) || (is_there(kTransformsFile) && is_there("sparse/0"))) return {};
   return fmt::format(
       "for others     no transforms.json or sparse/0 yet: they are written when a capture ends; where it was "
-      "killed, "
-      "'ulf repair {} --write' writes them\n",
+      "killed, 'ulf repair {} --write' writes them\n",
       ShellWord(light_field.root.string()));
 }
 
@@ -109,25 +109,22 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* command =
       app.add_subcommand("info", "What a light field holds: views, time, angles, coverage, measured errors");
   command
-      ->add_option(
-          "DIR", args->dirs,
-          "Light field; of several, a table with a row for each: views, minutes, angular range, angle "
-          "between neighbours")
+      ->add_option("DIR", args->dirs,
+                   "Light field; of several, a table with a row for each: views, minutes, angular range, "
+                   "angle between neighbours")
       ->required();
-  command->add_option(
-      "--cap", args->cap,
-      "Report coverage of this cap, AZIMUTHxELEVATION in degrees such as 60x40 (default: the goal of the "
-      "capture)");
+  command->add_option("--cap", args->cap,
+                      "Report coverage of this cap, AZIMUTHxELEVATION in degrees such as 60x40 (default: the "
+                      "goal of the capture)");
   command->add_option("--threshold-px", args->threshold_px,
                       "Largest error in pixels, for --cap (default: that of the capture, else 7)");
   command->add_option("--subject", args->subject,
                       "Subject: x,y,z,radius in world units (default: the light field's)");
   command->add_flag("--check-poses", args->check_poses,
                     "Also compare the pictures: list views whose poses their neighbours contradict");
-  command->add_flag(
-      "--check-light", args->check_light,
-      "Also read the photographs: how much is clipped, and whether the lamp changed between earlier and "
-      "later views");
+  command->add_flag("--check-light", args->check_light,
+                    "Also read the photographs: how much is clipped, and whether the lamp changed between "
+                    "earlier and later views");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf info my_light_field --cap 60x40\n         ulf info vase jar bust");
   command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });

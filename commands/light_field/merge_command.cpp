@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "commands/commands.h"
-#include "commands/light_field/merged_brackets.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/work_reports.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 
@@ -21,7 +21,7 @@ struct MergeArgs {
 };
 
 int RunMerge(const MergeArgs& args) {
-  const BracketReport report = MergeBrackets(args.dir);
+  const render::BracketReport report = render::MergeBrackets(args.dir);
   if (report.views == 0 && report.left_out == 0)
     throw Error("{}: no view has other exposures; capture with --bracket, such as --bracket 3x2EV", args.dir);
   if (args.json)

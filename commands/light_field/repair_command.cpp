@@ -4,7 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"

@@ -5,9 +5,9 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "commands/commands.h"
 #include "commands/light_field/contact_sheet.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"

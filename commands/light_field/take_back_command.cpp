@@ -1,4 +1,5 @@
-// ulf take-back: takes views out of a light field at the desk, as a key of the operator display does during a capture.
+// ulf take-back: takes views out of a light field at the desk, as a key of the operator display does during a
+// capture.
 
 #include <fmt/ranges.h>
 
@@ -11,10 +12,10 @@
 #include <set>
 #include <string_view>
 
-#include "commands/commands.h"
-#include "commands/light_field/coverage_change.h"
-#include "commands/light_field/geometry_report.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/check_reports.h"
+#include "commands/reports/coverage_change.h"
+#include "commands/reports/geometry_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
@@ -130,10 +131,9 @@ void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen) {
       app.add_subcommand("take-back", "Takes views out of a light field; their photographs stay in unposed/");
   command->add_option("DIR", args->dir, "Light field")->required();
   command
-      ->add_option(
-          "VIEW", args->views,
-          "Numbers of the views, or ranges of them (4-7), as ulf info --check-poses names them and as their "
-          "photographs are named")
+      ->add_option("VIEW", args->views,
+                   "Numbers of the views, or ranges of them (4-7), as ulf info --check-poses names them and "
+                   "as their photographs are named")
       ->required();
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf take-back vase 4 7-9");

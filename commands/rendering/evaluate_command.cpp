@@ -6,10 +6,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/help_text.h"
-#include "commands/rendering/protocol_command.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/option_values.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
+#include "commands/rendering/protocol_evaluation.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -143,8 +143,7 @@ int RunEvaluate(const EvaluateArgs& args) {
   if (args.proxies.empty() && options.proxies.size() > 1)
     spdlog::info(
         "all proxies of {} are compared; those that were made with the left-out views score a little too "
-        "well (ulf proxy "
-        "--leave-out-every {} makes a mesh without them)",
+        "well (ulf proxy --leave-out-every {} makes a mesh without them)",
         args.dir, args.every);
   Progress progress("evaluating");
   const auto mesh = MeshForLight(args, *scene, options.proxies);
@@ -190,10 +189,9 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
       "evaluate", "Leaves views out, renders them, and compares them with their photographs");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
-  Knows(sub->add_option(
-            "--fields", args->fields,
-            "Blending fields to compare, separated by commas (nearest, linear, subdivision, lumigraph, "
-            "lumigraph-per-pixel, soft); with --protocol those to choose from"),
+  Knows(sub->add_option("--fields", args->fields,
+                        "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
+                        "lumigraph, lumigraph-per-pixel, soft); with --protocol those to choose from"),
         "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
@@ -201,12 +199,9 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
       sub->add_option("--proxy", args->proxies,
                       "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
                       "planes (the few on which most tracked points lie), points (the tracked points), mesh "
-                      "(DIR/proxy.ply), soft (the same with DIR/depth), a PLY "
-                      "or an OBJ file; may be "
-                      "given several times (plane, and the light field's planes, points and mesh or soft). A "
-                      "mesh should be made "
-                      "without the left-out "
-                      "views (ulf proxy --leave-out-every)"),
+                      "(DIR/proxy.ply), soft (the same with DIR/depth), a PLY or an OBJ file; may be given "
+                      "several times (plane, and the light field's planes, points and mesh or soft). A mesh "
+                      "should be made without the left-out views (ulf proxy --leave-out-every)"),
       "plane,plane:SHARE,plane:fitted,planes,points,mesh,soft,FILE")
       ->allow_extra_args(false);
   AddProtocolOptions(*sub, args->protocol);

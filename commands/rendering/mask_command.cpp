@@ -1,7 +1,6 @@
 // ulf mask: leaves out what stands still in a light field whose subject turned.
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -11,17 +10,16 @@
 #include <optional>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "commands/commands.h"
-#include "commands/rendering/mask_command.h"
-#include "core/base/counted.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/work_reports.h"
 #include "core/base/device_uri.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "render/masks/turntable_masks.h"
 
 namespace ulf::commands {
 namespace {
@@ -80,7 +78,7 @@ AgainstTruth CompareWithSimulator(const std::string& truth, const LightField& li
 }
 
 int RunMask(const MaskArgs& args) {
-  const render::TurntableMasks masks = WriteTurntableMasks(args.dir, args.options);
+  const render::TurntableMasks masks = render::WriteTurntableMasks(args.dir, args.options);
   std::optional<AgainstTruth> compared;
   if (!args.truth.empty()) compared = CompareWithSimulator(args.truth, ReadLightField(args.dir), masks.masks);
   if (args.json) {
@@ -113,38 +111,6 @@ int RunMask(const MaskArgs& args) {
 }
 
 }  // namespace
-
-render::TurntableMasks WriteTurntableMasks(const std::filesystem::path& dir,
-                                           const render::TurntableMaskOptions& options) {
-  LightFieldWriter writer = LightFieldWriter::Resume(dir);
-  Progress progress("mask");
-  render::TurntableMasks masks = render::MakeTurntableMasks(writer.Contents(), options, &progress);
-  if (!writer.Contents().turntable) writer.SetTurntable({});
-  writer.SetMasks(masks.masks);
-  writer.Close(writer.Contents().capture_s, writer.Contents().reasons);
-  return masks;
-}
-
-std::string InWords(const render::TurntableMasks& masks) {
-  std::string words = fmt::format("{} masked, {:.0f} % of the pixels turn\n",
-                                  Counted(masks.masks.size(), "view"), 100 * masks.turning_share);
-  for (const render::Stand& stand : masks.stands) {
-    words += fmt::format("  the camera stood for {}, while the table turned by {:.0f}°",
-                         Counted(stand.views.size(), "view"), Degrees(stand.turned));
-    constexpr double kWobbles = 0.5, kUnsteady = 2.5;  // pixels; guessed
-    if (stand.shift_px > kUnsteady)
-      words += fmt::format(
-          "; it was moved by up to {:.1f} px meanwhile, masks may be off: the next time let it stand still",
-          stand.shift_px);
-    else if (stand.shift_px > kWobbles)
-      words += fmt::format("; it wobbled by up to {:.1f} px, which is evened out", stand.shift_px);
-    words += "\n";
-  }
-  if (masks.views_between > 0)
-    words += fmt::format("  {} between, while the camera was moved: masked by the subject's hull alone\n",
-                         Counted(masks.views_between, "view"));
-  return words;
-}
 
 void AddMaskCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<MaskArgs>();

@@ -9,10 +9,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/explain.h"
-#include "commands/rendering/proxy_command.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/explain.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -97,11 +96,8 @@ std::shared_ptr<const render::RenderScene> SceneFor(const ProxyArgs& args, const
   if (args.leave_out_every > 0)
     for (std::size_t i = 0; i < light_field.views.size(); i += static_cast<std::size_t>(args.leave_out_every))
       scene_options.leave_out.push_back(static_cast<int>(i));
-  if (light_field.views.size() < 2 + scene_options.leave_out.size())
-    throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
-                args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
-                scene_options.leave_out.size());
-  return LoadForGeometry(light_field, scene_options, args.options.size_px);
+  render::RequireViewsForMesh(light_field, args.dir, scene_options.leave_out.size());
+  return render::LoadForGeometry(light_field, scene_options, args.options.size_px);
 }
 
 render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
@@ -201,16 +197,6 @@ int RunProxy(const ProxyArgs& args) {
 
 }  // namespace
 
-void WriteMeshProxy(const std::string& dir) {
-  ProxyArgs args;
-  args.dir = dir;
-  const LightField light_field = ReadLightField(dir);
-  const render::ProxyMesh proxy = Built(args, light_field);
-  render::WriteGeometryFiles(
-      light_field, render::MeshPlyBytes(proxy.mesh, render::OriginComments("ulf proxy", light_field)),
-      proxy.maps, render::FormerGeometry::kKept);
-}
-
 void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<ProxyArgs>();
   CLI::App* sub = app.add_subcommand(
@@ -243,17 +229,15 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
       "Fuse the depth maps of this folder, which --maps-of made, in place of comparing photographs");
   sub->add_option("--maps-of", args->maps_of,
                   "K/N: only make the depth maps of share K of N (from 0), in the folder --maps; for several "
-                  "computers "
-                  "(docs/farm.md)")
+                  "computers (docs/farm.md)")
       ->needs(maps);
   sub->add_option(
          "--renderer", args->renderer,
          "What compares photographs: gl (OpenGL without a window), reference or auto (the processor)")
       ->check(CLI::IsMember({"auto", "gl", "reference"}));
-  sub->add_flag(
-      "--no-maps", args->no_maps,
-      "Write the mesh alone; otherwise DIR/depth gets the views' depth maps, for --proxy soft (with -o "
-      "never)");
+  sub->add_flag("--no-maps", args->no_maps,
+                "Write the mesh alone; otherwise DIR/depth gets the views' depth maps, for --proxy soft "
+                "(with -o never)");
   sub->add_flag("--explain", args->explain, "Compare plane, points and mesh on left-out views");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");

@@ -39,8 +39,9 @@ Refined RefineViews(const LightField& all, const std::vector<int>& views, bool l
   return refined;
 }
 
-// A refinement leaves open where the world lies, and bends it by less than a pixel. A view is placed in the world of
-// another refinement as it stands to its nearest neighbour in its own: by centres alone it would be turned by pixels.
+// A refinement leaves open where the world lies, and bends it by less than a pixel. A view is placed in the
+// world of another refinement as it stands to its nearest neighbour in its own: by centres alone it would be
+// turned by pixels.
 std::optional<Rigid3> PlacedByNeighbour(const Refined& own, std::size_t view, const Refined& other) {
   std::optional<Rigid3> placed;
   double nearest = std::numeric_limits<double>::infinity();

@@ -1,6 +1,6 @@
-// `ulf evaluate --protocol ... --refine`: lens and poses made better before they are used, without a look at the left-out
-// photographs where it counts. The given views are refined among themselves; a left-out view's photograph tells one
-// thing, where it was taken from, as it did when the set's poses were made.
+// `ulf evaluate --protocol ... --refine`: lens and poses made better before they are used, without a look at
+// the left-out photographs where it counts. The given views are refined among themselves; a left-out view's
+// photograph tells one thing, where it was taken from, as it did when the set's poses were made.
 #pragma once
 
 #include <string>

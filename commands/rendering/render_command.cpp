@@ -4,18 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/background_option.h"
-#include "commands/commands.h"
-#include "commands/explain.h"
-#include "commands/help_text.h"
-#include "commands/number_checks.h"
-#include "commands/rendering/aperture_options.h"
-#include "commands/rendering/chosen_model.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/chosen_model.h"
+#include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
+#include "commands/rendering/render_settings.h"
+#include "commands/reports/explain.h"
 #include "core/base/atomic_file.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
@@ -41,30 +37,6 @@ namespace ulf::commands {
 namespace {
 
 constexpr int kLargestPicture = 16384;  // pixels: the largest that was tried (large_long_test)
-
-struct RenderArgs : SceneArgs {
-  std::string path = "orbit";
-  std::string field = "auto";
-  std::string proxy = "auto";
-  FieldArgs field_details;
-  std::string frames;
-  int width = 0, height = 0;
-  double focal_px = 0, fov_deg = 0;  // of the pictures; 0: the photographs' or the path's
-  double zoom = 0;                   // 0: FillingZoom() for named paths
-  double fps = 30;
-  ApertureArgs aperture;
-  std::string out;
-  std::string format;
-  std::string exr_compression = "zip";
-  double exposure_stops = 0;
-  bool weights = false;
-  bool overwrite = false;
-  std::string background;
-  bool show_field = false;
-  bool no_fill = false;
-  bool explain = false;
-  bool json = false;
-};
 
 // The camera with the requested size: width or height alone keeps the shape, both keep the horizontal field
 // of view.
@@ -120,91 +92,6 @@ void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath
     camera.fx *= zoom;
     camera.fy *= zoom;
   }
-}
-
-// The values on which the field's weights depend, for render.json.
-std::string FieldSetting(const render::FieldOptions& field) {
-  const std::string name = render::FieldName(field.kind);
-  switch (field.kind) {
-    case render::FieldKind::kSubdivision:
-      return fmt::format("{}, level {}", name, std::to_string(field.level));
-    case render::FieldKind::kLumigraph:
-    case render::FieldKind::kLumigraphPerPixel:
-      return fmt::format("{}, {}, resolution {}, {}", name, Counted(field.lumigraph_k, "view"),
-                         field.lumigraph_resolution, Counted(field.lumigraph_triangles, "triangle"));
-    case render::FieldKind::kSoft:
-      return fmt::format("{}, width {}", name, field.soft_width);
-    default:
-      return name;
-  }
-}
-
-// Photographs are identified by their size on disk, which changes when one is replaced. Their times do not
-// count, so that copies of the light field on several machines can fill one folder.
-void AddPhotographs(const std::string& dir, Digest& views) {
-  const LightField light_field = ReadLightField(dir);
-  const auto add = [&](const std::string& file) {
-    std::error_code missing;
-    views.Add(static_cast<double>(std::filesystem::file_size(light_field.root / file, missing)));
-  };
-  for (const View& view : light_field.views) {
-    add(view.image_path);
-    if (!view.master_path.empty()) add(view.master_path);
-  }
-}
-
-std::string SizesOf(const render::CameraPath& path) {
-  const auto same = [&](const CameraModel& camera) {
-    return camera.width == path.cameras.front().width && camera.height == path.cameras.front().height;
-  };
-  if (!std::ranges::all_of(path.cameras, same)) return "several sizes";
-  return fmt::format("{}x{}", path.cameras.front().width, path.cameras.front().height);
-}
-
-// All values on which the pictures of the path depend. The pictures of one folder have them in common.
-std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
-                                              const render::CameraPath& path) {
-  const render::RenderScene& scene = renderer.scene();
-  Digest views, poses, lenses;
-  const auto text = [](std::uint64_t value) { return fmt::format("{:016x}", value); };
-  for (const render::SceneView& view : scene.views) {
-    views.Add(view.id);
-    views.Add(view.cam_from_world);
-    views.Add(view.camera);
-    views.Add(view.black);
-    views.Add(view.scale);
-    if (view.correction != render::LightCorrection{}) {
-      for (const float gain : view.correction.gain.val) views.Add(gain);
-      views.Add(view.correction.falloff_r2);
-      views.Add(view.correction.falloff_r4);
-    }
-  }
-  AddPhotographs(args.dir, views);
-  for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
-    poses.Add(path.cam_from_world[i]);
-    poses.Add(path.cameras[i]);
-  }
-  for (const render::Aperture& aperture : path.apertures) {
-    lenses.Add(aperture.radius);
-    for (const double value : aperture.focus_in_world) lenses.Add(value);
-  }
-  const Subject& subject = scene.subject;
-  return {{"views", fmt::format("{} ({})", scene.views.size(), text(views.Value()))},
-          {"subject", fmt::format("{},{},{},{}", subject.center_in_world.x(), subject.center_in_world.y(),
-                                  subject.center_in_world.z(), subject.radius)},
-          {"path", fmt::format("{}, {} of {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
-                               SizesOf(path), text(poses.Value()))},
-          {"viewpoint mesh", args.viewpoint_mesh},
-          {"field", FieldSetting(renderer.field())},
-          {"proxy", fmt::format("{} ({})", scene.proxy->Name(), text(scene.proxy->Fingerprint()))},
-          {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), text(lenses.Value()))},
-          {"renderer", RendererFromName(args.renderer) == render::RendererKind::kGl ? "gl" : "reference"},
-          {"background", args.background.empty() ? "none" : args.background},
-          {"fill", args.no_fill ? "none" : "nearest views"},
-          {"shows", args.show_field ? "blending field" : "light"},
-          {"format", args.format.empty() ? "png" : args.format},
-          {"exposure", fmt::format("{} stops", args.exposure_stops)},
-          {"weights", args.weights ? "written" : "not written"}};
 }
 
 // What a run of ulf render counts.
@@ -436,33 +323,25 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<RenderArgs>();
   CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
   AddSceneOptions(*sub, *args);
-  Knows(
-      sub->add_option("--path", args->path,
-                      "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly "
-                      "(towards the subject), vertigo (a dolly that zooms "
-                      "out), spiral, a file of TUM poses, another light field (its poses), or a JSON file of "
-                      "keyframes or of nerfstudio's viewer"),
-      "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
   Knows(sub->add_option(
-            "--field", args->field,
-            "Blending field (auto: the best on left-out views): auto, subdivision, linear, lumigraph, "
-            "lumigraph-per-pixel, soft, nearest"),
+            "--path", args->path,
+            "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly (towards the "
+            "subject), vertigo (a dolly that zooms out), spiral, a file of TUM poses, another light field "
+            "(its poses), or a JSON file of keyframes or of nerfstudio's viewer"),
+        "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
+  Knows(sub->add_option("--field", args->field,
+                        "Blending field (auto: the best on left-out views): auto, subdivision, linear, "
+                        "lumigraph, lumigraph-per-pixel, soft, nearest"),
         kKnownFields);
   AddFieldDetails(*sub, args->field_details);
   Knows(
-      sub->add_option(
-          "--proxy", args->proxy,
-          "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the "
-          "subject, "
-          "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views "
-          "are "
-          "shown "
-          "best), plane:x,y,z,d (normal . point = d), planes (the few on which most tracked points lie), "
-          "points "
-          "(the tracked points, triangulated in "
-          "each picture), mesh (DIR/proxy.ply, of the capture or ulf proxy), soft (the same with the views' "
-          "depth maps in "
-          "DIR/depth), or a PLY or OBJ file"),
+      sub->add_option("--proxy", args->proxy,
+                      "Geometry for the photographs (auto: the best on left-out views): auto, plane (through "
+                      "the subject, facing the camera), plane:0.9 (at that share of its distance), "
+                      "plane:fitted (where left-out views are shown best), plane:x,y,z,d (normal . point = "
+                      "d), planes (the few on which most tracked points lie), points (the tracked points, "
+                      "triangulated in each picture), mesh (DIR/proxy.ply, of the capture or ulf proxy), "
+                      "soft (the same with the views' depth maps in DIR/depth), or a PLY or OBJ file"),
       kKnownProxies);
   sub->add_option("--frames", args->frames,
                   "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "
@@ -499,10 +378,9 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--exposure", args->exposure_stops,
                   "Make PNG and video brighter by this many stops (0); EXR keeps the light")
       ->check(CLI::Range(-100.0, 100.0));
-  sub->add_option(
-      "--background", args->background,
-      "What is laid behind a subject that is cut out (a turntable's): white, black or R,G,B (default: "
-      "PNG and EXR are transparent there, a video black)");
+  sub->add_option("--background", args->background,
+                  "What is laid behind a subject that is cut out (a turntable's): white, black or R,G,B "
+                  "(default: PNG and EXR are transparent there, a video black)");
   sub->add_flag("--weights", args->weights, "Write a layer with each view's weight into EXR files (slow)");
   sub->add_flag(
       "--overwrite", args->overwrite,

@@ -11,9 +11,9 @@
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/opening/open_device.h"
-#include "commands/calibration/intrinsics_options.h"
-#include "commands/commands.h"
-#include "commands/number_checks.h"
+#include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
+#include "commands/options/tracking_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -159,8 +159,7 @@ int RunReview(const ReviewArgs& args) {
   } else {
     fmt::print(
         "{}, {} with the marker, {} of the light field shown; CPU per frame: marker {:.1f} ms (95 %: "
-        "{:.1f}), picture "
-        "{:.1f} ms (95 %: {:.1f})\n",
+        "{:.1f}), picture {:.1f} ms (95 %: {:.1f})\n",
         Counted(run.frames, "frame"), run.with_marker, Counted(views, "view"), Median(run.locate_ms),
         Quantile(run.locate_ms, 0.95), Median(run.draw_ms), Quantile(run.draw_ms, 0.95));
   }

@@ -12,13 +12,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/commands.h"
-#include "commands/explain.h"
-#include "commands/help_text.h"
-#include "commands/number_checks.h"
-#include "commands/rendering/aperture_options.h"
-#include "commands/rendering/chosen_model.h"
-#include "commands/rendering/scene_options.h"
+#include "commands/options/aperture_options.h"
+#include "commands/options/chosen_model.h"
+#include "commands/options/option_values.h"
+#include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
+#include "commands/reports/explain.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -92,8 +91,8 @@ cv::Size ScreenOf(const ViewArgs& args, const render::Surface& surface) {
   return size.empty() ? cv::Size(args.width, args.height) : size;
 }
 
-// What was chosen is what the viewer begins with. A file, a fitted plane and a mesh without its maps are offered under
-// another name than that of the proxy that they make.
+// What was chosen is what the viewer begins with. A file, a fitted plane and a mesh without its maps are
+// offered under another name than that of the proxy that they make.
 void Begin(const ViewArgs& args, const render::Choice& choice, render::ViewerOptions& options) {
   options.field = choice.field;
   const std::string name = choice.proxy->Name();
@@ -186,8 +185,8 @@ void HandleInput(render::Surface& surface, const std::future<Result>& work, cons
   }
 }
 
-// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one, and its
-// events are handled. Throws Left.
+// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one,
+// and its events are handled. Throws Left.
 ChosenModel ChosenFor(const ViewArgs& args, const std::shared_ptr<const render::RenderScene>& scene,
                       render::Surface& surface) {
   const render::ViewerCamera camera = render::StartingCamera(*scene);
@@ -321,17 +320,15 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->remove_option(sub->get_option("--renderer"));
   Knows(sub->add_option("--field", args->field,
                         "Blending field at the start: auto (subdivision, or lumigraph of fewer than ten "
-                        "views; with --frame-ms the best that is quick enough), "
-                        "subdivision, linear, lumigraph, lumigraph-per-pixel, nearest, soft"),
+                        "views; with --frame-ms the best that is quick enough), subdivision, linear, "
+                        "lumigraph, lumigraph-per-pixel, nearest, soft"),
         kKnownFields);
   AddFieldDetails(*sub, args->field_details);
-  Knows(sub->add_option(
-            "--proxy", args->proxy,
-            "Geometry at the start: auto (the light field's mesh, with its depth maps where there are "
-            "some, else its tracked points, else the "
-            "plane; with --frame-ms the best that is quick enough), mesh (DIR/proxy.ply), soft (with "
-            "DIR/depth), points, planes, plane, plane:0.9, "
-            "plane:x,y,z,d, or a PLY or OBJ file"),
+  Knows(sub->add_option("--proxy", args->proxy,
+                        "Geometry at the start: auto (the light field's mesh, with its depth maps where "
+                        "there are some, else its tracked points, else the plane; with --frame-ms the best "
+                        "that is quick enough), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, "
+                        "plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file"),
         kKnownProxies);
   auto* frame_ms =
       sub->add_option(

@@ -16,14 +16,11 @@
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/opening/open_device.h"
-#include "commands/commands.h"
-#include "commands/explain.h"
-#include "commands/help_text.h"
-#include "commands/number_checks.h"
-#include "commands/tracking/lens_use_option.h"
-#include "commands/tracking/readout_option.h"
+#include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
+#include "commands/options/tracking_options.h"
+#include "commands/reports/explain.h"
 #include "commands/tracking/track_report.h"
-#include "commands/tracking/tracking_side_option.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -211,7 +208,8 @@ std::filesystem::path OfEarlierMap(const std::filesystem::path& file, std::size_
          fmt::format("{}.map{}{}", file.stem().string(), number, file.extension().string());
 }
 
-// The last map's poses; those of maps that were given up or are apart lie in other worlds and get files of their own.
+// The last map's poses; those of maps that were given up or are apart lie in other worlds and get files of
+// their own.
 void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedPose> GivenPoses::*which) {
   if (path.empty()) return;
   const std::vector<GivenPoses> maps = ByMap(run);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "commands/tracking/lens_report.h"
+#include "commands/reports/lens_report.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
@@ -236,8 +236,7 @@ std::string ToText(const TrackErrors& errors) {
   if (!errors.live || !errors.final)
     return fmt::format(
         "error against {}: not known; fewer than three of its poses belong to frames that have one in the "
-        "run's "
-        "last map, or they lie on a line\n",
+        "run's last map, or they lie on a line\n",
         errors.truth_name);
   std::string text =
       fmt::format("error against {} ({}, its unit taken as metres; scaled by {:.4g}):\n", errors.truth_name,
@@ -391,20 +390,17 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
   if (counts.zoomed > 0)
     text += fmt::format(
         "the zoom was moved {:.1f} s after the first frame, to some {:.3f} times the focal length: {} "
-        "followed under "
-        "that, with poses that are unsure\n",
+        "followed under that, with poses that are unsure\n",
         *counts.zoomed_from_s, counts.focal_ratio, Counted(counts.zoomed, "frame"));
   if (counts.apart > 0)
     text += fmt::format(
         "{} followed apart from the rest of the map, without a live pose; {} of them {} one in its world "
-        "after the "
-        "run\n",
+        "after the run\n",
         Counted(counts.apart, "frame"), counts.joined, counts.joined == 1 ? "has" : "have");
   if (run.map.parts > 1)
     text += fmt::format(
         "the map has {} parts that no picture joins; the run's poses are those of the part that was followed "
-        "last, and "
-        "-o writes the others to files of their own\n",
+        "last, and -o writes the others to files of their own\n",
         run.map.parts);
   if (!counts.predicted.empty())
     text += fmt::format(
@@ -453,23 +449,22 @@ std::vector<ModelChoice> Explained(const TrackRun& run) {
     const tracking::MotionEvidence& seen = start->evidence;
     const auto of_matches = [&](int count) { return fmt::format("{} of {} matches", count, seen.matches); };
     const bool flat = start->model == tracking::RelativePoseModel::kHomography;
-    choices.push_back({"model that started the map",
-                       fmt::format("no map starts where a rotation explains nearly all matches; the scene is "
-                                   "flat where a homography explains 85 % of what the essential matrix does; "
-                                   "the cost of the best other motion is higher by {:.0f} variances of the "
-                                   "noise ({:.0f} needed)",
-                                   seen.runner_up, seen.runner_up_needed),
-                       {{"rotation", of_matches(seen.by_rotation), false},
-                        {"homography", of_matches(seen.by_homography), flat},
-                        {"essential matrix", of_matches(seen.by_essential), !flat}}});
+    choices.push_back(
+        {"model that started the map",
+         fmt::format("no map starts where a rotation explains nearly all matches; the scene is flat where a "
+                     "homography explains 85 % of what the essential matrix does; the cost of the best other "
+                     "motion is higher by {:.0f} variances of the noise ({:.0f} needed)",
+                     seen.runner_up, seen.runner_up_needed),
+         {{"rotation", of_matches(seen.by_rotation), false},
+          {"homography", of_matches(seen.by_homography), flat},
+          {"essential matrix", of_matches(seen.by_essential), !flat}}});
   }
-  choices.push_back(
-      {"keyframes",
-       "a frame becomes a keyframe where it shows few of the last one's points, or the camera has moved or "
-       "turned; a keyframe is removed where others see nearly all of its points",
-       {{"kept", fmt::format("{}", run.map.keyframes), true},
-        {"made", fmt::format("{}", run.map.keyframes_made), false},
-        {"every frame", fmt::format("{}", run.frames.size()), false}}});
+  choices.push_back({"keyframes",
+                     "a frame becomes a keyframe where it shows few of the last one's points, or the camera "
+                     "has moved or turned; a keyframe is removed where others see nearly all of its points",
+                     {{"kept", fmt::format("{}", run.map.keyframes), true},
+                      {"made", fmt::format("{}", run.map.keyframes_made), false},
+                      {"every frame", fmt::format("{}", run.frames.size()), false}}});
   choices.push_back({"map points",
                      "a new point is removed where it is found less often than it should be",
                      {{"kept", fmt::format("{}", run.map.map_points), true},

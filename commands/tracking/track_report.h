@@ -1,8 +1,8 @@
 // Reports a tracked sequence for `ulf track`: as text, as JSON, and as a table of its frames.
 //
 // Errors are in the truth's units, which are metres in TUM files. A map that was discarded within its first
-// frames, and a part of the map that was not joined to the rest (Track::map_id), are other worlds: their poses are in the
-// files, but only those of the last map that gave live poses are compared.
+// frames, and a part of the map that was not joined to the rest (Track::map_id), are other worlds: their
+// poses are in the files, but only those of the last map that gave live poses are compared.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -22,8 +22,8 @@ struct TrackedFrame {
   tracking::Track track;
   double wall_ms = 0;
   double seen_distance = 0;  // of the map points that were found, median, world units; 0: unknown
-  // The pose after the last adjustment and the map in whose world it lies; a frame that was followed apart from the rest
-  // has one without a live pose.
+  // The pose after the last adjustment and the map in whose world it lies; a frame that was followed apart
+  // from the rest has one without a live pose.
   std::optional<Rigid3> final_cam_from_world = {};
   int final_map = 0;
 };
@@ -45,14 +45,14 @@ struct TrackRun {
 };
 
 int LivePoses(const TrackRun& run);
-// The poses of each map: each lies in a world of its own. Maps without poses are left out. The last map that gave live
-// poses comes last, the others in their order.
+// The poses of each map: each lies in a world of its own. Maps without poses are left out. The last map that
+// gave live poses comes last, the others in their order.
 std::vector<GivenPoses> ByMap(const TrackRun& run);
 // The poses of the last map that gave live poses; empty where none did.
 GivenPoses OfLastMap(const TrackRun& run);
 
-// Live poses that are off by 3 % of the distance of what was seen or by 2 degrees, after one alignment of the run: wrong.
-// Unsaid: with a quality of one half or more.
+// Live poses that are off by 3 % of the distance of what was seen or by 2 degrees, after one alignment of the
+// run: wrong. Unsaid: with a quality of one half or more.
 struct WrongPoses {
   int compared = 0, wrong = 0, unsaid = 0;
 };

@@ -5,6 +5,14 @@
 #include "core/geometry/angles.h"
 
 namespace ulf::coverage {
+namespace {
+
+// Guessed.
+constexpr double kPaceRest_s = 5;         // a longer time without a sign of work is a pause
+constexpr double kPaceOver_s = 60;        // of work, over which the pace is measured,
+constexpr double kPaceNothingFor_s = 20;  // of work that paints less than a view: the pace is unknown
+
+}  // namespace
 
 void CapturePace::At(double time_s, double covered_sr, std::size_t views,
                      const std::optional<Eigen::Vector3d>& direction, double disc_radius) {
@@ -21,12 +29,12 @@ void CapturePace::At(double time_s, double covered_sr, std::size_t views,
   const bool moved = direction && (!sign_at_ || AngleBetween(*direction, *sign_at_) > disc_radius);
   if (painted_sr <= 0 && !moved) return;
   const double took_s = time_s - sign_s_;
-  if (took_s > 0 && took_s <= options_.rest_s) now_.work_s += took_s;
+  if (took_s > 0 && took_s <= kPaceRest_s) now_.work_s += took_s;
   now_.painted_sr += painted_sr;
   sign_s_ = time_s;
   if (direction) sign_at_ = direction;
   before_.push_back(now_);
-  while (before_.size() > 2 && before_[1].work_s <= now_.work_s - options_.over_s) before_.pop_front();
+  while (before_.size() > 2 && before_[1].work_s <= now_.work_s - kPaceOver_s) before_.pop_front();
 }
 
 std::optional<double> CapturePace::SecondsFor(double open_sr, double sr_per_view) const {
@@ -35,7 +43,7 @@ std::optional<double> CapturePace::SecondsFor(double open_sr, double sr_per_view
   const double painted_sr = now_.painted_sr - before_.front().painted_sr;
   if (seconds < options_.least_s || painted_sr < options_.least_views * sr_per_view) return std::nullopt;
   const auto lately = std::ranges::find_if(
-      before_, [&](const Worked& worked) { return worked.work_s >= now_.work_s - options_.nothing_for_s; });
+      before_, [&](const Worked& worked) { return worked.work_s >= now_.work_s - kPaceNothingFor_s; });
   const bool for_long = lately != before_.begin();
   if (for_long && now_.painted_sr - std::prev(lately)->painted_sr < sr_per_view) return std::nullopt;
   return std::max(0.0, open_sr) * seconds / painted_sr;

@@ -1,8 +1,8 @@
 // How fast a capture covers its cap, and so how long the rest takes.
 //
-// Time counts while the hand works: while it paints, or goes on to where it will paint. When it rests, or the pose is
-// lost, the clock stands, and with it what is expected: a pause is no slower pace. The pace is that of the last minute of
-// work. A hand that works on and paints no more has no pace that would tell anything.
+// Time counts while the hand works: while it paints, or goes on to where it will paint. When it rests, or the
+// pose is lost, the clock stands, and with it what is expected: a pause is no slower pace. The pace is that
+// of the last minute of work. A hand that works on and paints no more has no pace that would tell anything.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,14 +16,11 @@ class CapturePace {
  public:
   // Guessed; what they come to with simulated people: docs/guidance.md.
   struct Options {
-    double rest_s = 5;          // a longer time without a sign of work is a pause
-    double over_s = 60;         // of work, over which the pace is measured,
-    double least_s = 8;         // not over less,
-    double least_views = 4;     // nor over less area than so many views paint
-    double nothing_for_s = 20;  // of work that paints less than a view: the pace is unknown
+    double least_s = 8;      // not over less,
+    double least_views = 4;  // nor over less area than so many views paint
   };
-  // After every frame: the area that is covered, the number of views, and the direction in which the camera stands (none: it
-  // is not known). `disc_radius`: what a view covers around it, radians.
+  // After every frame: the area that is covered, the number of views, and the direction in which the camera
+  // stands (none: it is not known). `disc_radius`: what a view covers around it, radians.
   void At(double time_s, double covered_sr, std::size_t views,
           const std::optional<Eigen::Vector3d>& direction, double disc_radius);
   // For this area; none: nobody can tell yet, or any more. `sr_per_view`: that a view paints.

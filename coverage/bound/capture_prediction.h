@@ -28,11 +28,12 @@ struct ViewsEstimate {
 };
 std::string InWords(const ViewsEstimate& views);  // "about 140 views (120 to 180)"
 
-// How long somebody takes for so many views who goes where guidance points, with a camera of 15 frames a second or more.
-// The rows are as long as the views' number times the disc's radius; an experienced hand takes 0.075 s for each degree of
-// them and 0.117 s for each view, a novice 0.022 and 0.39 s (through the medians of docs/guidance.md, "With and without
-// guidance": 36 to 123 and 39 to 220 s). `usual` is between the two, the spread a fifth below the first and a third above
-// the second, as the seeds scatter there. Not for photographs, of which each camera takes its own time.
+// How long somebody takes for so many views who goes where guidance points, with a camera of 15 frames a
+// second or more. The rows are as long as the views' number times the disc's radius; an experienced hand
+// takes 0.075 s for each degree of them and 0.117 s for each view, a novice 0.022 and 0.39 s (through the
+// medians of docs/guidance.md, "With and without guidance": 36 to 123 and 39 to 220 s). `usual` is between
+// the two, the spread a fifth below the first and a third above the second, as the seeds scatter there. Not
+// for photographs, of which each camera takes its own time.
 struct TimeEstimate {
   double usual_s = 0, least_s = 0, most_s = 0;
   static TimeEstimate Of(const ViewsEstimate& views, double disc_radius);
@@ -61,13 +62,14 @@ CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const S
 std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
                                          double share);
 
-// "keep at least 0.68 of the first distance; farther is fine". The shares that views still cover; none: no limit.
+// "keep at least 0.68 of the first distance; farther is fine". The shares that views still cover; none: no
+// limit.
 std::string DistancesInWords(const std::optional<double>& nearest_share,
                              const std::optional<double>& farthest_share, FrameSource source);
 
-// "about 140 views (120 to 180) at 12 px; stay 0.85 to 1.20 m from the subject's centre": a line for the operator, in
-// shares of the first distance where world units are no metres. Nobody is told to stay anywhere where pictures are taken
-// already.
+// "about 140 views (120 to 180) at 12 px; stay 0.85 to 1.20 m from the subject's centre": a line for the
+// operator, in shares of the first distance where world units are no metres. Nobody is told to stay anywhere
+// where pictures are taken already.
 std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric,
                     FrameSource source);
 

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "coverage/bound/criterion.h"
 
 namespace ulf::coverage {
 namespace {
@@ -37,8 +38,8 @@ Cap Cap::ParseDegrees(const std::string& text) {
   if (std::sscanf(text.c_str(), "%lfx%lf%n", &width_deg, &height_deg, &used) != 2 ||
       static_cast<std::size_t>(used) != text.size() || !(width_deg > 0 && width_deg <= 360) ||
       !(height_deg > 0 && height_deg <= 180))
-    throw UsageError("'{}' is not a cap; write width x height in degrees, up to 360x180, for example 60x40",
-                     text);
+    throw Refusal("", text, fmt::format("'{}' is not a cap", text),
+                  "write width x height in degrees, up to 360x180, for example 60x40");
   return FromDegrees({width_deg, height_deg});
 }
 
@@ -54,7 +55,7 @@ CapGoal CapGoal::Parse(const std::string& text) {
     if (rest == "%") value /= 100;
     if ((rest.empty() || rest == "%") && value > 0 && value <= 1) goal.share = value;
   }
-  if (!goal.share) throw UsageError("{}: '{}' is not a share; write 0.95 or 95%", text, share);
+  if (!goal.share) throw Refusal(text, "", fmt::format("'{}' is not a share", share), "write 0.95 or 95%");
   return goal;
 }
 

@@ -1,5 +1,5 @@
-// The coverage map: which directions around the subject the recorded views cover, and whether they cover a new
-// view.
+// The coverage map: which directions around the subject the recorded views cover, and whether they cover a
+// new view.
 //
 // A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
 // the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The
@@ -22,7 +22,8 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
-#include "coverage/bound/criterion.h"
+#include "coverage/bound/capture_presets.h"
+#include "coverage/bound/criterion_view.h"
 
 namespace ulf::coverage {
 
@@ -30,7 +31,7 @@ namespace ulf::coverage {
 struct Cap {
   double width = 0;
   double height = 0;
-  static Cap ParseDegrees(const std::string& text);  // "60x40"; throws UsageError
+  static Cap ParseDegrees(const std::string& text);  // "60x40"; throws Refusal
   static Cap FromDegrees(const Eigen::Vector2d& width_and_height);
   static Cap WholeSphere();
   Eigen::Vector2d Degrees() const;
@@ -38,7 +39,7 @@ struct Cap {
 };
 
 // "60x40", "60x40:95%" or "60x40:0.95": a cap and the share of it to cover, none where it is not given.
-// Throws UsageError.
+// Throws Refusal.
 struct CapGoal {
   Cap cap;
   std::optional<double> share;
@@ -91,7 +92,7 @@ class SubjectViews {
 struct CoverageMapOptions {
   std::optional<Cap> cap = std::nullopt;                      // none: the whole sphere
   std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: the mean of the cameras' up
-  double threshold_px = 7;
+  double threshold_px = kHighThresholdPx;
   double cells_per_disc_radius = 4;  // finer for pictures
   // Beyond this multiple of the threshold no view covers, whatever SetThresholdFactor() says.
   double most_threshold_factor = 1;
@@ -120,7 +121,8 @@ class CoverageMap {
   const ThresholdFactor& threshold_factor() const { return threshold_factor_; }  // empty: 1 everywhere
   // Pixels; in the direction of a viewpoint.
   double ThresholdAt(const Eigen::Vector3d& direction) const;
-  // Of a view at the reference distance, by the threshold without its factor; radians. 0 before the first view.
+  // Of a view at the reference distance, by the threshold without its factor; radians. 0 before the first
+  // view.
   double DiscRadius() const { return spacing_ * options_.cells_per_disc_radius; }
 
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }

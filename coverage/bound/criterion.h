@@ -21,29 +21,14 @@
 // allocates.
 #pragma once
 
-#include <Eigen/Core>
 #include <limits>
 #include <optional>
 
-#include "core/geometry/camera_model.h"
-#include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
+#include "coverage/bound/criterion_view.h"
 
 namespace ulf::coverage {
-
-// A camera and where it stands, in pixels of the coverage image.
-struct CriterionView {
-  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d cam_from_world = Eigen::Matrix3d::Identity();  // rotation
-  double fx = 0, fy = 0, cx = 0, cy = 0;
-  double width = 0, height = 0;  // the frame
-
-  // `camera` without its distortion, resized to `coverage_width_px`.
-  static CriterionView From(const CameraModel& camera, const Rigid3& cam_from_world, int coverage_width_px);
-  // A camera at `center_in_world` that aims at `target_in_world`, with this view's intrinsics.
-  CriterionView AimedAt(const Eigen::Vector3d& target_in_world, const Eigen::Vector3d& center_in_world,
-                        const Eigen::Vector3d& up_in_world) const;
-};
 
 struct CriterionOptions {
   // Nothing nearer to a lens than this is ever in focus: lets a camera inside the sphere be judged. 0: not
@@ -68,7 +53,7 @@ struct CriterionSetup {
   double focal_px = 0;
   double distance = 0;
   double radius = 0;
-  double threshold_px = 7;
+  double threshold_px = kHighThresholdPx;
 };
 
 // The bound between two aimed cameras `angle` apart, the recorded one at `distance`, the candidate at

@@ -74,8 +74,8 @@ EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView&
   usable_ = lowest_ <= highest_;
 }
 
-// Only pixels in s's frame count. The frame is replaced by the disc around O's image that holds it, because its
-// corners may lie farther out than its edge does along the epipolar line.
+// Only pixels in s's frame count. The frame is replaced by the disc around O's image that holds it, because
+// its corners may lie farther out than its edge does along the epipolar line.
 void EpipolarPlane::BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center) {
   const double x = recorded.fx * to_center.x() / to_center.z() + recorded.cx;
   const double y = recorded.fy * to_center.y() / to_center.z() + recorded.cy;

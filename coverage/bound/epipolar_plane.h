@@ -1,7 +1,7 @@
 // A pair of views in the plane through both of them and the sphere's centre O, where the coverage bound is
 // looked for (criterion.h, docs/coverage_bound.md "Set-up"): both cameras are one-dimensional projective
-// cameras, a pixel's cone two rays. Coordinates (p, q): origin O, p towards the recorded view s, q towards the
-// side of the new view n.
+// cameras, a pixel's cone two rays. Coordinates (p, q): origin O, p towards the recorded view s, q towards
+// the side of the new view n.
 //
 // Pixels of s are image coordinates along the epipolar line, counted from O's image towards n's side; 0 is
 // the thesis's central pixel. Errors are in pixels of n. No call allocates.
@@ -14,7 +14,7 @@
 #include <optional>
 
 #include "core/light_field/light_field.h"
-#include "coverage/bound/criterion.h"
+#include "coverage/bound/criterion_view.h"
 
 namespace ulf::coverage {
 

@@ -46,7 +46,8 @@ std::string PlaceInWords(const CapGap& gap, const char* degree) {
 }
 
 std::string InWords(const std::vector<CapGap>& gaps, const Cap& cap, const char* degree) {
-  // Guessed: from where on a gap is large, and lies on no side; and from where on it is all that matters of what is open.
+  // Guessed: from where on a gap is large, and lies on no side; and from where on it is all that matters of
+  // what is open.
   constexpr double kLarge = 0.1, kMost = 0.6, kNearlyAll = 0.9, kWhole = 0.995;
   if (gaps.empty()) return {};
   double open_deg2 = 0;

@@ -1,5 +1,5 @@
-// Where a cap is still open, in words for somebody who sees no map: "one large gap: right half, 7° right and 3° up of the
-// first view".
+// Where a cap is still open, in words for somebody who sees no map: "one large gap: right half, 7° right and
+// 3° up of the first view".
 #pragma once
 
 #include <Eigen/Core>

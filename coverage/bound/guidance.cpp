@@ -5,9 +5,46 @@
 
 #include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/criterion.h"
 
 namespace ulf::coverage {
 namespace {
+
+// Lengths, in radii of the disc that one view covers.
+// From a new row's middle to what is painted beside it; more than 0.8 leaves gaps even without any wobble,
+// less takes more rows.
+constexpr double kGuidePathFromEdge = 0.75;
+// A stretch with so much room on both sides keeps the row's own height.
+constexpr double kGuideRowPitch = 1.55;
+constexpr double kGuideBesideRow = 1.0;   // what lies farther off the row's height is another row's
+constexpr double kGuideBehindDisc = 1.1;  // nearer places are half painted by the view just taken: no goals
+constexpr double kGuideRowReach = 5;      // a row goes on across a painted stretch this long, no longer
+constexpr double kGuideLead = 3;          // `toward` runs so far ahead of the hand, at least (see lead_s)
+constexpr double kGuideArrived = 0.35;    // nearer to the goal the hand is there
+constexpr double kGuideRimReach = 1.5;    // a row goes on to a rim no farther than this
+constexpr double kGuideRimStrip = 0.6;  // of what is open at the rim so much above and below the row counts,
+constexpr double kGuideRimOpen = 0.4;   // and less than this is not worth going there
+constexpr double kGuideTurnCost = 1;    // what a change of course costs, in way
+// A recorded view across from the hand is of the row beside from here on.
+constexpr double kGuideBesideLeast = 0.6;
+constexpr double kGuideBesideMost = 3;     // and no farther away than this
+constexpr double kGuideNarrowStrip = 0.9;  // what it leaves open is told when it is narrower than this,
+constexpr double kGuideStripAhead = 6;     // up to so far ahead
+// Radii a second along a row; less is not a movement.
+constexpr double kGuideRowSpeed = 0.5;    // sets the row's direction
+constexpr double kGuideStripSpeed = 1.0;  // tells what it leaves open
+// Shares of a disc that a view would newly cover.
+constexpr double kGuideWorthARow = 0.3;     // a place where less is open does not keep a row going
+constexpr double kGuideWorthTheWay = 0.03;  // and is not gone to for itself
+// Seconds.
+constexpr double kGuideLead_s = 0.6;      // `toward` is ahead by what the hand comes in this time
+constexpr double kGuideMovement_s = 0.4;  // over which the hand's speed is measured
+constexpr double kGuideHeading_s = 1.2;   // against the row's direction for longer turns the row round
+// A place that stays open with the hand there is skipped after,.
+constexpr double kGuidePatienceThere_s = 1.5;
+constexpr double kGuidePatienceOnTheWay_s = 8;  // one that the hand does not set out for after,
+constexpr double kGuideSkip_s = 20;             // for so long
+constexpr double kGuideEstimatedViews = 20;  // of a view's usual worth, that weigh against what was measured
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -66,17 +103,18 @@ Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>
 
 void Guide::UpdateSpeed(const Vector3d& direction, double time_s) {
   seen_.push_back({time_s, direction});
-  while (seen_.size() > 2 && seen_.front().time_s < time_s - options_.movement_s) seen_.pop_front();
+  while (seen_.size() > 2 && seen_.front().time_s < time_s - kGuideMovement_s) seen_.pop_front();
   const Seen& first = seen_.front();
   speed_.setZero();
-  if (!(time_s > first.time_s) || time_s - first.time_s > 2 * options_.movement_s) return;
+  if (!(time_s > first.time_s) || time_s - first.time_s > 2 * kGuideMovement_s) return;
   const CapFrame::Angles from = open_.frame().Of(first.direction), to = open_.frame().Of(direction);
   speed_ = Vector2d(Wrap(to.azimuth - from.azimuth) * std::cos(to.elevation), to.elevation - from.elevation) /
            (time_s - first.time_s);
-  if (std::abs(speed_.x()) < std::max(options_.row_speed * open_.disc_radius(), std::abs(speed_.y()))) return;
-  // A row keeps its direction while the hand stops and turns; only a longer movement against it turns the row.
+  if (std::abs(speed_.x()) < std::max(kGuideRowSpeed * open_.disc_radius(), std::abs(speed_.y()))) return;
+  // A row keeps its direction while the hand stops and turns; only a longer movement against it turns the
+  // row.
   const int moves = speed_.x() > 0 ? 1 : -1;
-  if (moves == heading_ || goal_ || !last_ || time_s - with_heading_s_ > options_.heading_s) heading_ = moves;
+  if (moves == heading_ || goal_ || !last_ || time_s - with_heading_s_ > kGuideHeading_s) heading_ = moves;
   if (moves == heading_) with_heading_s_ = time_s;
 }
 
@@ -88,12 +126,12 @@ double Guide::Angle(const Place& a, const Place& b) const {
 // another row on both sides, else beside the nearer edge; the middle of a run that one row fills.
 double Guide::Path(const OpenDirections::Run& run, double level) const {
   const double radius = open_.disc_radius();
-  if (run.high - run.low <= 2 * options_.path_from_edge * radius) return 0.5 * (run.low + run.high);
-  const double lowest = run.low + options_.path_from_edge * radius,
-               highest = run.high - options_.path_from_edge * radius;
+  if (run.high - run.low <= 2 * kGuidePathFromEdge * radius) return 0.5 * (run.low + run.high);
+  const double lowest = run.low + kGuidePathFromEdge * radius,
+               highest = run.high - kGuidePathFromEdge * radius;
   const double at = std::clamp(level, lowest, highest);
   const double above_low = at - lowest, below_high = highest - at;
-  if (std::min(above_low, below_high) >= options_.row_pitch * radius) return at;
+  if (std::min(above_low, below_high) >= kGuideRowPitch * radius) return at;
   return above_low <= below_high ? lowest : highest;
 }
 
@@ -108,7 +146,7 @@ std::optional<Guide::Place> Guide::Next(const Place& hand, double time_s) {
   std::erase_if(skipped_, [&](const Skipped& skipped) { return skipped.until_s <= time_s; });
   if (goal_) {
     const double gain = open_.Gain(goal_->azimuth, goal_->elevation);
-    const bool there = Angle(hand, *goal_) < options_.arrived * open_.disc_radius();
+    const bool there = Angle(hand, *goal_) < kGuideArrived * open_.disc_radius();
     if (gain >= options_.filled && !there && !IsSkipped(*goal_)) return goal_;
     level_ = goal_->elevation;
     goal_.reset();
@@ -131,23 +169,23 @@ std::optional<Guide::Place> Guide::Next(const Place& hand, double time_s) {
 
 std::optional<Guide::Place> Guide::RowPlace(const Place& hand, int heading) const {
   const double radius = open_.disc_radius();
-  const double lead = std::max(options_.lead * radius, options_.lead_s * speed_.norm());
+  const double lead = std::max(kGuideLead * radius, kGuideLead_s * speed_.norm());
   const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
   const int here = open_.ColumnOf(hand.azimuth);
   std::optional<Place> ahead;
   for (int step = 1; step < open_.columns(); ++step) {
     const auto column = open_.Wrapped(here + heading * step);
     const double away = step * open_.column_width() * cosine;
-    if (away > options_.row_reach * radius || (ahead && away > lead)) break;
+    if (away > kGuideRowReach * radius || (ahead && away > lead)) break;
     if (!column && open_.Wrapped(here)) break;  // beyond the rim
-    if (!column || away < options_.behind_disc * radius) continue;
+    if (!column || away < kGuideBehindDisc * radius) continue;
     const double level = ahead ? ahead->elevation : *level_;
     std::optional<Place> best;
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
       const Place place{open_.Azimuth(*column), Path(run, level)};
-      if (std::abs(place.elevation - level) > options_.beside_row * radius ||
-          std::abs(place.elevation - hand.elevation) > 2 * options_.beside_row * radius || IsSkipped(place) ||
-          open_.Gain(place.azimuth, place.elevation) < options_.worth_a_row)
+      if (std::abs(place.elevation - level) > kGuideBesideRow * radius ||
+          std::abs(place.elevation - hand.elevation) > 2 * kGuideBesideRow * radius || IsSkipped(place) ||
+          open_.Gain(place.azimuth, place.elevation) < kGuideWorthARow)
         continue;
       if (!best || std::abs(place.elevation - level) < std::abs(best->elevation - level)) best = place;
     }
@@ -164,18 +202,18 @@ std::optional<Guide::Place> Guide::RimPlace(const Place& hand, int heading) cons
   const double radius = open_.disc_radius();
   const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
   const int here = open_.ColumnOf(hand.azimuth);
-  if (!open_.Wrapped(here) || std::abs(hand.elevation - *level_) > options_.beside_row * radius)
+  if (!open_.Wrapped(here) || std::abs(hand.elevation - *level_) > kGuideBesideRow * radius)
     return std::nullopt;
   std::optional<Place> rim;
   for (int step = 0;; ++step) {
     const auto column = open_.Wrapped(here + heading * step);
     if (!column) return rim;
-    if (step * open_.column_width() * cosine > options_.rim_reach * radius) return std::nullopt;
+    if (step * open_.column_width() * cosine > kGuideRimReach * radius) return std::nullopt;
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
-      const double inside = std::min(run.high, *level_ + options_.rim_strip * radius) -
-                            std::max(run.low, *level_ - options_.rim_strip * radius);
+      const double inside = std::min(run.high, *level_ + kGuideRimStrip * radius) -
+                            std::max(run.low, *level_ - kGuideRimStrip * radius);
       const Place place{open_.Azimuth(*column), *level_};
-      if (inside > options_.rim_open * radius && !IsSkipped(place)) rim = place;
+      if (inside > kGuideRimOpen * radius && !IsSkipped(place)) rim = place;
     }
   }
 }
@@ -189,10 +227,10 @@ std::optional<Guide::Place> Guide::BestPlace(const Place& hand) const {
     for (const OpenDirections::Run& run : open_.Runs(column)) {
       const Place place{open_.Azimuth(column), Path(run, hand.elevation)};
       const double way = AngleBetween(here, DirectionOf(place));
-      if ((way / radius + options_.turn_cost) >= least) continue;  // no gain is more than one
+      if ((way / radius + kGuideTurnCost) >= least) continue;  // no gain is more than one
       const double gain = std::min(1.0, open_.Gain(place.azimuth, place.elevation));
-      if (gain < options_.worth_the_way || IsSkipped(place)) continue;
-      const double cost = (way / radius + options_.turn_cost) / gain;
+      if (gain < kGuideWorthTheWay || IsSkipped(place)) continue;
+      const double cost = (way / radius + kGuideTurnCost) / gain;
       if (cost >= least) continue;
       least = cost;
       best = place;
@@ -212,10 +250,9 @@ void Guide::UpdateProgress(const Place& hand, const Place& place, double time_s)
     progress_sr_ = open_.CoveredSr();
     return;
   }
-  const double patience_s =
-      away < options_.near * radius ? options_.patience_there_s : options_.patience_on_the_way_s;
+  const double patience_s = away < options_.near * radius ? kGuidePatienceThere_s : kGuidePatienceOnTheWay_s;
   if (time_s - progress_s_ < patience_s) return;
-  skipped_.push_back({DirectionOf(place), time_s + options_.skip_s});
+  skipped_.push_back({DirectionOf(place), time_s + kGuideSkip_s});
   goal_.reset();
   progress_s_ = time_s;
 }
@@ -225,7 +262,7 @@ std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const P
                                                  const Place& to) const {
   const double radius = open_.disc_radius();
   const Vector3d here = DirectionOf(hand);
-  const double reach = std::cos(options_.beside_most * radius);
+  const double reach = std::cos(kGuideBesideMost * radius);
   double nearest = std::numeric_limits<double>::infinity(), side = 0;
   for (const CriterionView& view : map.views()) {
     const Vector3d direction = (view.center_in_world - map.subject().center_in_world).normalized();
@@ -233,7 +270,7 @@ std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const P
     const CapFrame::Angles at = open_.frame().Of(direction);
     const double across = hand.elevation - at.elevation;
     const double along = Wrap(hand.azimuth - at.azimuth) * std::cos(hand.elevation);
-    if (std::abs(along) > radius || std::abs(across) < options_.beside_least * radius ||
+    if (std::abs(along) > radius || std::abs(across) < kGuideBesideLeast * radius ||
         std::abs(across) >= nearest)
       continue;
     nearest = std::abs(across);
@@ -248,14 +285,13 @@ std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
   constexpr double kMarkSpacing = 0.25;  // disc radii, along the elevation
   std::vector<Vector3d> left_open;
   const double radius = open_.disc_radius();
-  if (speed_.norm() < options_.strip_speed * radius || std::abs(speed_.x()) < std::abs(speed_.y()))
+  if (speed_.norm() < kGuideStripSpeed * radius || std::abs(speed_.x()) < std::abs(speed_.y()))
     return left_open;
   const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
   const double slope = speed_.y() / std::abs(speed_.x());
   const int here = open_.ColumnOf(hand.azimuth), heading = speed_.x() > 0 ? 1 : -1;
   for (int step = 1;
-       step * open_.column_width() * cosine < options_.strip_ahead * radius && step < open_.columns();
-       ++step) {
+       step * open_.column_width() * cosine < kGuideStripAhead * radius && step < open_.columns(); ++step) {
     const auto column = open_.Wrapped(here + heading * step);
     if (!column) break;
     const double level = hand.elevation + slope * step * open_.column_width() * cosine;
@@ -263,7 +299,7 @@ std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
       if (run.high < low || run.low > high) continue;
       const auto mark = [&](double from, double to) {
-        if (to - from > options_.narrow_strip * radius) return;
+        if (to - from > kGuideNarrowStrip * radius) return;
         for (double at = from + 0.5 * kMarkSpacing * radius; at < to; at += kMarkSpacing * radius)
           left_open.push_back(open_.frame().Direction(open_.Azimuth(*column), at));
       };
@@ -279,8 +315,8 @@ void Guide::EstimateRest(const CoverageMap& map, Guidance& guidance) const {
   // What one view has painted so far, mixed with the usual value while there are few views.
   const double usual =
       map.options().cap->SolidAngle() / ViewsEstimate::Of(*map.options().cap, open_.disc_radius()).usual;
-  const double sr_per_view = (open_.CoveredSr() + options_.estimated_views * usual) /
-                             (static_cast<double>(map.views().size()) + options_.estimated_views);
+  const double sr_per_view = (open_.CoveredSr() + kGuideEstimatedViews * usual) /
+                             (static_cast<double>(map.views().size()) + kGuideEstimatedViews);
   const double all_sr = open_.OpenSr() + open_.CoveredSr();
   const double open_sr = std::max(0.0, open_.OpenSr() - (1 - enough_) * all_sr);
   guidance.views_left = open_sr / sr_per_view;

@@ -1,6 +1,7 @@
-// Guidance: where to move the camera next, at which distance, and how long it will take, from the coverage map.
-// (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2 names what is
-// hard: the offset from the previous scan line, and the distance.) docs/guidance.md describes and measures it.
+// Guidance: where to move the camera next, at which distance, and how long it will take, from the coverage
+// map. (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2 names
+// what is hard: the offset from the previous scan line, and the distance.) docs/guidance.md describes and
+// measures it.
 //
 // The cap is scanned in rows. While cells are open ahead at the row's height, the row goes on, at the offset
 // from the painted row beside it that leaves no gap; `toward` then runs ahead of the hand by what a hand
@@ -37,51 +38,20 @@ struct Guidance {
   std::optional<RowOffset> row;
   // Directions that the present movement, if it goes on, leaves uncovered beside its path.
   std::vector<Eigen::Vector3d> left_open;
-  // Expected until enough of the cap is covered; none without a cap. The time: none where no pace is known (capture_pace.h).
+  // Expected until enough of the cap is covered; none without a cap. The time: none where no pace is known
+  // (capture_pace.h).
   std::optional<double> views_left, seconds_left;
 };
 
 class Guide {
  public:
-  // Set by hand with simulated people (seeds 1 to 5) and tried as a whole: docs/guidance.md has what they come
-  // to with other seeds. None was measured alone.
+  // Set by hand with simulated people (seeds 1 to 5) and tried as a whole: docs/guidance.md has what they
+  // come to with other seeds. None was measured alone.
   struct Options {
-    // Lengths, in radii of the disc that one view covers.
-    // From a new row's middle to what is painted beside it; more than 0.8 leaves gaps even without any wobble,
-    // less takes more rows.
-    double path_from_edge = 0.75;
-    double row_pitch = 1.55;    // a stretch with so much room on both sides keeps the row's own height
-    double beside_row = 1.0;    // what lies farther off the row's height is another row's
-    double behind_disc = 1.1;   // nearer places are half painted by the view just taken: no goals
-    double row_reach = 5;       // a row goes on across a painted stretch this long, no longer
-    double lead = 3;            // `toward` runs so far ahead of the hand, at least (see lead_s)
-    double arrived = 0.35;      // nearer to the goal the hand is there
-    double near = 0.6;          // nearer to a place it is the same place: skipped, waited for
-    double rim_reach = 1.5;     // a row goes on to a rim no farther than this
-    double rim_strip = 0.6;     // of what is open at the rim so much above and below the row counts,
-    double rim_open = 0.4;      // and less than this is not worth going there
-    double turn_cost = 1;       // what a change of course costs, in way
-    double beside_least = 0.6;  // a recorded view across from the hand is of the row beside from here on
-    double beside_most = 3;     // and no farther away than this
-    double strip = 0.8;         // a movement covers so much on both sides of its path,
-    double narrow_strip = 0.9;  // what it leaves open is told when it is narrower than this,
-    double strip_ahead = 6;     // up to so far ahead
-    // Radii a second along a row; less is not a movement.
-    double row_speed = 0.5;    // sets the row's direction
-    double strip_speed = 1.0;  // tells what it leaves open
-    // Shares of a disc that a view would newly cover.
-    double worth_a_row = 0.3;     // a place where less is open does not keep a row going
-    double worth_the_way = 0.03;  // and is not gone to for itself
-    double filled = 0.02;         // a goal with no more than this is done
-    double progress = 0.05;       // of a disc newly painted: the hand gets on
-    // Seconds.
-    double lead_s = 0.6;               // `toward` is ahead by what the hand comes in this time
-    double movement_s = 0.4;           // over which the hand's speed is measured
-    double heading_s = 1.2;            // against the row's direction for longer turns the row round
-    double patience_there_s = 1.5;     // a place that stays open with the hand there is skipped after,
-    double patience_on_the_way_s = 8;  // one that the hand does not set out for after,
-    double skip_s = 20;                // for so long
-    double estimated_views = 20;       // of a view's usual worth, that weigh against what was measured
+    double near = 0.6;       // nearer to a place it is the same place: skipped, waited for
+    double strip = 0.8;      // a movement covers so much on both sides of its path,
+    double filled = 0.02;    // a goal with no more than this is done
+    double progress = 0.05;  // of a disc newly painted: the hand gets on
   };
   // `enough`: the share of the cap at which the capture ends.
   explicit Guide(double enough) : enough_(enough) {}

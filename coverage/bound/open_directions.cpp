@@ -6,6 +6,19 @@
 namespace ulf::coverage {
 namespace {
 
+// Guessed.
+constexpr double kOpenCellWidth = 0.5, kOpenCellHeight = 0.25;  // finer finds narrower strips and costs more
+constexpr double kOpenMostCells = 2e5;                          // the grid gets coarser beyond
+// Cells that one call reads besides those around new views: all of them in so many calls, within these
+// limits.
+constexpr double kOpenCallsForAll = 16;
+constexpr std::size_t kOpenFewestInTurn = 100, kOpenMostInTurn = 1500;
+// Of the disc that Gain() asks about: its very rim nobody covers on purpose.
+constexpr double kOpenGainReach = 0.9;
+constexpr double kOpenDiscChange = 0.05;         // of the map's disc radius, share; more lays the grid anew
+constexpr double kOpenNearlyFull = 0.97;         // covered share from which the grid grows
+constexpr double kOpenNearlyRound = 1.7 * M_PI;  // of azimuth, radians, from which it goes all round
+
 using Eigen::Vector3d;
 
 constexpr double kLeastCosine = 0.02;  // of an elevation: next to the poles azimuths mean nothing
@@ -13,10 +26,9 @@ constexpr double kLeastCosine = 0.02;  // of an elevation: next to the poles azi
 }  // namespace
 
 void OpenDirections::Follow(const CoverageMap& map) {
-  const bool other = !frame_ || subject_ != map.subject() ||
-                     cap_.has_value() != map.options().cap.has_value() ||
-                     std::abs(map.DiscRadius() / disc_radius_ - 1) > options_.disc_change ||
-                     map.views().size() < known_views_;
+  const bool other =
+      !frame_ || subject_ != map.subject() || cap_.has_value() != map.options().cap.has_value() ||
+      std::abs(map.DiscRadius() / disc_radius_ - 1) > kOpenDiscChange || map.views().size() < known_views_;
   if (other) {
     subject_ = map.subject();
     cap_ = map.options().cap;
@@ -27,8 +39,8 @@ void OpenDirections::Follow(const CoverageMap& map) {
   if (GrowGrid(map) || other) return Lay(map);
   for (; known_views_ < map.views().size(); ++known_views_) UpdateAround(map, map.views()[known_views_]);
   const std::size_t in_turn =
-      std::clamp(static_cast<std::size_t>(static_cast<double>(open_.size()) / options_.calls_for_all),
-                 options_.fewest_in_turn, options_.most_in_turn);
+      std::clamp(static_cast<std::size_t>(static_cast<double>(open_.size()) / kOpenCallsForAll),
+                 kOpenFewestInTurn, kOpenMostInTurn);
   for (std::size_t i = 0; i < std::min(in_turn, open_.size()); ++i, ++next_cell_) {
     next_cell_ %= open_.size();
     const auto rows = static_cast<std::size_t>(rows_);
@@ -45,7 +57,7 @@ bool OpenDirections::GrowGrid(const CoverageMap& map) {
   }
   const double margin = options_.margin * disc_radius_;
   double left = left_, right = left_ + width_, bottom = bottom_, top = bottom_ + height_;
-  if (width_ > 0 && open_sr_ < (1 - options_.nearly_full) * total_sr_)
+  if (width_ > 0 && open_sr_ < (1 - kOpenNearlyFull) * total_sr_)
     left -= margin, right += margin, bottom -= margin, top += margin;
   if (width_ == 0) left = -2 * margin, right = 2 * margin, bottom = -margin, top = margin;
   for (std::size_t i = width_ == 0 ? 0 : known_views_; i < map.views().size(); ++i) {
@@ -58,7 +70,7 @@ bool OpenDirections::GrowGrid(const CoverageMap& map) {
     if (at.elevation < bottom) bottom = at.elevation - margin;
     if (at.elevation > top) top = at.elevation + margin;
   }
-  if (right - left > options_.nearly_round) left = -M_PI, right = M_PI;
+  if (right - left > kOpenNearlyRound) left = -M_PI, right = M_PI;
   bottom = std::max(bottom, -M_PI / 2), top = std::min(top, M_PI / 2);
   const bool grown =
       left != left_ || right != left_ + width_ || bottom != bottom_ || top != bottom_ + height_;
@@ -67,12 +79,10 @@ bool OpenDirections::GrowGrid(const CoverageMap& map) {
 }
 
 void OpenDirections::Lay(const CoverageMap& map) {
-  const double cells =
-      width_ * height_ / (options_.cell_width * options_.cell_height * disc_radius_ * disc_radius_);
-  const double coarser = std::max(1.0, std::sqrt(cells / options_.most_cells));
-  columns_ =
-      std::max(1, static_cast<int>(std::ceil(width_ / (coarser * options_.cell_width * disc_radius_))));
-  rows_ = std::max(1, static_cast<int>(std::ceil(height_ / (coarser * options_.cell_height * disc_radius_))));
+  const double cells = width_ * height_ / (kOpenCellWidth * kOpenCellHeight * disc_radius_ * disc_radius_);
+  const double coarser = std::max(1.0, std::sqrt(cells / kOpenMostCells));
+  columns_ = std::max(1, static_cast<int>(std::ceil(width_ / (coarser * kOpenCellWidth * disc_radius_))));
+  rows_ = std::max(1, static_cast<int>(std::ceil(height_ / (coarser * kOpenCellHeight * disc_radius_))));
   open_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
   total_sr_ = open_sr_ = 0;
   for (int row = 0; row < rows_; ++row) total_sr_ += columns_ * CellSr(row);
@@ -138,7 +148,7 @@ std::vector<OpenDirections::Run> OpenDirections::Runs(int column) const {
 }
 
 double OpenDirections::Gain(double azimuth, double elevation) const {
-  const double reach = options_.gain_reach * disc_radius_;
+  const double reach = kOpenGainReach * disc_radius_;
   const double cosine = std::max(kLeastCosine, std::cos(elevation));
   const int columns = std::min(columns_ / 2, static_cast<int>(reach / cosine / column_width()) + 1);
   const int middle = ColumnOf(azimuth);

@@ -1,5 +1,5 @@
-// The open part of a coverage map on a coarse grid that is cheap to query for every frame: columns of azimuth,
-// each with the intervals of elevation that no view covers.
+// The open part of a coverage map on a coarse grid that is cheap to query for every frame: columns of
+// azimuth, each with the intervals of elevation that no view covers.
 //
 // Each call reads the map around new views, and one slice of the rest, so that it costs the same whatever the
 // map's size; corrected poses show up within a second. A cell is half a disc radius wide and a quarter high.
@@ -23,19 +23,9 @@ class OpenDirections {
  public:
   // Lengths in disc radii. What one call costs was measured (docs/guidance.md); the rest is guessed.
   struct Options {
-    double cell_width = 0.5, cell_height = 0.25;  // finer finds narrower strips and costs more
-    double most_cells = 2e5;                      // the grid gets coarser beyond
-    // Cells that one call reads besides those around new views: all of them in so many calls, within these
-    // limits.
-    double calls_for_all = 16;
-    std::size_t fewest_in_turn = 100, most_in_turn = 1500;
-    double reach = 1.2;         // around a new view; a disc that other views' distances enlarge still fits
-    double gain_reach = 0.9;    // of the disc that Gain() asks about: its very rim nobody covers on purpose
-    double disc_change = 0.05;  // of the map's disc radius, share; more lays the grid anew
+    double reach = 1.2;  // around a new view; a disc that other views' distances enlarge still fits
     // Without a cap.
-    double margin = 3;                 // around the recorded views
-    double nearly_full = 0.97;         // covered share from which the grid grows
-    double nearly_round = 1.7 * M_PI;  // of azimuth, radians, from which it goes all round
+    double margin = 3;  // around the recorded views
   };
   struct Run {
     double low, high;  // elevation

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "coverage/bound/sphere_outline.h"
@@ -69,41 +70,55 @@ std::string InWords(const std::string& name) {
   return known == kTexts.end() ? name : known->words;
 }
 
-bool ShowsTheSubject(Reason reason) {
-  return reason != Reason::kTracking && reason != Reason::kInsideSphere && reason != Reason::kBehind &&
-         reason != Reason::kOutsideRectangle && reason != Reason::kZoomed && reason != Reason::kBracket;
-}
-
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius) {
   return focal_px * center_sigma * radius / (distance * (distance - radius));
 }
 
-Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
-  const tracking::Track& track = input.track;
-  if (!IsTracked(track) || !map) return {Reason::kTracking, {}};
-  if (track.focal_ratio) return {Reason::kZoomed, {}};
+namespace {
 
+// The first tests: of the pose, and of where the subject is in the picture.
+struct SubjectInView {
+  Reason reason = Reason::kTracking;  // kRecorded: all of it, from a known pose
+  std::vector<Eigen::Vector2d> outline = {};
+};
+
+SubjectInView LookForSubject(const FrameToDecide& input, const CoverageMap* map,
+                             const DecisionLimits& limits) {
+  const tracking::Track& track = input.track;
+  if (!IsTracked(track) || !map) return {Reason::kTracking};
+  if (track.focal_ratio) return {Reason::kZoomed};
   const Rigid3& cam_from_world = *track.cam_from_world;
   const Subject& subject = map->subject();
   const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
-  if (center_in_cam.norm() <= subject.radius) return {Reason::kInsideSphere, {}};
-  const CriterionView candidate = CriterionView::From(input.camera, cam_from_world, input.coverage_width_px);
+  if (center_in_cam.norm() <= subject.radius) return {Reason::kInsideSphere};
+  const double focal_px = CriterionView::From(input.camera, cam_from_world, input.coverage_width_px).fx;
   const auto sigma = track.PictureSigma();
-  if (sigma &&
-      PoseErrorPx(*sigma, candidate.fx, center_in_cam.norm(), subject.radius) > limits.max_pose_error_px)
-    return {Reason::kTracking, {}};
-  if (center_in_cam.z() <= 0) return {Reason::kBehind, {}};
-  const auto outline = SphereOutline(input.camera, cam_from_world, subject);
+  if (sigma && PoseErrorPx(*sigma, focal_px, center_in_cam.norm(), subject.radius) > limits.max_pose_error_px)
+    return {Reason::kTracking};
+  if (center_in_cam.z() <= 0) return {Reason::kBehind};
+  auto outline = SphereOutline(input.camera, cam_from_world, subject);
   if (!outline || !SafetyRectangle::Of(input.camera, limits.rectangle_share).Holds(*outline))
-    return {Reason::kOutsideRectangle, {}};
+    return {Reason::kOutsideRectangle};
+  return {Reason::kRecorded, std::move(*outline)};
+}
 
+}  // namespace
+
+bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
+  return LookForSubject(input, map, limits).reason == Reason::kRecorded;
+}
+
+Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
+  const SubjectInView found = LookForSubject(input, map, limits);
+  if (found.reason != Reason::kRecorded) return {found.reason, {}};
+  const CriterionView candidate =
+      CriterionView::From(input.camera, *input.track.cam_from_world, input.coverage_width_px);
   const CoveringView best = map->Best(candidate);
   const std::optional<double> bound_px =
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
-  const Eigen::Vector3d direction = (candidate.center_in_world - subject.center_in_world).normalized();
+  const Eigen::Vector3d direction = (candidate.center_in_world - map->subject().center_in_world).normalized();
   if (bound_px && *bound_px <= map->ThresholdAt(direction)) return {Reason::kCovered, bound_px};
-
-  return {ImageReason(input, *outline, limits), bound_px};
+  return {ImageReason(input, found.outline, limits), bound_px};
 }
 
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {

@@ -1,7 +1,8 @@
 // The decision whether a frame is recorded, with the reason. Pure functions of frame, track and coverage map.
 //
-// The tests are made in this order: is the pose known, does the camera see the whole subject, is the viewpoint
-// open, is the image good. So a frame whose viewpoint is covered already is not reported as blurred.
+// The tests are made in this order: is the pose known, does the camera see the whole subject, is the
+// viewpoint open, is the image good. So a frame whose viewpoint is covered already is not reported as
+// blurred.
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/subject_light.h"
 #include "tracking/tracker/tracker.h"
@@ -40,7 +42,7 @@ inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      R
                                      Reason::kSpeed,    Reason::kSpool,        Reason::kDisk,
                                      Reason::kStill,    Reason::kPaused,       Reason::kZoomed,
                                      Reason::kBracket};
-const char* Name(Reason reason);               // as in --json
+const char* Name(Reason reason);               // as in reports for programs
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
 
@@ -59,13 +61,13 @@ double PoseErrorPx(double center_sigma, double focal_px, double distance, double
 
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
 struct DecisionLimits {
-  double rectangle_share = 0.8;    // of the picture's width and height (thesis, section 3.2)
-  double max_pose_error_px = 1;    // PoseErrorPx; derived there
-  double max_error_share = 0.01;   // the same without a subject, of the distance of what is seen
-  double min_sharpness = 0.5;      // of the recent frames' median
-  double max_motion_blur_px = 2;   // during the exposure, coverage image pixels
-  double max_clipped_share = 0.3;  // of the sphere's image; highlights may clip, surfaces may not
-  double min_brightest = 0.08;     // display-encoded, of the brightest tenth of the sphere's image
+  double rectangle_share = kRectangleShare;  // of the picture's width and height (thesis, section 3.2)
+  double max_pose_error_px = 1;              // PoseErrorPx; derived there
+  double max_error_share = 0.01;             // the same without a subject, of the distance of what is seen
+  double min_sharpness = 0.5;                // of the recent frames' median
+  double max_motion_blur_px = 2;             // during the exposure, coverage image pixels
+  double max_clipped_share = 0.3;            // of the sphere's image; highlights may clip, surfaces may not
+  double min_brightest = 0.08;               // display-encoded, of the brightest tenth of the sphere's image
 };
 
 struct Decision {
@@ -79,15 +81,16 @@ struct FrameToDecide {
   const tracking::Track& track;
   const CameraModel& camera;
   double frame_period_s = 0;  // 0: unknown
-  int coverage_width_px = 640;
+  int coverage_width_px = kCoverageWidthPx;
   bool exposure_settled = true;
 };
 
 // Clipped or black, so that it is not recorded, and its fine detail tells nothing.
 bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
 
-// Whether a frame shows the whole subject from a known pose: all other reasons are the bound's or the image's.
-bool ShowsTheSubject(Reason reason);
+// Whether a frame shows the whole subject from a known pose: all other reasons not to record it are the
+// bound's or the image's. `map`: null while there is no subject.
+bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
 // `map`: null while there is no subject.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});

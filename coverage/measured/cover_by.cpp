@@ -29,21 +29,23 @@ CoverGoal CoverGoal::Parse(const std::string& text) {
   const std::string name = text.substr(0, colon);
   const auto known = std::ranges::find_if(kNames, [&](const auto& each) { return name == each.first; });
   if (known == kNames.end())
-    throw UsageError(
-        "--cover {}: it must be bound, measured or both, the last two with a quality such as "
-        "measured:35 (dB)",
-        text);
+    throw Refusal(Parameter("cover"), text,
+                  "it must be bound, measured or both, the last two with a quality such as measured:35 (dB)",
+                  "");
   CoverGoal goal;
   goal.by = known->second;
   if (colon == std::string::npos) return goal;
   if (goal.by == CoverBy::kBound)
-    throw UsageError("--cover {}: the bound's quality is --threshold-px or --quality, not a number of dB",
-                     text);
+    throw Refusal(Parameter("cover"), text,
+                  fmt::format("the bound's quality is {} or {}, not a number of dB",
+                              Parameter("threshold_px"), Parameter("quality")),
+                  "");
   const char *begin = text.data() + colon + 1, *end = text.data() + text.size();
   constexpr double kLeast_db = 10, kMost_db = 50;
   const auto [rest, error] = std::from_chars(begin, end, goal.db);
   if (error != std::errc() || rest != end || !(goal.db >= kLeast_db && goal.db <= kMost_db))
-    throw UsageError("--cover {}: the quality must be {:g} to {:g} dB", text, kLeast_db, kMost_db);
+    throw Refusal(Parameter("cover"), text,
+                  fmt::format("the quality must be {:g} to {:g} dB", kLeast_db, kMost_db), "");
   return goal;
 }
 

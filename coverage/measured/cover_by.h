@@ -1,5 +1,5 @@
-// What decides whether a viewpoint is covered: the bound (coverage/bound/criterion.h), the error that is measured
-// at frames (error_meter.h), or both.
+// What decides whether a viewpoint is covered: the bound (coverage/bound/criterion.h), the error that is
+// measured at frames (error_meter.h), or both.
 #pragma once
 
 #include <string>
@@ -16,9 +16,10 @@ CoverBy CoverByNamed(const std::string& name);  // kBound for a name that is not
 
 struct CoverGoal {
   CoverBy by = CoverBy::kBound;
-  // At least, inside the subject's silhouette, in small pictures (docs/guidance.md, "Measured errors"). Guessed.
+  // At least, inside the subject's silhouette, in small pictures (docs/guidance.md, "Measured errors").
+  // Guessed.
   double db = 33;
-  // "bound", "measured", "both", or "measured:35", "both:35". Throws UsageError.
+  // "bound", "measured", "both", or "measured:35", "both:35". Throws Refusal.
   static CoverGoal Parse(const std::string& text);
 };
 

@@ -7,6 +7,11 @@
 #include "core/base/quantile.h"
 
 namespace ulf::coverage {
+namespace {
+
+constexpr double kErrorMapLeastAngle = Radians(0.5);  // nearer to a view the error no longer falls. Guessed.
+
+}  // namespace
 
 using Eigen::Vector3d;
 
@@ -28,7 +33,7 @@ void ErrorMap::Add(const MeasuredFrame& frame) {
 void ErrorMap::AddView(const Vector3d& direction) {
   for (auto& [key, part] : parts_)
     part.view_angle_now = std::min(
-        part.view_angle_now, std::max(options_.least_angle, AngleBetween(direction, part.frame.direction)));
+        part.view_angle_now, std::max(kErrorMapLeastAngle, AngleBetween(direction, part.frame.direction)));
 }
 
 void ErrorMap::RemoveView(const Vector3d& direction, double reach) {

@@ -1,5 +1,6 @@
 // The error that was measured at frames, by direction from the subject: the newest measurement of each small
-// part of the sphere. What a view that is recorded afterwards improves is reckoned, until it is measured again.
+// part of the sphere. What a view that is recorded afterwards improves is reckoned, until it is measured
+// again.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,8 +34,8 @@ struct MeasuredFrame {
   bool IsOfTheLightField() const;
 };
 
-// By how much pictures get better when the nearest view stands half as far away, dB. Simulated scenes: 0 to 3.4 from
-// 12 to 6 degrees, 1.5 in the middle (docs/charts/measured_error.csv).
+// By how much pictures get better when the nearest view stands half as far away, dB. Simulated scenes: 0 to
+// 3.4 from 12 to 6 degrees, 1.5 in the middle (docs/charts/measured_error.csv).
 inline constexpr double kDbPerHalving = 2;
 
 class ErrorMap {
@@ -42,8 +43,7 @@ class ErrorMap {
   struct Options {
     double part =
         Radians(1.5);  // side of a part of the sphere, about. Guessed: less than a disc of the bound.
-    double reach = Radians(3);          // a measurement speaks for directions nearer than that. Guessed.
-    double least_angle = Radians(0.5);  // nearer to a view the error no longer falls. Guessed.
+    double reach = Radians(3);  // a measurement speaks for directions nearer than that. Guessed.
   };
   ErrorMap() : ErrorMap(Options{}) {}
   explicit ErrorMap(const Options& options) : options_(options) {}
@@ -72,8 +72,8 @@ class ErrorMap {
   std::map<Key, Part> parts_;
 };
 
-// Of all measured directions: the middle one's quality, that of the worst tenth, and how many are below `goal_db`,
-// by cause.
+// Of all measured directions: the middle one's quality, that of the worst tenth, and how many are below
+// `goal_db`, by cause.
 struct ErrorSummary {
   int directions = 0, failing = 0;
   double median_db = 0, worst_tenth_db = 0, median_px = 0;  // on the subject
@@ -82,9 +82,9 @@ struct ErrorSummary {
 };
 ErrorSummary Summarize(const ErrorMap& map, double goal_db);
 
-// "good", "fair" or "poor": what viewers call pictures of that peak signal-to-noise ratio, by the usual correspondence with
-// the scale of mean opinion scores of ITU-R BT.500 (Klaue, Rathke, Wolisz: EvalVid, 2003), which says "good" from 31 dB,
-// "fair" from 25 dB; its "excellent" is good, its "bad" is poor.
+// "good", "fair" or "poor": what viewers call pictures of that peak signal-to-noise ratio, by the usual
+// correspondence with the scale of mean opinion scores of ITU-R BT.500 (Klaue, Rathke, Wolisz: EvalVid,
+// 2003), which says "good" from 31 dB, "fair" from 25 dB; its "excellent" is good, its "bad" is poor.
 inline constexpr double kGoodDb = 31, kFairDb = 25;
 const char* QualityInWords(double db);
 
@@ -93,7 +93,8 @@ const char* QualityInWords(double db);
 MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, double goal_db,
                                 std::uint64_t frames);
 ErrorMap ErrorMapOf(const MeasuredErrors& measured);
-// What still holds of what was measured: not where the view that was nearest then is there no longer. None: nothing.
+// What still holds of what was measured: not where the view that was nearest then is there no longer. None:
+// nothing.
 std::optional<MeasuredErrors> StandingErrors(const LightField& light_field);
 
 }  // namespace ulf::coverage

@@ -10,6 +10,14 @@
 namespace ulf::coverage {
 namespace {
 
+constexpr double kMeterAgainShare = 0.15;  // more, for frames that are measured again. Guessed.
+// Small pictures, 80 kB each, that can be measured again. Guessed.
+constexpr std::size_t kMeterFramesKept = 600;
+// Share of the silhouette that views see: with less, nothing is measured. Guessed.
+constexpr double kMeterLeastSeen = 0.6;
+// Root mean square, grey values: with less there is nothing to see. Guessed.
+constexpr double kMeterLeastContrast = 2.5;
+
 using Clock = std::chrono::steady_clock;
 
 Clock::time_point After(Clock::time_point start, double seconds) {
@@ -108,7 +116,7 @@ std::optional<MeasuredFrame> ErrorMeter::MeasureAgain() {
   MeasuredFrame measured = MeasureSmall(small, found->second.center_sigma, found->second.time_s);
   const double took_s = ThreadCpuSeconds() - before_s;
   measured.processor_ms = 1e3 * took_s;
-  rested_again_ = After(now, took_s / options_.again_share);
+  rested_again_ = After(now, took_s / kMeterAgainShare);
   return measured;
 }
 
@@ -119,7 +127,7 @@ void ErrorMeter::Keep(const MeasuredFrame& measured, const render::StereoView& s
   small.grey.convertTo(kept.small.grey, CV_8U);  // a new picture: the old one stays as it is
   kept_.insert_or_assign(key, std::move(kept));
   std::erase(stale_, key);
-  if (kept_.size() > options_.frames_kept)
+  if (kept_.size() > kMeterFramesKept)
     kept_.erase(std::ranges::min_element(kept_, {}, [](const auto& each) { return each.second.number; }));
 }
 
@@ -133,9 +141,9 @@ MeasuredFrame ErrorMeter::MeasureSmall(const render::StereoView& small, std::opt
     const render::PredictionError error = render::MeasureError(
         small, *predicted, predictor_.subject(), {.center_sigma = center_sigma}, options_.error);
     measured.one_sided = predicted->one_sided;
-    measured.measurable = error.inside.SeenShare() >= options_.least_seen &&
-                          error.on_mesh_share >= options_.least_seen &&
-                          error.inside.contrast >= options_.least_contrast;
+    measured.measurable = error.inside.SeenShare() >= kMeterLeastSeen &&
+                          error.on_mesh_share >= kMeterLeastSeen &&
+                          error.inside.contrast >= kMeterLeastContrast;
     measured.db = error.inside.db;
     measured.db_aligned = error.inside.db_aligned;
     measured.db_outside = error.outside.db;

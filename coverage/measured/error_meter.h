@@ -1,6 +1,6 @@
 // Measures at the frames of a running capture how well the recorded views predict them
-// (render/prediction/frame_predictor.h). Works in the caller's thread and keeps to a share of its time; a frame for
-// which there is no time is not measured.
+// (render/prediction/frame_predictor.h). Works in the caller's thread and keeps to a share of its time; a
+// frame for which there is no time is not measured.
 #pragma once
 
 #include <chrono>
@@ -20,8 +20,8 @@
 
 namespace ulf::coverage {
 
-// In 8-bit sRGB, three channels, at most about twice as large as its longer side says. Large pictures are reduced before
-// they are converted, which is much faster.
+// In 8-bit sRGB, three channels, at most about twice as large as its longer side says. Large pictures are
+// reduced before they are converted, which is much faster.
 cv::Mat SmallSrgb8(const Image& image, int longer_side_px);
 
 class ErrorMeter {
@@ -29,10 +29,9 @@ class ErrorMeter {
   struct Options {
     int size_px = 320;             // longer side of the pictures that are compared. Guessed: 10 ms a frame.
     double processor_share = 0.3;  // of the caller's time, at most. Guessed: 10 ms of 33.
-    double again_share = 0.15;     // more, for frames that are measured again. Guessed.
-    // Measures every frame, and one again, whatever it costs; for captures whose result must not depend on time.
+    // Measures every frame, and one again, whatever it costs; for captures whose result must not depend on
+    // time.
     bool every_frame = false;
-    std::size_t frames_kept = 600;  // small pictures, 80 kB each, that can be measured again. Guessed.
     // A view that is recorded changes what was measured nearer to it, radians. Guessed.
     double view_reach = Radians(8);
     render::FramePredictorOptions predictor = {};
@@ -67,8 +66,8 @@ class ErrorMeter {
   };
   // None: there is no geometry yet, or no time.
   std::optional<MeasuredFrame> Measure(const Input& input);
-  // One of the earlier frames, around which views were recorded since it was measured. None: there is none, or no
-  // time.
+  // One of the earlier frames, around which views were recorded since it was measured. None: there is none,
+  // or no time.
   std::optional<MeasuredFrame> MeasureAgain();
 
  private:

@@ -6,6 +6,13 @@
 #include <map>
 
 namespace ulf::coverage {
+namespace {
+
+// Guessed.
+constexpr double kErrorsMostOneSided = 0.7;   // beyond the views errors are larger than between them
+constexpr double kErrorsWeightOfUnknown = 2;  // in frames
+
+}  // namespace
 
 using Eigen::Vector3d;
 
@@ -20,7 +27,7 @@ ThresholdByErrors::ThresholdByErrors(const ErrorMap& errors, const CoverGoal& go
   std::map<std::array<int, 3>, Region> regions;
   for (const ErrorMap::Part* part : errors.Parts()) {
     const MeasuredFrame& frame = part->frame;
-    if (!frame.measurable || frame.one_sided > options.most_one_sided ||
+    if (!frame.measurable || frame.one_sided > kErrorsMostOneSided ||
         part->view_angle_now < options.least_apart * disc_radius)
       continue;
     const double above_goal_db = part->DbNow() - goal.db;
@@ -43,7 +50,7 @@ ThresholdByErrors::ThresholdByErrors(const ErrorMap& errors, const CoverGoal& go
 double ThresholdByErrors::operator()(const Vector3d& direction) const {
   constexpr double kFarthest = 3;  // standard deviations
   const double least_cosine = std::cos(kFarthest * options_.reach);
-  double sum = 0, weights = options_.weight_of_unknown;
+  double sum = 0, weights = kErrorsWeightOfUnknown;
   for (const Region& region : regions_) {
     const double cosine = region.direction.dot(direction);
     if (cosine < least_cosine) continue;

@@ -1,16 +1,17 @@
-// How far the bound's threshold may be raised, or must be lowered, in each direction from a subject, by the errors
-// that were measured at frames: views stand farther apart where pictures turn out better than the goal, and closer
-// together where they turn out worse. Where nothing was measured the threshold stays.
+// How far the bound's threshold may be raised, or must be lowered, in each direction from a subject, by the
+// errors that were measured at frames: views stand farther apart where pictures turn out better than the
+// goal, and closer together where they turn out worse. Where nothing was measured the threshold stays.
 //
-// A frame tells at which spacing of the views its error would meet the goal: errors fall by kDbPerHalving with half
-// the distance to the nearest view. Frames nearby are averaged, so that views that are recorded by the threshold
-// still form an even lattice, which needs the fewest of them.
+// A frame tells at which spacing of the views its error would meet the goal: errors fall by kDbPerHalving
+// with half the distance to the nearest view. Frames nearby are averaged, so that views that are recorded by
+// the threshold still form an even lattice, which needs the fewest of them.
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "core/geometry/angles.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
@@ -21,15 +22,13 @@ class ThresholdByErrors {
  public:
   // Guessed.
   struct Options {
-    double least_px = 7,
-           most_px = 36;  // the threshold goes no further; from --quality high to three times fast
+    double least_px = kHighThresholdPx,
+           most_px = 36;  // the threshold goes no further; from the quality "high" to three times "fast"
     double most_apart = Radians(12);  // between views: geometry needs neighbours
-    // Of the radius that the bound lets one view cover: how far frames lie from the nearest view on average, and
-    // how far they must lie to tell anything.
+    // Of the radius that the bound lets one view cover: how far frames lie from the nearest view on average,
+    // and how far they must lie to tell anything.
     double usual_apart = 0.6, least_apart = 0.35;
-    double most_one_sided = 0.7;   // beyond the views errors are larger than between them
-    double reach = Radians(3.5);   // standard deviation of the weights of frames around a direction
-    double weight_of_unknown = 2;  // in frames
+    double reach = Radians(3.5);  // standard deviation of the weights of frames around a direction
   };
   // `disc_radius`: that one view covers by `threshold_px` (CoverageMap::DiscRadius()), radians.
   ThresholdByErrors(const ErrorMap& errors, const CoverGoal& goal, double threshold_px, double disc_radius)
@@ -52,7 +51,8 @@ class ThresholdByErrors {
   std::vector<Region> regions_;
 };
 
-// Lets a map follow what was measured; leaves it as it is where the bound alone decides, or before the first view.
+// Lets a map follow what was measured; leaves it as it is where the bound alone decides, or before the first
+// view.
 void FollowErrors(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map);
 // CoverageMapOptions for it.
 CoverageMapOptions ForErrors(CoverageMapOptions options, const CoverGoal& goal);

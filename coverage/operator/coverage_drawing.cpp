@@ -122,8 +122,8 @@ Chart LayOut(const CoverageMap& map, int width) {
           cv::Rect2d(68, 40, pixels, std::round(pixels * half_height / half_width))};
 }
 
-// What is open is what `map` counts as open: its holes, and its share, can be seen. Colours are those of `fine`, the same
-// map on a finer grid.
+// What is open is what `map` counts as open: its holes, and its share, can be seen. Colours are those of
+// `fine`, the same map on a finer grid.
 void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, const CoverageMap& fine,
                 const DistanceColors& colors) {
   constexpr int kSamples = 2;  // a side: smooth edges

@@ -18,15 +18,15 @@ struct CoverageMapPicture {
   std::optional<Rigid3> cam_from_world = std::nullopt;
 };
 
-// Both paint the map anew on a finer grid for their colours, which takes some tenths of a second. What the chart shows as
-// open, its share and its numbered holes are those of `map` itself, as `ulf info` tells them.
+// Both paint the map anew on a finer grid for their colours, which takes some tenths of a second. What the
+// chart shows as open, its share and its numbered holes are those of `map` itself, as `ulf info` tells them.
 
 // Azimuth to the right, elevation upwards, in degrees about the first recorded direction: the cap (or what
 // was recorded, without one) and a margin.
 cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture = {});
 
-// The same directions with the error that was measured in them, and the letter of its cause (overlay.h) where a
-// recorded view covers a direction and the pictures are worse than `goal_db` all the same.
+// The same directions with the error that was measured in them, and the letter of its cause (overlay.h) where
+// a recorded view covers a direction and the pictures are worse than `goal_db` all the same.
 cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal_db,
                      const CoverageMapPicture& picture = {});
 

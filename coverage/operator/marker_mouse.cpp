@@ -27,7 +27,8 @@ MarkerMouse::MarkerMouse(const render::RenderScene& scene, const Eigen::Vector3d
 Rigid3 MarkerMouse::CamFromWorld(const Rigid3& cam_from_marker) {
   const Eigen::Vector3d middle_in_cam = cam_from_marker * middle_;
   if (!world_per_metre_) world_per_metre_ = distance_ / std::max(1e-6, middle_in_cam.norm());
-  // The camera's place, but aimed at the subject: a marker beside the middle must not move the subject out of view.
+  // The camera's place, but aimed at the subject: a marker beside the middle must not move the subject out of
+  // view.
   const auto aimed = TurnBetween(middle_in_cam, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d ahead(0, 0, *world_per_metre_ * middle_in_cam.norm());
   return Rigid3{(aimed * cam_from_marker.rotation).normalized(), ahead} * held_from_world_;

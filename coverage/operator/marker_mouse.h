@@ -1,7 +1,7 @@
-// A marker as a mouse with six degrees of freedom (thesis, section 4): the subject moves in front of the virtual
-// camera as the marker moves in front of the real one. The marker's first pose corresponds to a view from the
-// mean direction of the viewpoints, upright, at their median distance. The virtual camera always aims at the
-// subject.
+// A marker as a mouse with six degrees of freedom (thesis, section 4): the subject moves in front of the
+// virtual camera as the marker moves in front of the real one. The marker's first pose corresponds to a view
+// from the mean direction of the viewpoints, upright, at their median distance. The virtual camera always
+// aims at the subject.
 #pragma once
 
 #include <optional>

@@ -11,10 +11,26 @@
 
 #include "core/base/counted.h"
 #include "core/image/image.h"
+#include "coverage/operator/instruction.h"
 #include "coverage/operator/key_actions.h"
 
 namespace ulf::coverage {
 namespace {
+
+// All guessed.
+// How long a message of the capture stays on the screen, and the failed checks after a first view that came
+// at once; less is too short to read.
+constexpr double kDisplayToRead_s = 10;
+constexpr std::size_t kDisplayLinesAtOnce = 3;  // messages of the capture; older ones disappear
+// Of the window's frame, when the subject leaves the safety rectangle.
+constexpr double kDisplayFlash_s = 0.4;
+// Review: how long the live picture and the recorded one are shown in turn.
+constexpr double kDisplayBlink_s = 0.5;
+// The augmented aperture is drawn no wider, in pixels: all but the subject is blurred anyway. So is the
+// review, whose pictures are no wider (PosedPicture::kLongerSide).
+constexpr double kDisplayApertureWidth_px = 480, kDisplayReviewWidth_px = 640;
+// Fewer show hardly any blur: the person is asked to move.
+constexpr std::size_t kDisplayAperturePictures = 4;
 
 double SteadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -39,12 +55,7 @@ void AddKeys(std::span<const render::KeyHelp> keys, std::vector<render::TableRow
 
 OperatorDisplay::OperatorDisplay(render::Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
                                  const DisplayOptions& options)
-    : surface_(surface),
-      feed_(feed),
-      options_(options),
-      pending_(requests),
-      review_(options.marker),
-      colour_blind_(options.colour_blind) {}
+    : surface_(surface), feed_(feed), options_(options), pending_(requests), review_(options.marker) {}
 
 bool OperatorDisplay::Step(double patience_s) {
   now_s_ = options_.clock_s ? options_.clock_s() : SteadySeconds();
@@ -73,10 +84,10 @@ void OperatorDisplay::TakeStates() {
   if (!std::exchange(preflight_seen_, !state_->preflight.empty() || preflight_seen_) && preflight_seen_ &&
       std::ranges::any_of(state_->preflight,
                           [](const PreflightItem& item) { return item.in_order == false; }))
-    preflight_until_s_ = now_s_ + options_.to_read_s;
+    preflight_until_s_ = now_s_ + kDisplayToRead_s;
   const bool in_rectangle = IsSubjectInRectangle(*state_).value_or(true);
   if (was_in_rectangle_ && !in_rectangle) {
-    flash_until_s_ = now_s_ + options_.flash_s;
+    flash_until_s_ = now_s_ + kDisplayFlash_s;
     if (sound_) {
       std::fputc('\a', stderr);  // the terminal's bell
       std::fflush(stderr);
@@ -88,7 +99,7 @@ void OperatorDisplay::TakeStates() {
 void OperatorDisplay::Say(const std::string& words) {
   std::erase_if(said_, [&](const Said& earlier) { return earlier.words == words; });
   said_.push_back({words, now_s_});
-  if (said_.size() > options_.lines_at_once) said_.pop_front();
+  if (said_.size() > kDisplayLinesAtOnce) said_.pop_front();
 }
 
 bool OperatorDisplay::ShowFinalState() {
@@ -227,7 +238,7 @@ void OperatorDisplay::DrawFrame() {
     if (marked_view_ != marked_before) marked_at_s_ = now_s_;
     if (now_s_ < flash_until_s_) panels.Flash(palette().alarm);
     panels.Status(state);
-    std::erase_if(said_, [&](const Said& said) { return now_s_ - said.at_s > options_.to_read_s; });
+    std::erase_if(said_, [&](const Said& said) { return now_s_ - said.at_s > kDisplayToRead_s; });
     std::string lines;
     for (const Said& said : said_) lines += (lines.empty() ? "" : "\n") + said.words;
     if (!lines.empty()) panels.Notice(lines);
@@ -248,7 +259,7 @@ void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) 
   panels.Hint(over_ ? "closed: any key" : state.ended ? "closing the light field" : "? keys");
   if (!state.cam_from_world && !state.ended) panels.TrackingHelp(state);
   const Instruction instruction = InstructionFor(state);
-  panels.Instruction(instruction.words, instruction.urgent ? render::ink::kBad : palette().guide);
+  panels.Instruction(InWords(instruction, state), instruction.urgent ? render::ink::kBad : palette().guide);
 }
 
 void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& panels) {
@@ -256,7 +267,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
   if (draft && state.cam_from_world) {
     if (subject_tool_.shows_aperture()) {
       const unsigned aperture =
-          reprojection_.Draw(NoWiderThan(options_.aperture_width_px, state.camera), *state.cam_from_world,
+          reprojection_.Draw(NoWiderThan(kDisplayApertureWidth_px, state.camera), *state.cam_from_world,
                              draft->center_in_world, spread_.pictures());
       surface_.Bind();
       painter_.Picture(aperture, placement_.Area());
@@ -280,7 +291,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
     panels.Instruction(IsTaken(state.source) ? "press C while the subject is in the middle of the picture"
                                              : "centre the subject in the picture, then press C",
                        palette().guide);
-  else if (subject_tool_.shows_aperture() && spread_.pictures().size() < options_.aperture_pictures)
+  else if (subject_tool_.shows_aperture() && spread_.pictures().size() < kDisplayAperturePictures)
     panels.Instruction(IsTaken(state.source) ? "the aperture needs more pictures"
                                              : "move the camera a little: the aperture needs pictures",
                        palette().guide);
@@ -289,7 +300,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
 // By the renderer; until it can, by the nearest pictures over one plane.
 unsigned OperatorDisplay::PictureInReview(const CaptureState& state,
                                           const Review::VirtualCamera& virtual_camera) {
-  const CameraModel camera = NoWiderThan(options_.review_width_px, virtual_camera.camera);
+  const CameraModel camera = NoWiderThan(kDisplayReviewWidth_px, virtual_camera.camera);
   rendered_.Follow(state, now_s_);
   if (const auto problem = rendered_.TakeProblem()) Say(*problem);
   const auto rendered = rendered_.Draw(camera, virtual_camera.cam_from_world);
@@ -333,7 +344,7 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
   const auto virtual_camera = review_.CameraNow(state);
   const bool compares = review_.control() == Review::Control::kLiveCamera;
   const bool live_turn = compares && review_.compare() == Review::Compare::kBlink &&
-                         static_cast<long>(now_s_ / options_.blink_s) % 2 != 0;
+                         static_cast<long>(now_s_ / kDisplayBlink_s) % 2 != 0;
   if (virtual_camera && !live_turn) {
     const unsigned seen = PictureInReview(state, *virtual_camera);
     surface_.Bind();

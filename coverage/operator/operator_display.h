@@ -30,22 +30,11 @@ namespace ulf::coverage {
 // Times are seconds, whatever the camera's and the screen's rate; all of them are guessed.
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
-  bool colour_blind = false;
-  // How long a message of the capture stays on the screen, and the failed checks after a first view that came at
-  // once; less is too short to read.
-  double to_read_s = 10;
-  std::size_t lines_at_once = 3;  // messages of the capture; older ones disappear
-  // How long a view must have been marked before a key takes it back: a person cannot mean one that was marked
-  // just now.
+  // How long a view must have been marked before a key takes it back: a person cannot mean one that was
+  // marked just now.
   double to_see_s = 0.5;
-  double flash_s = 0.4;  // of the window's frame, when the subject leaves the safety rectangle
-  double blink_s = 0.5;  // review: how long the live picture and the recorded one are shown in turn
-  // The augmented aperture is drawn no wider, in pixels: all but the subject is blurred anyway. So is the
-  // review, whose pictures are no wider (PosedPicture::kLongerSide).
-  double aperture_width_px = 480, review_width_px = 640;
-  std::size_t aperture_pictures = 4;  // fewer show hardly any blur: the person is asked to move
-  // Of RunWithDisplay(): between pictures at least (more often takes the processor from tracking), and how long
-  // the final state stays.
+  // Of RunWithDisplay(): between pictures at least (more often takes the processor from tracking), and how
+  // long the final state stays.
   double picture_s = 1.0 / 30, final_state_s = 3;
   // Now, in seconds of any origin, asked once for each picture; none: this machine's clock.
   std::function<double()> clock_s = nullptr;
@@ -59,12 +48,12 @@ class OperatorDisplay {
   // Handles the input and draws the newest state. Returns false once the window was closed or the capture was
   // asked to finish.
   bool Step(double patience_s = 0);
-  // The light field is closed. Returns true when the final state should stay on the screen; Step() then returns
-  // false after any key.
+  // The light field is closed. Returns true when the final state should stay on the screen; Step() then
+  // returns false after any key.
   bool ShowFinalState();
-  // The capture goes on without the display: closes the subject tool, so that recording goes on where only the
-  // tool had paused it, and begins to record where nobody has yet, because nobody can any more; before the first
-  // state, too, which may wait to begin. Returns false when recording stays paused by request.
+  // The capture goes on without the display: closes the subject tool, so that recording goes on where only
+  // the tool had paused it, and begins to record where nobody has yet, because nobody can any more; before
+  // the first state, too, which may wait to begin. Returns false when recording stays paused by request.
   bool Detach();
 
  private:

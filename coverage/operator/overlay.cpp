@@ -1,11 +1,9 @@
 #include "coverage/operator/overlay.h"
 
-#include <fmt/core.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <span>
 #include <utility>
 
 #include "core/geometry/angles.h"
@@ -92,8 +90,8 @@ void AddPaint(const Sphere& sphere, const Palette& palette, render::Overlay& ove
   }
 }
 
-// A letter for the cause where a view was recorded and the pictures are wrong: the worst first, and none so near to
-// another that they could not be read.
+// A letter for the cause where a view was recorded and the pictures are wrong: the worst first, and none so
+// near to another that they could not be read.
 void AddCauses(const Sphere& sphere, render::Overlay& overlay) {
   const double apart = 0.025 * sphere.camera.width;
   std::vector<const ShownSphere::Error*> marked;
@@ -303,51 +301,6 @@ void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palett
   AddPresentCamera(sphere, palette, overlay);
 }
 
-struct ReasonWords {
-  Reason reason;
-  const char* in_hand;  // what to do with a camera in the hand
-  const char* taken;    // what is the matter with pictures that are taken already
-};
-
-// Where no place that the camera sees now can be recorded; these come before a pause by request.
-constexpr ReasonWords kAimWords[]{
-    {Reason::kOutsideRectangle, "bring the sphere back into the rectangle",
-     "the sphere leaves the rectangle"},
-    {Reason::kBehind, "the subject is behind the camera: turn round", "the subject is behind the camera"},
-    {Reason::kInsideSphere, "too near: go back from the subject", "the camera is inside the sphere"}};
-constexpr ReasonWords kRefusalWords[]{
-    {Reason::kSpeed, "too fast: slower", "the camera was too fast here"},
-    {Reason::kBlur, "blurred: hold still", "blurred"},
-    {Reason::kExposure, "the subject is too bright or too dark: set the exposure",
-     "the subject is too bright or too dark"},
-    {Reason::kUnsettled, "the exposure is still changing: wait, or lock it",
-     "the exposure is still changing"},
-    {Reason::kSpool, "the disk is behind: wait", "the disk is behind"},
-    {Reason::kDisk, "the disk is full: make room, recording then goes on",
-     "the disk is full: make room, recording then goes on"},
-    {Reason::kZoomed, "the zoom was moved, or another lens is mounted: put it back, or calibrate",
-     "the zoom was moved, or another lens is mounted"},
-    {Reason::kTracking, "tracking is poor: show more of what was seen before", "tracking is poor"}};
-
-const char* WordsFor(const CaptureState& state, std::span<const ReasonWords> table) {
-  const auto found = std::ranges::find(table, state.decision.reason, &ReasonWords::reason);
-  if (found == table.end()) return nullptr;
-  return IsTaken(state.source) ? found->taken : found->in_hand;
-}
-
-Instruction FinalInstruction(StoppedBecause why) {
-  switch (why) {
-    case StoppedBecause::kCovered:
-      return {"covered: all that was asked for is recorded", false};
-    case StoppedBecause::kDeviceLost:
-      return {"the device no longer answers", true};
-    case StoppedBecause::kDisk:
-      return {"the disk takes no more", true};
-    default:
-      return {"finished", false};
-  }
-}
-
 void AddProposal(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
                  const Palette& palette, render::Overlay& overlay) {
   const auto outline = SphereOutline(camera, cam_from_world, subject);
@@ -362,12 +315,6 @@ void AddProposal(const CameraModel& camera, const Rigid3& cam_from_world, const 
                                   .size = 17,
                                   .color = kWhite,
                                   .anchor = {0.5, 1}});
-}
-
-Instruction BeforeBeginning(const CaptureState& state) {
-  if (!HoldsInWords(state.preflight).empty())
-    return {"mend what is red in the list; then Space begins", true};
-  return {state.subject ? "place the sphere (S); Space begins to record" : "Space begins to record", false};
 }
 
 }  // namespace
@@ -446,56 +393,6 @@ std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int
     AddSphere(*shown, CameraModel::Pinhole(width, height, focal_px), palette, SphereLayer::kCoverage,
               look.shapes);
   return look;
-}
-
-Instruction InstructionFor(const CaptureState& state, const InstructionLimits& limits) {
-  if (state.ended) return FinalInstruction(*state.ended);
-  if (!state.why_waiting.empty() && !state.device_problem.empty()) return {state.device_problem, true};
-  const bool is_taken = IsTaken(state.source);
-  if (!state.cam_from_world) {
-    if (!state.tracking_words.empty()) return {state.tracking_words, true};
-    if (is_taken) return {"no pose is known here", true};
-    return {state.tracking == tracking::TrackState::kLost ? "go back to where the camera was before"
-                                                          : "move the camera sideways",
-            true};
-  }
-  if (!state.subject && !state.without_subject && state.finding_subject)
-    return {is_taken ? "the subject's distance is being found"
-                     : "hold the subject in the middle: its distance is being found",
-            false};
-  if (!state.subject && !state.without_subject)
-    return {is_taken ? "too few trackable points in the middle of the picture: place the subject (S)"
-                     : "too few trackable points in the middle of the picture: go nearer, or add texture or "
-                       "light",
-            true};
-  if (state.subject_moved)
-    return {is_taken ? "the subject has moved: place it anew (S)"
-                     : "the subject has moved: put it back, or place it anew (S)",
-            true};
-  if (const char* words = WordsFor(state, kAimWords)) return {words, true};
-  if (state.waits_to_begin) return BeforeBeginning(state);
-  if (!state.recording) return {"paused: Space goes on", true};
-  if (const NoticedMistake* mistake = Behind(state.decision.reason, state.mistakes);
-      mistake && mistake->IsSeenAt(state.seconds))
-    return {fmt::format("{}. {}", Name(mistake->mistake), mistake->cure), true};
-  if (const char* words = WordsFor(state, kRefusalWords)) return {words, true};
-  if (is_taken) return {};
-  if (!state.subject) return {"walk on", false};
-  if (state.table_up_in_world) return {WayInWords(state), false};
-  const double now = (state.cam_from_world->OriginInSource() - state.subject->center_in_world).norm();
-  const double wanted = state.guidance.distance;
-  if (wanted > 0 && now > limits.distance * wanted)
-    return {"come " + LengthToGo(state, now, wanted) + " nearer", false};
-  if (wanted > 0 && wanted > limits.distance * now)
-    return {"go " + LengthToGo(state, now, wanted) + " back", false};
-  if (const auto& row = state.guidance.row; row && row->wanted > 0) {
-    if (row->now > limits.row_far * row->wanted)
-      return {"too far from the last row: follow the arrow", false};
-    if (row->now < limits.row_near * row->wanted)
-      return {"too near to the last row: follow the arrow", false};
-  }
-  if (state.guidance.toward) return {"follow the arrow", false};
-  return {};
 }
 
 }  // namespace ulf::coverage

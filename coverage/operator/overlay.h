@@ -8,7 +8,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "coverage/operator/palette.h"
@@ -24,7 +23,8 @@ enum class SphereLayer {
   kErrors,    // how wrong pictures there are, as measured at frames
 };
 
-// While there is no pose nothing of the sphere; where the camera's turn is known, where it looked when it had one.
+// While there is no pose nothing of the sphere; where the camera's turn is known, where it looked when it had
+// one.
 render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard(),
                             SphereLayer layer = SphereLayer::kCoverage);
 
@@ -44,18 +44,5 @@ std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int
 // The wireframe and the outline of a subject's sphere alone.
 render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
                               const render::Rgba& color);
-
-// The one thing to do now, in a short line.
-struct Instruction {
-  std::string words;
-  bool urgent = false;  // nothing is recorded until it is done
-};
-// From where on the line names a distance or the row beside; ratios to the wanted value. Guessed.
-struct InstructionLimits {
-  double distance = 1.05;  // farther or nearer by more than this: "come nearer", "go back"
-  double row_far = 1.2;    // wider offsets from the row beside: "too far from the last row"
-  double row_near = 0.5;   // narrower ones: "too near"
-};
-Instruction InstructionFor(const CaptureState& state, const InstructionLimits& limits = {});
 
 }  // namespace ulf::coverage

@@ -1,4 +1,5 @@
 #include "coverage/operator/palette.h"
+#include "coverage/bound/criterion.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // The requests of the display that no state has answered yet. The display's state is always a little old: a
-// person who presses a key twice assumes that the first press has worked. So a request names its goal ("pause",
-// "take back view 17"), never "toggle", and two quick presses are two requests.
+// person who presses a key twice assumes that the first press has worked. So a request names its goal
+// ("pause", "take back view 17"), never "toggle", and two quick presses are two requests.
 #pragma once
 
 #include <cstdint>

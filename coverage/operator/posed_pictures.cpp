@@ -9,6 +9,15 @@
 #include "core/image/image.h"
 
 namespace ulf::coverage {
+namespace {
+
+// Guessed.
+constexpr double kPosedThinning = 1.25;  // the step grows by this while there are too many
+// Of a step: as near to the middle of its place a picture may take over,.
+constexpr double kPosedSamePlace = 0.25;
+constexpr double kPosedStale_s = 2;  // when the one that is there is older than this
+
+}  // namespace
 
 PosedPicture PosedPicture::Of(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
                               std::uint64_t key) {
@@ -63,9 +72,10 @@ void SpreadPictures::Offer(const CaptureState& state) {
   const auto distance = [&](const Kept& kept) { return (kept.Center() - center).norm(); };
   const auto nearest = std::ranges::min_element(kept_, {}, distance);
   if (nearest != kept_.end() && distance(*nearest) < least_baseline_) {
-    // Only a picture near the middle of the place may replace it: otherwise a slow movement would drag it along.
-    const bool stale = distance(*nearest) < options_.same_place * least_baseline_ &&
-                       state.device_time_s > nearest->device_time_s + options_.stale_s;
+    // Only a picture near the middle of the place may replace it: otherwise a slow movement would drag it
+    // along.
+    const bool stale = distance(*nearest) < kPosedSamePlace * least_baseline_ &&
+                       state.device_time_s > nearest->device_time_s + kPosedStale_s;
     const bool recorded = state.recorded_view && !state.takes_stills && !nearest->view;
     if (stale || recorded) *nearest = Keep(state);
     return;
@@ -75,7 +85,7 @@ void SpreadPictures::Offer(const CaptureState& state) {
 }
 
 void SpreadPictures::Thin() {
-  least_baseline_ *= options_.thinning;
+  least_baseline_ *= kPosedThinning;
   std::vector<Kept> apart;
   for (Kept& kept : kept_) {
     const bool crowded = std::ranges::any_of(

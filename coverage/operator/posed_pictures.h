@@ -30,18 +30,15 @@ struct WeightedPicture {
   float weight = 1;
 };
 
-// Keeps a few dozen live pictures from places far apart. When a place is visited again the new picture replaces
-// the old one, because its pose is of the newer map. A picture that was recorded is preferred, and is dropped
-// when its view is taken back.
+// Keeps a few dozen live pictures from places far apart. When a place is visited again the new picture
+// replaces the old one, because its pose is of the newer map. A picture that was recorded is preferred, and
+// is dropped when its view is taken back.
 class SpreadPictures {
  public:
   // Guessed.
   struct Options {
-    std::size_t most = 24;     // pictures; more take longer to draw, fewer show their number in the blur
-    double step = 0.02;        // between places, of the median depth of what is seen at first
-    double thinning = 1.25;    // the step grows by this while there are too many
-    double same_place = 0.25;  // of a step: as near to the middle of its place a picture may take over,
-    double stale_s = 2;        // when the one that is there is older than this
+    std::size_t most = 24;  // pictures; more take longer to draw, fewer show their number in the blur
+    double step = 0.02;     // between places, of the median depth of what is seen at first
   };
   SpreadPictures() = default;
   explicit SpreadPictures(const Options& options) : options_(options) {}

@@ -15,6 +15,11 @@
 namespace ulf::coverage {
 namespace {
 
+// Guessed.
+constexpr std::size_t kPicturesMostDrawn = 3;    // by Nearest(); more blur, fewer jump
+constexpr std::size_t kPicturesMostFetched = 8;  // around a camera, ahead of its movement
+constexpr double kPicturesLeastShare = 0.01;     // of the nearest one's weight; less is not worth drawing
+
 using Eigen::Vector3d;
 
 struct Candidate {
@@ -97,7 +102,7 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
     while (held != held_.end() && held->first < state.view_ids[i]) ++held;
     if (held != held_.end() && held->first == state.view_ids[i]) at_hand.push_back(all.back());
   }
-  SortFirst(all, options_.most_fetched);
+  SortFirst(all, kPicturesMostFetched);
   std::vector<int> lacking;
   for (const Candidate& candidate : all)
     if (!held_.contains(state.view_ids[candidate.view])) lacking.push_back(state.view_ids[candidate.view]);
@@ -105,22 +110,22 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
     stored_ = std::make_unique<StoredPictures>(state.light_field);
   if (stored_) missing_ = stored_->Want(std::move(lacking));
 
-  SortFirst(at_hand, options_.most_drawn + 1);
+  SortFirst(at_hand, kPicturesMostDrawn + 1);
   const auto angle = [&](std::size_t i) { return std::acos(std::clamp(at_hand[i].cosine, -1.0, 1.0)); };
   const std::size_t count = at_hand.size();
-  const double end = count > options_.most_drawn ? angle(options_.most_drawn)
-                                                 : 2 * (count > 0 ? angle(count - 1) : 0) + 1e-6;
+  const double end =
+      count > kPicturesMostDrawn ? angle(kPicturesMostDrawn) : 2 * (count > 0 ? angle(count - 1) : 0) + 1e-6;
   std::vector<WeightedPicture> nearest;
-  for (std::size_t i = 0; i < std::min(count, options_.most_drawn); ++i) {
+  for (std::size_t i = 0; i < std::min(count, kPicturesMostDrawn); ++i) {
     const double share = 1 - angle(i) / std::max(end, 1e-9);
-    if (i > 0 && share <= options_.least_share) continue;
+    if (i > 0 && share <= kPicturesLeastShare) continue;
     Held& drawn = held_.at(state.view_ids[at_hand[i].view]);
     drawn.used = ++clock_;
     // The pose may have been corrected since.
     const CriterionView& view = views[at_hand[i].view];
     const Eigen::Quaterniond rotation(view.cam_from_world);
     drawn.picture.cam_from_world = {rotation, -(rotation * view.center_in_world)};
-    nearest.push_back({&drawn.picture, static_cast<float>(std::max(options_.least_share, share * share))});
+    nearest.push_back({&drawn.picture, static_cast<float>(std::max(kPicturesLeastShare, share * share))});
   }
   return nearest;
 }

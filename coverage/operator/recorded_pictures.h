@@ -66,15 +66,12 @@ class RecordedPictures {
   // Guessed.
   struct Options {
     std::size_t most_bytes = 64 << 20;  // some six hundred pictures of a scene rich in detail: most captures
-    std::size_t most_drawn = 3;         // by Nearest(); more blur, fewer jump
-    std::size_t most_fetched = 8;       // around a camera, ahead of its movement
-    double least_share = 0.01;          // of the nearest one's weight; less is not worth drawing
   };
   RecordedPictures() : RecordedPictures(Options{}) {}
   explicit RecordedPictures(const Options& options) : options_(options) {}
 
-  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and goes over to
-  // the lens in use.
+  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and
+  // goes over to the lens in use.
   void Follow(const CaptureState& state);
   // The pictures nearest in direction to a camera, as seen from the subject, with weights that fall to 0 at
   // the first one left out. Pictures that are not in memory are skipped, and fetched for a later call. Valid

@@ -20,6 +20,14 @@
 namespace ulf::coverage {
 namespace {
 
+// Guessed.
+constexpr int kReviewPhotograph_px = 640;  // longer side of the photographs that are drawn
+constexpr double kReviewRefresh_s = 2;     // between two readings of the light field, at least
+// So long after a scene could not be read or drawn, another is tried, if anything has changed since: where
+// memory lacks, reading all photographs again helps nobody.
+constexpr double kReviewRetry_s = 10;
+constexpr double kReviewTryNext_s = 0.3;  // between two tries whether the next scene has its photographs
+
 constexpr int kGridColumns = 24, kGridRows = 18;  // of the grid over the picture
 constexpr const char* kShaderVersion = "#version 450 core\n";
 constexpr const char* kGridVertex = R"(
@@ -167,7 +175,7 @@ RenderedReview::Loaded RenderedReview::Load(const std::filesystem::path& light_f
                              -(pose.cam_from_world * pose.center_in_world)};
     }
     const auto scene = render::LoadScene(on_disk, {.subject = wanted.subject,
-                                                   .size_limit_px = options.photograph_px,
+                                                   .size_limit_px = kReviewPhotograph_px,
                                                    .memory_limit_mb = options.memory_mb,
                                                    .form = render::PhotographForm::kEightBits});
     std::shared_ptr<const render::Proxy> proxy = scene->proxy;
@@ -197,8 +205,8 @@ void RenderedReview::Follow(const CaptureState& state, double now_s) {
                             [&](const render::SceneView& view) { return !wanted_.views.contains(view.id); }))
       drawable->reset();
   const bool is_new = !(shown_ && shown_->of == wanted_) && !(next_ && next_->of == wanted_);
-  if (!is_new || being_loaded_ || now_s - loaded_at_s_ < options_.refresh_s) return;
-  if (failed_ && (*failed_ == wanted_ || now_s - failed_at_s_ < options_.retry_s)) return;
+  if (!is_new || being_loaded_ || now_s - loaded_at_s_ < kReviewRefresh_s) return;
+  if (failed_ && (*failed_ == wanted_ || now_s - failed_at_s_ < kReviewRetry_s)) return;
   loaded_at_s_ = now_s;
   being_loaded_ = wanted_;
   loading_ = std::async(std::launch::async, Load, state.light_field, wanted_, options_);
@@ -260,9 +268,10 @@ std::optional<unsigned> RenderedReview::Draw(const CameraModel& camera, const Ri
   return std::nullopt;
 }
 
-// Now and then: whether the next scene has its photographs, and has been drawn and takes the place of the other.
+// Now and then: whether the next scene has its photographs, and has been drawn and takes the place of the
+// other.
 bool RenderedReview::TryNext(const CameraModel& wide, const Rigid3& cam_from_world) {
-  if (!next_ || (shown_ && now_s_ - tried_next_at_s_ < options_.try_next_s)) return false;
+  if (!next_ || (shown_ && now_s_ - tried_next_at_s_ < kReviewTryNext_s)) return false;
   tried_next_at_s_ = now_s_;
   next_->renderer->Draw(wide, cam_from_world);
   if (shown_ && next_->renderer->loading()) return false;

@@ -1,6 +1,6 @@
-// The review's picture by the real renderer (render/gl), over the mesh that geometry has made so far: what `ulf
-// view` draws of the light field as it is now. On request stripes mark where no view is near, as in the viewer:
-// what is smeared without stripes is the method's limit, not a gap.
+// The review's picture by the real renderer (render/gl), over the mesh that geometry has made so far: what
+// `ulf view` draws of the light field as it is now. On request stripes mark where no view is near, as in the
+// viewer: what is smeared without stripes is the method's limit, not a gap.
 //
 // The scene is read from the light field on disk, in a thread of its own, and again when views, poses, the
 // subject or the mesh have changed. Until a new scene has its photographs the last one is drawn. Reads and
@@ -52,16 +52,10 @@ class RenderedReview {
  public:
   // Guessed.
   struct Options {
-    int photograph_px = 640;  // longer side of the photographs that are drawn
     double memory_mb = 256, gpu_memory_mb = 512;
-    double refresh_s = 2;  // between two readings of the light field, at least
-    // So long after a scene could not be read or drawn, another is tried, if anything has changed since: where
-    // memory lacks, reading all photographs again helps nobody.
-    double retry_s = 10;
-    // Pictures a second: where the renderer is slower they get smaller, down to a quarter of the width, because
-    // tracking needs the processors that a software renderer takes.
+    // Pictures a second: where the renderer is slower they get smaller, down to a quarter of the width,
+    // because tracking needs the processors that a software renderer takes.
     double fps = 10;
-    double try_next_s = 0.3;  // between two tries whether the next scene has its photographs
   };
   RenderedReview() : RenderedReview(Options{}) {}
   explicit RenderedReview(const Options& options) : options_(options), size_(options.fps) {}
@@ -71,8 +65,8 @@ class RenderedReview {
   void Close();
   // Call before every picture while the review is open. `now_s`: of any clock.
   void Follow(const CaptureState& state, double now_s);
-  // The picture of a camera, smaller where it moves and the renderer is slow; none: nothing of this state can be
-  // drawn yet. A texture, its top row first, valid until the next call.
+  // The picture of a camera, smaller where it moves and the renderer is slow; none: nothing of this state can
+  // be drawn yet. A texture, its top row first, valid until the next call.
   std::optional<unsigned> Draw(const CameraModel& camera, const Rigid3& cam_from_world);
   cv::Mat Read() const { return distorted_->Read(); }  // after Draw() gave one
   // Whether the picture is drawn from this view, among others.

@@ -26,8 +26,8 @@ void main() {
   uv23 = vec4(value[at + 6], value[at + 7], value[at + 8], value[at + 9]);
 }
 )";
-// A picture fades over the last 3 % of its sides, as in the renderers. Linear light is approximated by the square
-// of the pixel's value, which is good enough for a preview.
+// A picture fades over the last 3 % of its sides, as in the renderers. Linear light is approximated by the
+// square of the pixel's value, which is good enough for a preview.
 constexpr const char* kAddFragment = R"(
 layout(binding = 0) uniform sampler2D photographs[4];
 uniform vec4 weights;

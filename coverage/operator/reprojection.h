@@ -1,8 +1,8 @@
-// Renders posed pictures from another camera as if all they show lay on one plane that faces that camera, as a
-// weighted sum in linear light. With equal weights this is a synthetic aperture, sharp on the plane (thesis,
-// section 3.2: augmented aperture); with the pictures nearest in direction it is a quick preview of the light
-// field. Both cameras keep their distortion: a grid over the output is projected into each picture on the
-// processor, and OpenGL interpolates.
+// Renders posed pictures from another camera as if all they show lay on one plane that faces that camera, as
+// a weighted sum in linear light. With equal weights this is a synthetic aperture, sharp on the plane
+// (thesis, section 3.2: augmented aperture); with the pictures nearest in direction it is a quick preview of
+// the light field. Both cameras keep their distortion: a grid over the output is projected into each picture
+// on the processor, and OpenGL interpolates.
 #pragma once
 
 #include <cstdint>

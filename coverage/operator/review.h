@@ -1,5 +1,5 @@
-// The review of the recorded views while the capture goes on (thesis, section 3.2): moves the virtual camera by
-// mouse and keys, by the live camera, or by a marker in front of it. When the subject is moved the virtual
+// The review of the recorded views while the capture goes on (thesis, section 3.2): moves the virtual camera
+// by mouse and keys, by the live camera, or by a marker in front of it. When the subject is moved the virtual
 // camera stays where it is and turns to the new one. Pure but for the marker's detector.
 #pragma once
 

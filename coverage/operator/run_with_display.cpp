@@ -71,7 +71,8 @@ void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, Capt
   try {
     if (open) surface = open();
   } catch (const Error& error) {
-    fmt::print(stderr, "{}: capturing without the operator display, as with --headless\n", error.what());
+    fmt::print(stderr, "{}: capturing without the operator display, as with {}\n", error.what(),
+               Parameter("headless"));
     BeginWithoutDisplay(requests);
   }
   if (!surface) {

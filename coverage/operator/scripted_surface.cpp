@@ -28,7 +28,7 @@ void DisplayScript::Take(const std::string& line) {
   Step step;
   if (const auto keys = After("press", line)) {
     step = render::KeysFromNames(*keys);
-    if (std::get<Keys>(step).empty()) throw UsageError("press: no key is named; write press s,Up,Enter");
+    if (std::get<Keys>(step).empty()) throw Refusal("press", "", "no key is named", "write press s,Up,Enter");
   } else if (const auto file = After("look", line)) {
     RequireWritablePicture(*file);
     step = Look(*file);

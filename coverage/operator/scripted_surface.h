@@ -1,5 +1,6 @@
 // The operator display without a window, for remote use and for programs: keys come as lines of text, and
-// pictures of the display go to files (`ulf capture --offscreen`). The same code runs as in a window.
+// pictures of the display go to files (`ulf capture` calls that offscreen). The same code runs as in a
+// window.
 #pragma once
 
 #include <deque>
@@ -25,7 +26,7 @@ class DisplayScript {
   using Step = std::variant<Keys, Look, CaptureRequest>;
   explicit DisplayScript(CaptureRequests& requests) : requests_(requests) {}
 
-  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws UsageError for any other
+  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws Refusal for any other
   // line. Once there is no display, requests go to the capture at once; for the others an error is printed.
   void Take(const std::string& line);
   std::optional<Step> Next();
@@ -41,9 +42,9 @@ class DisplayScript {
   bool ended_ ULF_GUARDED_BY(mutex_) = false;
 };
 
-// Executes one line after the other, 0.6 s apart at the display's 30 pictures a second, so that the effect of a
-// line is on the screen before a picture is written, and longer than DisplayOptions::to_see_s. Pictures that are
-// still to be written when the display ends show its last one.
+// Executes one line after the other, 0.6 s apart at the display's 30 pictures a second, so that the effect of
+// a line is on the screen before a picture is written, and longer than DisplayOptions::to_see_s. Pictures
+// that are still to be written when the display ends show its last one.
 class ScriptedSurface : public render::OffscreenSurface {
  public:
   static constexpr int kFramesBetween = 18;

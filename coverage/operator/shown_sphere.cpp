@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/geometry/angles.h"
+#include "coverage/bound/criterion.h"
 #include "coverage/operator/palette.h"
 
 namespace ulf::coverage {
@@ -30,8 +31,8 @@ void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
   }
 }
 
-// A view's rim encloses what it covers. Rims are shown only near the present camera, where they tell how far to
-// go: all rims of a full map would hide the map.
+// A view's rim encloses what it covers. Rims are shown only near the present camera, where they tell how far
+// to go: all rims of a full map would hide the map.
 void AddViews(const CoverageMap& map, const Eigen::Matrix3d& cam_from_world, ShownSphere& sphere) {
   constexpr double kRimReach = 2.5;  // disc radii
   const double usual_radius = map.spacing() * map.options().cells_per_disc_radius;

@@ -57,7 +57,8 @@ void SubjectTool::Follow(const CaptureState& state, const PendingRequests& pendi
     draft_ = now;
     return;
   }
-  // The capture's subject has followed a corrected map: so do the one that is being placed, and the one of before.
+  // The capture's subject has followed a corrected map: so do the one that is being placed, and the one of
+  // before.
   for (std::optional<Subject>* follows : {&draft_, &before_})
     if (*follows) {
       (*follows)->center_in_world += now->center_in_world - before->center_in_world;

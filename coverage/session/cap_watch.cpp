@@ -8,11 +8,20 @@
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/gap_words.h"
 
 namespace ulf::coverage {
 namespace {
+
+// Guessed.
+constexpr double kCapWatchWorthGaining = 0.002;  // of the cap; less is no gain, more starts the count anew
+// The watch reports after a movement without a gain of so many times the cap's width and height, which finds
+// every hole that can be reached, and at least so many radians. Less reports too early, more too late.
+constexpr double kCapWatchWaysRound = 2;
+constexpr double kCapWatchLeastWay = M_PI / 2;
+constexpr double kCapWatchWholeTurn = 1.1 * 2 * M_PI;  // of a turntable
 
 std::string LargestGapInWords(const CoverageMap& map) {
   const std::vector<CapGap> gaps = GapsOf(map);
@@ -55,8 +64,8 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
   const Eigen::Vector3d direction = (center_in_world - map.subject().center_in_world).normalized();
   const double covered = map.CoveredShare();
   // The share falls when views are taken back or the subject is placed anew.
-  if (covered >= share_ || covered > most_covered_ + options_.worth_gaining ||
-      covered < most_covered_ - options_.worth_gaining) {
+  if (covered >= share_ || covered > most_covered_ + kCapWatchWorthGaining ||
+      covered < most_covered_ - kCapWatchWorthGaining) {
     most_covered_ = covered;
     from_ = direction;
     moved_ = 0;
@@ -73,16 +82,15 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
     moved_ += step;
   }
   const Cap& cap = *map.options().cap;
-  const double most_way = turns_
-                              ? options_.whole_turn
-                              : std::max(options_.ways_round * (cap.width + cap.height), options_.least_way);
+  const double most_way = turns_ ? kCapWatchWholeTurn
+                                 : std::max(kCapWatchWaysRound * (cap.width + cap.height), kCapWatchLeastWay);
   if (reported_ || moved_ < most_way) return std::nullopt;
   reported_ = true;
   std::string smaller = "ask for a smaller cap";
   if (const std::optional<Cap> largest = LargestCovered(map, share_)) {
     const Eigen::Vector2d degrees = largest->Degrees();
-    smaller = fmt::format("resume with --until-covered {:.0f}x{:.0f}, which is covered to {:g} %",
-                          degrees.x(), degrees.y(), 100 * share_);
+    smaller = fmt::format("resume with {} {:.0f}x{:.0f}, which is covered to {:g} %",
+                          Parameter("until_covered"), degrees.x(), degrees.y(), 100 * share_);
   }
   const double open = 1 - covered;
   const char* to_do = IsTaken(source_) ? "; "

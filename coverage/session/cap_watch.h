@@ -17,16 +17,10 @@ class CapWatch {
  public:
   // Guessed.
   struct Options {
-    double step = Radians(2);      // round the subject; less is a hand's trembling and no movement
-    double worth_gaining = 0.002;  // of the cap; less is no gain, more starts the count anew
-    // The watch reports after a movement without a gain of so many times the cap's width and height, which finds
-    // every hole that can be reached, and at least so many radians. Less reports too early, more too late.
-    double ways_round = 2;
-    double least_way = M_PI / 2;
-    double whole_turn = 1.1 * 2 * M_PI;  // of a turntable
+    double step = Radians(2);  // round the subject; less is a hand's trembling and no movement
   };
-  // `share` of the cap ends the capture. `turns`: the subject does, before a camera that stands; then only whole turns
-  // without a gain count. `source`: only a camera in the hand is told where to go.
+  // `share` of the cap ends the capture. `turns`: the subject does, before a camera that stands; then only
+  // whole turns without a gain count. `source`: only a camera in the hand is told where to go.
   CapWatch(double share, bool turns, FrameSource source) : share_(share), turns_(turns), source_(source) {}
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the

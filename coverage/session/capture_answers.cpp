@@ -6,12 +6,15 @@
 #include <variant>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 #include "coverage/session/running_capture.h"
 
 namespace ulf::coverage {
 namespace {
 
-constexpr char kNoSubjectToPlace[] = "this capture has no subject to place (--no-subject)";
+std::string NoSubjectToPlace() {
+  return fmt::format("this capture has no subject to place ({})", Parameter("no_subject"));
+}
 
 }  // namespace
 
@@ -38,12 +41,12 @@ void RunningCapture::Answer(const TakeBackViews& asked) {
 }
 
 void RunningCapture::Answer(const PlaceSubject& asked) {
-  if (options_.without_subject) return Say(kNoSubjectToPlace);
+  if (options_.without_subject) return Say(NoSubjectToPlace());
   subject_.Place(asked.subject, latest_.track.cam_from_world);
 }
 
 void RunningCapture::Answer(const FindSubject& asked) {
-  if (options_.without_subject) return Say(kNoSubjectToPlace);
+  if (options_.without_subject) return Say(NoSubjectToPlace());
   subject_.Find(asked, latest_.track.cam_from_world);
 }
 
@@ -56,10 +59,9 @@ void RunningCapture::BeginWhenPossible() {
 void RunningCapture::Begin(bool although_checks_fail) {
   const std::string holds = HoldsInWords(outlook_.preflight());
   if (!holds.empty() && !although_checks_fail && options_.checks_hold_start)
-    return Say(
-        fmt::format("recording has not begun: {}; or begin all the same: Shift Enter, the request record "
-                    "anyway, --force-start",
-                    holds));
+    return Say(fmt::format(
+        "recording has not begun: {}; or begin all the same: Shift Enter, the request record anyway, {}",
+        holds, Parameter("force_start")));
   waits_to_begin_ = false;
   recorder_.SetRecording(true);
   Say(holds.empty() ? "recording begins" : "recording begins all the same: " + holds);

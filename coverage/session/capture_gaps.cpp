@@ -8,6 +8,15 @@
 #include "coverage/bound/view_decision.h"
 
 namespace ulf::coverage {
+namespace {
+
+// Guessed.
+// Shorter ones (the disk catches up, one lost frame) are not reported or journaled.
+constexpr double kGapShortest_s = 0.5;
+// Of a camera that continues by itself: fewer are dropped frames, no gap.
+constexpr double kGapMissedFrames = 10;
+
+}  // namespace
 
 void CaptureGaps::Close(std::optional<Open>& gap, double to_s) {
   if (gap) spool_.NoteGap(gap->from_s, to_s, gap->reason);
@@ -19,7 +28,7 @@ void CaptureGaps::Tracking(bool tracked, double now_s) {
   tracked_before_ |= tracked;
   if (!tracked && tracked_before_ && !tracking_) tracking_ = Open{now_s, Name(Reason::kTracking)};
   if (!tracked || !tracking_) return;
-  if (now_s - tracking_->from_s < options_.shortest_s) tracking_.reset();
+  if (now_s - tracking_->from_s < kGapShortest_s) tracking_.reset();
   Close(tracking_, now_s);
 }
 
@@ -30,7 +39,7 @@ void CaptureGaps::DeviceFaulted(double since_s, const std::string& reason) {
 // A camera may stop for seconds and continue by itself: its driver reports no fault, but it is a gap.
 void CaptureGaps::FrameCame(double device_time_s, bool device_is_live, double frame_period_s) {
   if (last_frame_s_ && device_is_live && frame_period_s > 0 &&
-      device_time_s - *last_frame_s_ > std::max(options_.shortest_s, options_.missed_frames * frame_period_s))
+      device_time_s - *last_frame_s_ > std::max(kGapShortest_s, kGapMissedFrames * frame_period_s))
     DeviceFaulted(*last_frame_s_, "no frames");
   Close(device_, device_time_s);
   last_frame_s_ = device_time_s;
@@ -40,7 +49,7 @@ void CaptureGaps::FrameCame(double device_time_s, bool device_is_live, double fr
 void CaptureGaps::Disk(const std::optional<SpoolPause>& pause, double now_s) {
   if (!pause) return EndDisk(now_s, false);
   if (!disk_) disk_ = Open{now_s, pause->words};
-  if (disk_->said || now_s - disk_->from_s < options_.shortest_s) return;
+  if (disk_->said || now_s - disk_->from_s < kGapShortest_s) return;
   disk_->said = true;
   say_("recording paused, tracking goes on: " + pause->words);
 }
@@ -48,7 +57,7 @@ void CaptureGaps::Disk(const std::optional<SpoolPause>& pause, double now_s) {
 void CaptureGaps::EndDisk(double now_s, bool ended) {
   if (!disk_) return;
   const double length_s = now_s - disk_->from_s;
-  if (length_s >= options_.shortest_s) {
+  if (length_s >= kGapShortest_s) {
     ++pauses_;
     paused_s_ += length_s;
     spool_.NoteGap(disk_->from_s, now_s, "recording paused: " + disk_->reason);

@@ -15,12 +15,6 @@ namespace ulf::coverage {
 
 class CaptureGaps {
  public:
-  // Guessed.
-  struct Options {
-    double shortest_s =
-        0.5;  // shorter ones (the disk catches up, one lost frame) are not reported or journaled
-    double missed_frames = 10;  // of a camera that continues by itself: fewer are dropped frames, no gap
-  };
   CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say)
       : spool_(spool), say_(std::move(say)) {}
 
@@ -48,7 +42,6 @@ class CaptureGaps {
   void Close(std::optional<Open>& gap, double to_s);
   void EndDisk(double now_s, bool ended);
 
-  const Options options_{};
   ViewSpool& spool_;
   std::function<void(const std::string&)> say_;
   std::optional<Open> tracking_, device_, disk_, by_request_;

@@ -17,12 +17,12 @@ namespace ulf::coverage {
 namespace {
 
 [[noreturn]] void Refuse(const std::string& line) {
-  throw UsageError(
-      "'{}' is not a request; there are: take-back [COUNT], take-back views ID..., subject [x,y,z,r], "
-      "subject [depth D] [size SHARE], subject proposed, pause, record [anyway], finish; with --offscreen "
-      "also press KEYS, "
-      "look FILE",
-      line);
+  throw Refusal(
+      "", line, fmt::format("'{}' is not a request", line),
+      fmt::format(
+          "there are: take-back [COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size "
+          "SHARE], subject proposed, pause, record [anyway], finish; with {} also press KEYS, look FILE",
+          Parameter("offscreen")));
 }
 
 std::vector<std::string> Words(const std::string& line) {
@@ -101,8 +101,10 @@ RequestLines::RequestLines(const std::string& path, std::function<void(const std
   descriptor_ = path == "-" ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   struct stat about {};
   if (descriptor_ < 0 || fstat(descriptor_, &about) != 0 || S_ISDIR(about.st_mode))
-    throw UsageError("--requests {}: cannot be read: {}; give - for standard input, or a fifo (mkfifo)", path,
-                     descriptor_ < 0 ? std::strerror(errno) : "it is a folder");
+    throw Refusal(
+        Parameter("requests"), path,
+        fmt::format("cannot be read: {}", descriptor_ < 0 ? std::strerror(errno) : "it is a folder"),
+        "give - for standard input, or a fifo (mkfifo)");
   others_may_write_ = S_ISFIFO(about.st_mode) && path != "-";
 }
 
@@ -137,7 +139,7 @@ void RequestLines::Take(const std::function<void(const std::string&)>& say) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
       take_(line);
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       say(error.what());
     }
   }

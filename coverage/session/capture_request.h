@@ -44,7 +44,8 @@ using CaptureRequest = std::variant<TakeBackLast, TakeBackViews, PlaceSubject, F
                                     PlaceProposedSubject, SetRecording, FinishCapture>;
 
 // From a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
-// "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws UsageError that lists these.
+// "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws
+// Refusal that lists these.
 CaptureRequest ParseCaptureRequest(const std::string& line);
 
 // Hands requests from the threads that ask to the session's thread.
@@ -64,8 +65,8 @@ class CaptureRequests {
 // by them what a person asks by the display's keys. Never blocks.
 class RequestLines {
  public:
-  // "-": standard input. Throws UsageError when it cannot be read. `take` gets each line and throws
-  // UsageError, in words, for one that is no request.
+  // "-": standard input. Throws Refusal when it cannot be read. `take` gets each line and throws
+  // Refusal, in words, for one that is no request.
   RequestLines(const std::string& path, std::function<void(const std::string&)> take);
   ~RequestLines();
   RequestLines(const RequestLines&) = delete;

@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <exception>
-#include <iterator>
 #include <utility>
 
 #include "core/base/counted.h"
@@ -12,190 +11,14 @@
 #include "core/base/quantile.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/running_capture.h"
-#include "tracking/tracker/track_words.h"
 
 namespace ulf::coverage {
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::optional<LiveGeometry::Options> GeometryFor(const CaptureOptions& options) {
-  if (!options.geometry || options.without_subject) return std::nullopt;
-  LiveGeometry::Options geometry;
-  geometry.threaded = !options.deterministic;
-  return geometry;
-}
-
 }  // namespace
-
-RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& camera,
-                               tracking::PoseSource& poses, LightFieldWriter writer, ExposureMatch light,
-                               const CaptureOptions& options, const CaptureHooks& hooks,
-                               std::vector<Frame> first)
-    : device_(device),
-      poses_(poses),
-      options_(options),
-      lens_(camera, options.still_camera),
-      hooks_(hooks),
-      first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
-      root_(writer.Contents().root),
-      record_(std::move(writer), lens_,
-              {.coverage_width_px = options.coverage_width_px,
-               .map = {.cap = options.cap, .threshold_px = options.threshold_px},
-               .spool_views = options.spool_views,
-               .deterministic = options.deterministic,
-               .geometry = GeometryFor(options),
-               .cover = options.cover,
-               .lens_may_change = options.lens == tracking::LensUse::kRefine,
-               .source = source_},
-              say_),
-      outlook_(say_),
-      subject_(record_, outlook_, poses_, lens_,
-               {.size = options.subject_size,
-                .rectangle_share = options.limits.rectangle_share,
-                .stable_frames = options.stable_frames,
-                .stands_on = options.turntable ? std::optional(options.turntable->Middle()) : std::nullopt,
-                .source = source_},
-               say_),
-      gaps_(record_.spool(), say_),
-      recorder_(device_, poses_, lens_, record_, std::move(light),
-                {.still_camera = options.still_camera,
-                 .without_subject = options.without_subject,
-                 .limits = options.limits,
-                 .stable_frames = options.stable_frames,
-                 .keep_apart = options.keep_apart,
-                 .coverage_width_px = options.coverage_width_px,
-                 .deterministic = options.deterministic,
-                 .bracket = options.bracket},
-                say_),
-      proposer_(lens_, {.coverage_width_px = options.coverage_width_px,
-                        .threshold_px = options.threshold_px,
-                        .cap = options.cap,
-                        .until_share = options.until_share}) {
-  if (options.turntable) turntable_.emplace(options.turntable->Text(), source_);
-}
-
-void RunningCapture::AnnouncePrediction() {
-  if (!record_.map() || !outlook_.IsDue() || !latest_.track.cam_from_world) return;
-  const Subject& subject = record_.map()->subject();
-  const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
-  outlook_.Expect(
-      SetupAt(lens_.recorded(), options_.coverage_width_px, subject, distance, options_.threshold_px),
-      options_.cap, options_.until_share, poses_.IsMetric(), source_);
-}
-
-// Before anything else looks at a frame: what knows poses by another lens must not meet poses by this one.
-void RunningCapture::FollowLens(const tracking::Track& track) {
-  if (const auto before = lens_.After(track, poses_)) GoOverToLensFrom(*before, false);
-  // What is replaced before the next frame needs no warning.
-  if (!lens_.contradicted() || lens_doubted_ || options_.lens == tracking::LensUse::kRefine) return;
-  lens_doubted_ = true;
-  Say(lens_.contradicted()->Advice(source_));
-}
-
-void RunningCapture::GoOverToLensFrom(const CameraModel& before, bool last) {
-  const auto covered = [this] { return record_.map() && options_.cap ? record_.map()->CoveredShare() : 0; };
-  const double covered_before = covered();
-  record_.GoOverToLens(before, poses_, last, subject_.GoOverFrom(before));
-  outlook_.Reset();
-  const tracking::RefinedLens& found = *lens_.found();
-  const std::size_t views = record_.views().size();
-  // The second time it is the same lens, known a little better.
-  const bool differs = std::abs(found.camera.MeanFocalPx() - before.MeanFocalPx()) > found.focal_sigma_px;
-  std::string followed = "; nothing was recorded yet";
-  if (views > 0)
-    followed = fmt::format(", and {} so far {} with it: lens, poses and what is covered",
-                           Counted(views, "view"), views == 1 ? "goes" : "go");
-  if (views > 0 && options_.cap)
-    followed += fmt::format(" ({:.1f} %, before it was {:.1f} %)", 100 * covered(), 100 * covered_before);
-  Say(fmt::format("images fit {}{}: the capture {} this lens{}", found.Text(),
-                  differs ? fmt::format(", not the {:.1f} px in use", before.MeanFocalPx()) : "",
-                  last ? "ends under" : "goes on under", followed));
-}
-
-void RunningCapture::NoteZoom(const tracking::Track& track) {
-  if (track.state != tracking::TrackState::kTracking || track.focal_ratio.has_value() == zoom_moved_) return;
-  zoom_moved_ = track.focal_ratio.has_value();
-  Say(zoom_moved_ ? tracking::ZoomInWords(*track.focal_ratio, source_) + "; nothing is recorded meanwhile"
-                  : "the zoom is back");
-}
-
-// Before the first view the preflight says what was noticed, but for what the lens and the shutter are.
-void RunningCapture::LookForMistakes(const Frame& frame) {
-  if (frame.asked_stops) return;  // another exposure on purpose
-  picture_ =
-      light_and_focus_.After(frame.device_time_s, frame.image, lens_.live(), latest_.track.cam_from_world,
-                             subject_.IsPlaced() ? record_.subject() : std::nullopt);
-  MistakeSigns signs{.held = device_.Held(),
-                     .fine_detail = picture_.fine_detail,
-                     .badly_exposed = picture_.light && IsBadlyExposed(*picture_.light, options_.limits),
-                     .subject_turns = options_.turntable.has_value()};
-  // Another lens takes the contradicted one's place.
-  if (options_.lens != tracking::LensUse::kRefine) signs.lens_contradicted = lens_.contradicted();
-  constexpr double kAsksEvery_s = 1;  // all of the tracker's statistics are made for it
-  if (!shutter_asked_s_ || std::abs(frame.device_time_s - *shutter_asked_s_) >= kAsksEvery_s) {
-    shutter_asked_s_ = frame.device_time_s;
-    signs.rolling_shutter = poses_.Statistics().rolling_shutter;
-  }
-  for (const NoticedMistake& noticed : mistakes_.After(frame, signs)) {
-    const bool said_elsewhere = noticed.mistake == Mistake::kWrongLens ||
-                                (noticed.mistake != Mistake::kRollingShutter && AwaitsFirstView());
-    if (!said_elsewhere) Say(noticed.InWords());
-  }
-}
-
-void RunningCapture::UpdatePreflight(const Frame& frame) {
-  if (!AwaitsFirstView()) return;
-  const auto pixels = [](const CameraModel& camera) {
-    return static_cast<double>(camera.width) * static_cast<double>(camera.height);
-  };
-  const double view_per_frame = pixels(lens_.recorded()) / pixels(lens_.live());
-  outlook_.Check({.source = source_,
-                  .resumed = !record_.views().empty(),
-                  .calibrated = options_.calibrated,
-                  .calibration_source = options_.calibration_source,
-                  .lens_is_sought = options_.lens == tracking::LensUse::kRefine,
-                  .lens_found = lens_.found(),
-                  .lens_contradicted = lens_.contradicted(),
-                  .held = device_.Held(),
-                  .picture = picture_,
-                  .prediction = {},
-                  .cap = options_.cap,
-                  .without_subject = options_.without_subject.has_value(),
-                  .bytes_per_view = static_cast<std::uint64_t>(
-                      view_per_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
-                  .disk_left_bytes = meters_.DiskLeftBytes(root_),
-                  .link = meters_.Link(device_),
-                  .mistakes = mistakes_.noticed(),
-                  .has_pose = latest_.track.cam_from_world.has_value(),
-                  .pose_error_px = PoseErrorNow(),
-                  .limits = options_.limits});
-}
-
-std::optional<double> RunningCapture::PoseErrorNow() const {
-  const tracking::Track& track = latest_.track;
-  const auto sigma = track.PictureSigma();
-  if (!record_.map() || !track.cam_from_world || !sigma) return std::nullopt;
-  const Subject& subject = record_.map()->subject();
-  return PoseErrorPx(*sigma, CriterionView::From(lens_.recorded(), {}, options_.coverage_width_px).fx,
-                     (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
-}
-
-// Without a pose while the subject's sphere stands in a map that is gone: where the camera stands about it is not
-// known.
-tracking::Track RunningCapture::TrackToRecord(const tracking::Track& track) const {
-  tracking::Track usable = track;
-  if (subject_.IsStale()) usable.cam_from_world.reset();
-  return usable;
-}
-
-void RunningCapture::UpdateCapWatch(const tracking::Track& track, const Decision& decision) {
-  if (!record_.map() || !track.cam_from_world) return;
-  const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
-  const auto report = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
-                                       would_record && recorder_.IsRecording());
-  if (report) Say(*report);
-}
 
 std::optional<StoppedBecause> RunningCapture::TakeStill(const Frame& still) {
   if (hooks_.keep_frame) hooks_.keep_frame(still);
@@ -207,109 +30,6 @@ std::optional<StoppedBecause> RunningCapture::TakeStill(const Frame& still) {
   return !recorder_.AwaitsExposures() && record_.IsCapCovered(options_.until_share, poses_)
              ? std::optional(StoppedBecause::kCovered)
              : std::nullopt;
-}
-
-void RunningCapture::Say(const std::string& text) {
-  said_.push_back(text);
-  if (said_.size() > options_.lines_shown) said_.erase(said_.begin());
-  ++times_said_;
-  if (hooks_.say) hooks_.say(text);
-}
-
-void RunningCapture::TakeEvents() {
-  const std::vector<acquisition::DeviceEvent> events = device_.TakeEvents();
-  for (const std::string& line : repeated_.After(events, EpochSeconds())) Say(line);
-  for (const acquisition::DeviceEvent& event : events) {
-    ++summary_.events[Name(event.kind)];
-    if (event.kind == acquisition::DeviceEventKind::kFaulted && meters_.last_time_s())
-      gaps_.DeviceFaulted(*meters_.last_time_s(), event.text);
-  }
-}
-
-// False when the disk is behind.
-bool RunningCapture::CorrectPoses(bool last) {
-  const std::optional<Subject> before = record_.subject(), followed = subject_.Followed();
-  if (!record_.CorrectPoses(poses_, last, followed)) return false;
-  if (followed) subject_.SayFollowed(*before);
-  return true;
-}
-
-void RunningCapture::ProposeSubject() {
-  if (!record_.map() || !latest_.track.cam_from_world) return;
-  const Subject& subject = *record_.subject();
-  const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
-  if (const auto proposal = proposer_.After(record_.mesh(), subject, distance))
-    Say(InWords(*proposal, subject));
-}
-
-std::string RunningCapture::DeviceProblem() const {
-  const acquisition::DeviceState state = device_.State();
-  if (state != acquisition::DeviceState::kFaulted && state != acquisition::DeviceState::kReconnecting)
-    return {};
-  return fmt::format("{}: {}", Name(state), device_.Info().problem);
-}
-
-SharedCaptureState RunningCapture::State() {
-  auto state = std::make_shared<CaptureState>();
-  state->source = source_;
-  state->metric = poses_.IsMetric();
-  state->frames = summary_.frames;
-  state->device_time_s = meters_.last_time_s().value_or(0);
-  state->frames_per_s = meters_.FramesPerS();
-  state->dropped = meters_.Dropped(device_);
-  state->disk_left_bytes = meters_.DiskLeftBytes(root_);
-
-  const tracking::Track& track = latest_.track;
-  state->live = latest_.live;
-  state->camera = lens_.live();
-  state->recorded_camera = lens_.recorded();
-  state->takes_stills = options_.still_camera.has_value();
-  state->tracking = track.state;
-  if (track.turn && !IsTaken(source_))
-    state->turned =
-        CameraTurn{last_turn_ ? *track.turn * last_turn_->conjugate() : *track.turn, last_turn_.has_value()};
-  if (track.state != tracking::TrackState::kTracking)
-    state->tracking_words = InWords(track, state->turned, source_);
-  state->cam_from_world = track.cam_from_world;
-  state->start = track.start;
-  if (track.cam_from_world) state->points = poses_.VisiblePoints();
-
-  if (options_.turntable) state->table_up_in_world = -Eigen::Vector3d::UnitZ();  // of the board's frame
-  state->without_subject = options_.without_subject.has_value();
-  state->finding_subject = subject_.Finding();
-  record_.Describe(*state);
-  if (!subject_.IsPlaced()) state->subject.reset(), state->coverage.reset();
-  outlook_.Describe(*state);
-  state->mistakes = mistakes_.noticed();
-  state->seconds = meters_.DeviceSeconds();
-  if (proposer_.proposal()) state->proposed_subject = proposer_.proposal()->subject;
-  state->rectangle_share = options_.limits.rectangle_share;
-  state->newest_view = recorder_.newest_view();
-  state->light_field = root_;
-  state->guidance = latest_.guidance;
-  state->subject_moved = subject_.Moved();
-
-  state->decision = latest_.decision;
-  state->recording = recorder_.IsRecording();
-  state->waits_to_begin = waits_to_begin_;
-  state->recorded_view = recorder_.newest_id();
-  state->device_problem = DeviceProblem();
-  if (!state->device_problem.empty())
-    state->why_waiting = "waiting for the device, " + state->device_problem;
-  else if (const std::string disk = gaps_.DiskReason(); !disk.empty())
-    state->why_waiting = "recording paused: " + disk;
-  state->exposure_locked = device_.Held().exposure;
-  state->said = said_;
-  state->times_said = times_said_;
-  state->requests_answered = requests_answered_;
-  state->ended = ended_;
-  return state;
-}
-
-void RunningCapture::Show(const std::function<void(const SharedCaptureState&)>& look) {
-  if (!look) return;
-  look(State());
-  recorder_.ForgetNewestId();
 }
 
 std::optional<StoppedBecause> RunningCapture::StopReason() const {
@@ -382,7 +102,8 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
     if (!IsTaken(source_)) latest_.guidance = guide_.After(record_.map().get(), here, now_s);
     Show(hooks_.after_frame);
   }
-  // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover it.
+  // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover
+  // it.
   if (!recorder_.AwaitsExposures() && record_.IsCapCovered(options_.until_share, poses_))
     return StoppedBecause::kCovered;
   return std::nullopt;

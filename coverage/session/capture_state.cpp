@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 
@@ -16,7 +17,8 @@ std::string Part(double degrees, const char* forward, const char* backward) {
   return fmt::format("{:.0f}° {}", std::abs(degrees), degrees > 0 ? forward : backward);
 }
 
-// How far `there` is from `here` about the axis and along it, degrees: counterclockwise as seen from above, and up.
+// How far `there` is from `here` about the axis and along it, degrees: counterclockwise as seen from above,
+// and up.
 Eigen::Vector2d AboutAxis(const Eigen::Vector3d& up, const Eigen::Vector3d& here,
                           const Eigen::Vector3d& there) {
   const Eigen::Vector3d a = here - up * up.dot(here), b = there - up * up.dot(there);
@@ -40,11 +42,31 @@ const char* Name(StoppedBecause why) {
   return kNames[static_cast<std::size_t>(why)];
 }
 
-std::string LengthToGo(const CaptureState& state, double from_distance, double to_distance) {
+LengthToGo LengthToGo::Of(const CaptureState& state, double from_distance, double to_distance) {
   const double length = std::abs(to_distance - from_distance);
-  if (!state.metric) return fmt::format("{:.0f} %", 100 * length / from_distance);
-  if (length < 0.01) return fmt::format("{:.0f} mm", 1000 * length);
-  return length < 1 ? fmt::format("{:.0f} cm", 100 * length) : fmt::format("{:.1f} m", length);
+  if (!state.metric) return {100 * length / from_distance, Unit::kPercent};
+  if (length < 0.01) return {1000 * length, Unit::kMillimetres};
+  return length < 1 ? LengthToGo{100 * length, Unit::kCentimetres} : LengthToGo{length, Unit::kMetres};
+}
+
+std::string LengthToGo::Text() const {
+  constexpr std::array kUnits{"%", "mm", "cm", "m"};
+  return fmt::format("{:.{}f} {}", amount, unit == Unit::kMetres ? 1 : 0,
+                     kUnits[static_cast<std::size_t>(unit)]);
+}
+
+double LengthToGo::ShareOf(double distance_m) const {
+  switch (unit) {
+    case Unit::kPercent:
+      return 0.01 * std::nearbyint(amount);
+    case Unit::kMillimetres:
+      return 0.001 * std::nearbyint(amount) / distance_m;
+    case Unit::kCentimetres:
+      return 0.01 * std::nearbyint(amount) / distance_m;
+    case Unit::kMetres:
+      break;
+  }
+  return std::nearbyint(10 * amount) / 10 / distance_m;
 }
 
 std::string WayInWords(const CaptureState& state) {
@@ -57,7 +79,7 @@ std::string WayInWords(const CaptureState& state) {
   constexpr double kWorthSaying = 0.01;  // of the distance
   std::string farther;
   if (wanted > 0 && std::abs(wanted / distance - 1) >= kWorthSaying)
-    farther = LengthToGo(state, distance, wanted) + (wanted > distance ? " back" : " nearer");
+    farther = LengthToGo::Of(state, distance, wanted).Text() + (wanted > distance ? " back" : " nearer");
   if (state.table_up_in_world) {
     const Eigen::Vector2d to_go = AboutAxis(*state.table_up_in_world, here, there);
     const std::string turn = Part(to_go.x(), "clockwise", "counterclockwise"),

@@ -1,5 +1,6 @@
-// The state of a running capture after a frame: all that the operator display, a progress line and a simulated
-// operator know of it. Immutable once published; images and the coverage map are shared, not copied.
+// The state of a running capture after a frame: all that the operator display, a progress line and a
+// simulated operator know of it. Immutable once published; images and the coverage map are shared, not
+// copied.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +16,14 @@
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/guidance.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/session/preflight.h"
+#include "coverage/session/record/recorded_views.h"
 #include "coverage/session/turn_back.h"
 #include "coverage/session/watch/mistake_watch.h"
 #include "tracking/tracker/tracker.h"
@@ -28,17 +31,9 @@
 namespace ulf::coverage {
 
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
-const char* Name(StoppedBecause why);  // as in --json
+const char* Name(StoppedBecause why);  // as in reports for programs
 
 struct LiveMesh;
-
-// A view at the moment of recording, with its pixels; its pose now is RecordedViews' to say.
-struct RecordedFrame {
-  int id = 0;
-  Frame frame;
-  CameraModel camera;  // of the frame: a photograph's is not the live picture's
-  Rigid3 cam_from_world;
-};
 
 struct CaptureState {
   FrameSource source = FrameSource::kCamera;
@@ -69,15 +64,15 @@ struct CaptureState {
   std::optional<Subject> subject;
   std::optional<Subject> proposed_subject;      // that fits better, by geometry (subject_proposal.h)
   bool subject_moved = false;                   // its tracked points no longer agree with the others
-  double rectangle_share = 0.8;                 // of width and height
+  double rectangle_share = kRectangleShare;     // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
   std::vector<int> view_ids;                    // ascending, in the order of coverage->views()
   // The last one of this session; null before. Not in view_ids once it has been taken back.
   std::shared_ptr<const RecordedFrame> newest_view;
   std::filesystem::path light_field;  // its folder, where every other view is or will soon be
   std::optional<double> covered;      // share of the cap; none without one
-  // Directions that were covered until poses were corrected or views were taken back, and their share of the cap (without
-  // one, of what was covered): must be taken again.
+  // Directions that were covered until poses were corrected or views were taken back, and their share of the
+  // cap (without one, of what was covered): must be taken again.
   std::vector<Eigen::Vector3d> reopened;
   double reopened_share = 0;
   // The error that was measured at frames, by direction; null: nothing is measured.
@@ -110,13 +105,23 @@ struct CaptureState {
   std::optional<StoppedBecause> ended;  // set: the light field is being closed
 };
 
-// How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else "5 %" of
-// the distance.
-std::string LengthToGo(const CaptureState& state, double from_distance, double to_distance);
+using SharedCaptureState = std::shared_ptr<const CaptureState>;
 
-// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in the camera's
-// axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above. Empty when there is no
-// target, or less than a degree to go, and where pictures are taken already.
+// How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else
+// "5 %" of the distance.
+struct LengthToGo {
+  enum class Unit { kPercent, kMillimetres, kCentimetres, kMetres };
+  double amount = 0;
+  Unit unit = Unit::kPercent;
+  static LengthToGo Of(const CaptureState& state, double from_distance, double to_distance);
+  std::string Text() const;
+  // Of a distance in metres, as the text says it, rounded.
+  double ShareOf(double distance_m) const;
+};
+
+// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in the
+// camera's axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above.
+// Empty when there is no target, or less than a degree to go, and where pictures are taken already.
 std::string WayInWords(const CaptureState& state);
 
 // What the review is drawn over.
@@ -128,7 +133,7 @@ std::string ErrorsInWords(const CaptureState& state);
 // be missed is in every later state, too.
 class CaptureFeed {
  public:
-  void Publish(std::shared_ptr<const CaptureState> state) {
+  void Publish(SharedCaptureState state) {
     const MutexLock lock(mutex_);
     if (!closed_) state_ = std::move(state);
   }
@@ -138,7 +143,7 @@ class CaptureFeed {
     closed_ = true;
     state_.reset();
   }
-  std::shared_ptr<const CaptureState> Newest() const {  // null before the first frame
+  SharedCaptureState Newest() const {  // null before the first frame
     const MutexLock lock(mutex_);
     return state_;
   }
@@ -146,7 +151,7 @@ class CaptureFeed {
  private:
   mutable Mutex mutex_;
   bool closed_ ULF_GUARDED_BY(mutex_) = false;
-  std::shared_ptr<const CaptureState> state_ ULF_GUARDED_BY(mutex_);
+  SharedCaptureState state_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace ulf::coverage

@@ -10,6 +10,31 @@
 #include "coverage/bound/sphere_outline.h"
 
 namespace ulf::coverage {
+namespace {
+
+// Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
+// than the second is told. Guessed.
+constexpr double kSubjectWorthFollowing = 0.01, kSubjectWorthTelling = 0.05;
+// Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these
+// tell where it is should the lens change. Guessed.
+constexpr double kSubjectAnchorsApart = Radians(2);
+
+// Tried with a simulated subject that is moved and with hands before one that is not
+// (tests/coverage/session/capture_checks_test); otherwise guessed.
+constexpr double kWatchOver_s = 0.3;  // frames that are taken together
+// Share of the expected points that are found, of the subject's against the others: below the first the
+// subject's are gone, above the second they are there again.
+constexpr double kWatchGoneShare = 0.45, kWatchThereShare = 0.8;
+constexpr double kWatchStaysGone_s = 0.5;  // so long they have to be gone: a hand passes before the subject
+// Frames for which a point must have been known before the subject's points were gone: a subject that has
+// moved soon gets new points of its own, which would be found.
+constexpr int kWatchKnownForFrames = 20;
+constexpr double kWatchFewestPerFrame = 8;  // points that should have been found; fewer say nothing
+constexpr std::size_t kWatchFewestFrames = 3;
+// Where less of the other points is found, the tracker itself has a problem.
+constexpr double kWatchRestShare = 0.5;
+
+}  // namespace
 
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
                                       const CameraModel& camera, const MiddleDepthOptions& options) {
@@ -28,7 +53,8 @@ std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>&
 
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board) {
   const Eigen::Vector3d at = cam_from_board * foot, up = cam_from_board.rotation * -Eigen::Vector3d::UnitZ();
-  // The point of the line that is nearest to the optical axis: where it is nearest to it as seen along the axis.
+  // The point of the line that is nearest to the optical axis: where it is nearest to it as seen along the
+  // axis.
   constexpr double kLeastSlant = 0.02;  // of a line that is seen as a line. Guessed.
   const double slant = up.head<2>().squaredNorm();
   if (slant < kLeastSlant * kLeastSlant) return std::nullopt;
@@ -40,15 +66,15 @@ std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_f
                       FrameSource source) {
   if (!(subject.radius > 0) || !std::isfinite(subject.radius) || !subject.center_in_world.allFinite())
     return fmt::format(
-        "a subject needs a radius above 0 and a centre of numbers, not radius {:g}; write "
-        "x,y,z,radius in world units",
+        "a subject needs a radius above 0 and a centre of numbers, not radius {:g}; write x,y,z,radius in "
+        "world units",
         subject.radius);
   if (!cam_from_world) return {};
   const Eigen::Vector3d center_in_cam = *cam_from_world * subject.center_in_world;
   if (center_in_cam.norm() <= subject.radius)
     return fmt::format(
-        "the camera is inside that sphere (its centre is {:.3g} away, its radius {:.3g}); give a "
-        "smaller radius{}",
+        "the camera is inside that sphere (its centre is {:.3g} away, its radius {:.3g}); give a smaller "
+        "radius{}",
         center_in_cam.norm(), subject.radius, IsTaken(source) ? "" : " or step back");
   if (center_in_cam.z() <= 0)
     return fmt::format("that subject is behind the camera; {}correct the numbers",
@@ -68,11 +94,11 @@ std::optional<double> SubjectWatch::ShareFound() const {
     sum.expected_on += frame.expected_on, sum.found_on += frame.found_on;
     sum.expected_off += frame.expected_off, sum.found_off += frame.found_off;
   }
-  const double fewest = options_.fewest_per_frame * static_cast<double>(frames_.size());
-  if (frames_.size() < options_.fewest_frames || sum.expected_on < fewest || sum.expected_off < fewest)
+  const double fewest = kWatchFewestPerFrame * static_cast<double>(frames_.size());
+  if (frames_.size() < kWatchFewestFrames || sum.expected_on < fewest || sum.expected_off < fewest)
     return std::nullopt;
   const double on = sum.found_on / sum.expected_on, off = sum.found_off / sum.expected_off;
-  return off < options_.rest_share ? std::nullopt : std::optional(on / off);
+  return off < kWatchRestShare ? std::nullopt : std::optional(on / off);
 }
 
 bool SubjectWatch::Moved(double time_s, std::span<const tracking::ExpectedPoint> points,
@@ -80,20 +106,20 @@ bool SubjectWatch::Moved(double time_s, std::span<const tracking::ExpectedPoint>
   if (gone_since_s_) ++frames_gone_;
   Tally now{.time_s = time_s};
   for (const tracking::ExpectedPoint& point : points) {
-    if (point.times_expected < options_.known_for_frames + frames_gone_) continue;
+    if (point.times_expected < kWatchKnownForFrames + frames_gone_) continue;
     const bool on = (point.position_in_world - subject.center_in_world).norm() <= subject.radius;
     (on ? now.expected_on : now.expected_off) += point.find_rate;
     (on ? now.found_on : now.found_off) += point.found;
   }
   while (!frames_.empty() &&
-         (time_s - frames_.front().time_s > options_.over_s || time_s < frames_.front().time_s))
+         (time_s - frames_.front().time_s > kWatchOver_s || time_s < frames_.front().time_s))
     frames_.pop_front();
   frames_.push_back(now);
   if (const auto share = ShareFound()) {
-    if (*share < options_.gone_share && !gone_since_s_) gone_since_s_ = time_s;
-    if (*share > options_.there_share) gone_since_s_.reset(), frames_gone_ = 0;
+    if (*share < kWatchGoneShare && !gone_since_s_) gone_since_s_ = time_s;
+    if (*share > kWatchThereShare) gone_since_s_.reset(), frames_gone_ = 0;
   }
-  return gone_since_s_ && time_s - *gone_since_s_ >= options_.stays_gone_s;
+  return gone_since_s_ && time_s - *gone_since_s_ >= kWatchStaysGone_s;
 }
 
 void CaptureSubject::Set(const Subject& subject) {
@@ -117,7 +143,7 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
   if (IsPlaced()) {
     if (anchors_.empty() ||
         (record_.views().empty() &&
-         anchors_.StandsApart(*record_.subject(), *track.cam_from_world, options_.anchors_apart)))
+         anchors_.StandsApart(*record_.subject(), *track.cam_from_world, kSubjectAnchorsApart)))
       Anchor(track);
     return;
   }
@@ -154,16 +180,16 @@ Change ChangeOf(const Subject& from, const Subject& to) {
 
 std::optional<Subject> CaptureSubject::Followed() const {
   const std::optional<Subject> now = is_stale_ ? std::nullopt : anchors_.Now(poses_);
-  if (!now || ChangeOf(*record_.subject(), *now).Most() < options_.worth_following) return std::nullopt;
+  if (!now || ChangeOf(*record_.subject(), *now).Most() < kSubjectWorthFollowing) return std::nullopt;
   return now;
 }
 
 void CaptureSubject::SayFollowed(const Subject& from) const {
   const Change change = ChangeOf(from, *record_.subject());
-  if (change.Most() < options_.worth_telling) return;
+  if (change.Most() < kSubjectWorthTelling) return;
   say_(fmt::format("the map was corrected: the subject's sphere moved with it, by {:.0f} % of its radius{}",
                    100 * change.moved,
-                   change.grown < options_.worth_following
+                   change.grown < kSubjectWorthFollowing
                        ? ""
                        : fmt::format(", and its radius is {:.0f} % of before",
                                      100 * record_.subject()->radius / from.radius)));
@@ -191,10 +217,10 @@ void CaptureSubject::Find(const FindSubject& asked, const std::optional<Rigid3>&
                     share, options_.rectangle_share));
   const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   if (!depth)
-    return say_(fmt::format(
-        "the subject stays as it was: too few tracked points in the middle of the picture; {}give "
-        "its depth (subject depth D)",
-        IsTaken(options_.source) ? "" : "aim at it, or "));
+    return say_(
+        fmt::format("the subject stays as it was: too few tracked points in the middle of the picture; "
+                    "{}give its depth (subject depth D)",
+                    IsTaken(options_.source) ? "" : "aim at it, or "));
   Move(SubjectOnAxis(lens_.live(), *cam_from_world, *depth, share));
 }
 

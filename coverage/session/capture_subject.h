@@ -12,9 +12,10 @@
 #include "core/frames/frame.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
-#include "coverage/session/capture_lens.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"
+#include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/subject_anchors.h"
 #include "tracking/sources/pose_source.h"
@@ -23,9 +24,9 @@
 namespace ulf::coverage {
 
 // The subject's distance where none is given: the mean depth of the tracked points within `reach` (a share of
-// the image's height) of the picture's middle. (Thesis, section 3.1: "the system initializes its distance with
-// the average depth of feature points".) The nearest and farthest quarter of the points may belong to what
-// stands before or behind the subject and do not count. None with fewer than `fewest` points.
+// the image's height) of the picture's middle. (Thesis, section 3.1: "the system initializes its distance
+// with the average depth of feature points".) The nearest and farthest quarter of the points may belong to
+// what stands before or behind the subject and do not count. None with fewer than `fewest` points.
 struct MiddleDepthOptions {
   double reach = 0.25;     // guessed; more takes in what stands beside the subject
   std::size_t fewest = 8;  // guessed; fewer are met by chance
@@ -33,37 +34,23 @@ struct MiddleDepthOptions {
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
                                       const CameraModel& camera, const MiddleDepthOptions& options = {});
 
-// The depth at which the optical axis passes nearest to the line that stands upright on a board at `foot`, metres
-// in the board's frame (z into the sheet). None where it looks along the line, or the line is behind the camera.
+// The depth at which the optical axis passes nearest to the line that stands upright on a board at `foot`,
+// metres in the board's frame (z into the sheet). None where it looks along the line, or the line is behind
+// the camera.
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board);
 
 // What is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
 std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world,
                       FrameSource source);
 
-// Detects that the subject itself was moved: the map points on it are no longer found where the camera's pose,
-// which rests on the other points, predicts them. An object in front of the subject looks the same until the
-// points are found again.
+// Detects that the subject itself was moved: the map points on it are no longer found where the camera's
+// pose, which rests on the other points, predicts them. An object in front of the subject looks the same
+// until the points are found again.
 //
 // Each point is weighted by its find rate, so that points which were always hard to find do not count as
 // missing. Points inside the subject's sphere are compared with all others.
 class SubjectWatch {
  public:
-  // Tried with a simulated subject that is moved and with hands before one that is not
-  // (tests/coverage/session/capture_checks_test); otherwise guessed.
-  struct Options {
-    double over_s = 0.3;  // frames that are taken together
-    // Share of the expected points that are found, of the subject's against the others: below the first the
-    // subject's are gone, above the second they are there again.
-    double gone_share = 0.45, there_share = 0.8;
-    double stays_gone_s = 0.5;  // so long they have to be gone: a hand passes before the subject
-    // Frames for which a point must have been known before the subject's points were gone: a subject that has
-    // moved soon gets new points of its own, which would be found.
-    int known_for_frames = 20;
-    double fewest_per_frame = 8;  // points that should have been found; fewer say nothing
-    std::size_t fewest_frames = 3;
-    double rest_share = 0.5;  // where less of the other points is found, the tracker itself has a problem
-  };
   // After every tracked frame.
   bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
   void Reset();
@@ -77,7 +64,6 @@ class SubjectWatch {
   // On the subject against off it; none where too few points are expected.
   std::optional<double> ShareFound() const;
 
-  const Options options_{};
   std::deque<Tally> frames_;
   std::optional<double> gone_since_s_;
   int frames_gone_ = 0;  // since then
@@ -86,17 +72,11 @@ class SubjectWatch {
 class CaptureSubject {
  public:
   struct Options {
-    double size = 0.28;            // the sphere's image, share of the image's width
-    double rectangle_share = 0.8;  // no larger
-    int stable_frames = 10;        // tracked in a row before it is found by itself
+    double size = kSubjectSize;                // the sphere's image, share of the image's width
+    double rectangle_share = kRectangleShare;  // no larger
+    int stable_frames = kStableFrames;         // tracked in a row before it is found by itself
     // Set: it stands on a board, whose frame is the world, above this point of it.
     std::optional<Eigen::Vector3d> stands_on = {};
-    // Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
-    // than the second is told. Guessed.
-    double worth_following = 0.01, worth_telling = 0.05;
-    // Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these tell
-    // where it is should the lens change. Guessed.
-    double anchors_apart = Radians(2);
     FrameSource source = FrameSource::kCamera;
   };
   CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,
@@ -117,15 +97,15 @@ class CaptureSubject {
   // Where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
   std::optional<Subject> Followed() const;
   void SayFollowed(const Subject& from) const;
-  // Where it is under the lens in use, which took the place of `before`: where it was in the pictures. None: there is no
-  // sphere that could follow.
+  // Where it is under the lens in use, which took the place of `before`: where it was in the pictures. None:
+  // there is no sphere that could follow.
   std::optional<Subject> GoOverFrom(const CameraModel& before);
   // On request, with the camera at its last known pose. Reports why when the request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
   void Watch(const tracking::Track& track, double time_s);
-  // The sphere stands in a map that is gone: nothing may be recorded on it, until the subject is found again or
-  // placed.
+  // The sphere stands in a map that is gone: nothing may be recorded on it, until the subject is found again
+  // or placed.
   bool IsStale() const { return is_stale_; }
   // There is a sphere, in the tracker's map of now.
   bool IsPlaced() const { return record_.map() && !is_stale_; }

@@ -1,17 +1,18 @@
 // Before the first view: whether the pictures are bright enough and in focus, by the live frames themselves.
 //
-// A picture is out of focus when its finest detail is missing while coarser detail is there: half its size, the
-// finest octave (what a Gaussian of one pixel takes away) is compared with the next one at the same edges. Each
-// part of the subject's image is judged for itself and the sharpest parts decide: what stands before or behind
-// the plane of focus is rightly blurred, and a smooth thing is sharp at its outline alone. Measured in the middle
-// of photographs by others, ten sets, 480 to 1536 pixels wide, up to 66 of each: 1.1 to 3.4 as they are; blurred
-// by a Gaussian of three pixels, medians of 0.64 to 0.69, and in every set nine of ten are at most 0.80.
+// A picture is out of focus when its finest detail is missing while coarser detail is there: half its size,
+// the finest octave (what a Gaussian of one pixel takes away) is compared with the next one at the same
+// edges. Each part of the subject's image is judged for itself and the sharpest parts decide: what stands
+// before or behind the plane of focus is rightly blurred, and a smooth thing is sharp at its outline alone.
+// Measured in the middle of photographs by others, ten sets, 480 to 1536 pixels wide, up to 66 of each: 1.1
+// to 3.4 as they are; blurred by a Gaussian of three pixels, medians of 0.64 to 0.69, and in every set nine
+// of ten are at most 0.80.
 //
-// A lens far out of focus makes of each point a disc, whose rim looks like fine detail, and whose edges are found at
-// half the size alone, where they look sharper. So edges' slopes are looked at, too: how steep they are after little
-// smoothing against more, which falls with the width of the blur, whatever its shape. The lower of the two counts.
-// In the middle of four sets by others, over 300 pictures, 0.80 to 1.4 as they are; the simulator's scenes 1.3 to 1.5,
-// 0.7 to 0.76 with a disc of eight pixels' radius (docs/mistakes.md).
+// A lens far out of focus makes of each point a disc, whose rim looks like fine detail, and whose edges are
+// found at half the size alone, where they look sharper. So edges' slopes are looked at, too: how steep they
+// are after little smoothing against more, which falls with the width of the blur, whatever its shape. The
+// lower of the two counts. In the middle of four sets by others, over 300 pictures, 0.80 to 1.4 as they are;
+// the simulator's scenes 1.3 to 1.5, 0.7 to 0.76 with a disc of eight pixels' radius (docs/mistakes.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -28,28 +29,9 @@
 
 namespace ulf::coverage {
 
-struct FineDetailOptions {
-  int most_px =
-      1024;  // of each side that are looked at, in the middle of the outline's box; more takes longer
-  // Grey values that the coarser octave needs at an edge: less may be noise. Where no part has edges enough, the
-  // picture is looked at once more at half the size, where a lens far out of focus still shows some. Guessed.
-  double least_texture = 6;
-  int times_halved = 2;
-  double least_slope = 1.5;  // grey values a pixel: the same for slopes. Guessed
-  // The parts' sides, pixels of the halved picture, and the edges that each needs, so that the noise of one alone
-  // does not tell. Smaller parts hold little but a thin thing, and judge by less.
-  int part_px = 32, least_edges = 3;
-  // Weaker edges of a part, as a share of its strongest, belong to what lies behind it.
-  double strong_share = 0.5;
-  // Share of all edges (by their strength) that the sharpest parts hold, the last of which is the result: more
-  // finds a thin sharp thing before a blurred background out of focus, less takes chance for sharpness. Measured
-  // as above, with 0.1 to 0.2.
-  double sharpest = 0.1;
-};
-// The finest octave against the next one, or the slopes of edges if that is less, at the edges inside a polygon, of its
-// sharpest parts. None: too few edges to tell.
-std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::Vector2d>& outline,
-                                 const FineDetailOptions& options = {});
+// The finest octave against the next one, or the slopes of edges if that is less, at the edges inside a
+// polygon, of its sharpest parts. None: too few edges to tell.
+std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::Vector2d>& outline);
 
 struct PictureFinding {
   bool is_of_subject = false;  // else of the picture's middle: no subject is placed, or it is out of view
@@ -62,7 +44,6 @@ class LightAndFocusCheck {
   // Guessed.
   struct Options {
     double every_s = 0.25;  // a frame is looked at so often; each costs some milliseconds
-    double best_of_s = 2;   // a moving camera blurs some frames
   };
   LightAndFocusCheck() = default;
   explicit LightAndFocusCheck(const Options& options) : options_(options) {}

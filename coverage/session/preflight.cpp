@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/counted.h"
-#include "coverage/session/capture_state.h"
+#include "core/base/error.h"
 
 namespace ulf::coverage {
 namespace {
@@ -16,7 +16,8 @@ std::string AndToDo(FrameSource source, const std::string& finding, const std::s
   return IsTaken(source) ? finding : finding + to_do;
 }
 
-// A warning: pictures that an automatic has changed are matched afterwards, and not every camera can be without.
+// A warning: pictures that an automatic has changed are matched afterwards, and not every camera can be
+// without.
 PreflightItem Automatic(FrameSource source, const char* name, const std::optional<bool>& held) {
   if (!held)
     return {name,
@@ -47,15 +48,16 @@ PreflightItem Exposure(const PreflightInput& input) {
   return Noticed(input, Mistake::kAutoExposure, "exposure").value_or(std::move(item));
 }
 
-// Holds the start where the pictures are worth nothing for certain; a black thing, or one before white, is not.
+// Holds the start where the pictures are worth nothing for certain; a black thing, or one before white, is
+// not.
 PreflightItem Light(const PreflightInput& input) {
   if (!input.picture.light) return {"light", {}, "not measured yet"};
   const SubjectLight& light = *input.picture.light;
   const DecisionLimits& limits = input.limits;
   const bool is_of_subject = input.picture.is_of_subject;
   const char* where = is_of_subject ? "the subject's circle" : "the middle of the picture";
-  // By Decide(), which looks at the same circle. To begin is allowed: where the subject is bright in other views
-  // they are recorded.
+  // By Decide(), which looks at the same circle. To begin is allowed: where the subject is bright in other
+  // views they are recorded.
   const char* consequence = is_of_subject ? "; no view is recorded while it is so" : "";
   const auto too_dark = [&](const char* most_of, double begins, bool holds) -> PreflightItem {
     return {"light", false,
@@ -109,19 +111,21 @@ PreflightItem Calibration(const PreflightInput& input) {
                                           : "while the camera moves sideways, up and down");
   } else if (input.lens_contradicted && !input.lens_is_sought) {
     item.in_order = false;
-    item.words = fmt::format("contradicted: {}; {}, or begin again with --intrinsics refine",
-                             input.lens_contradicted->Text(),
-                             IsTaken(input.source) ? "give their camera's calibration" : "calibrate");
+    item.words = fmt::format(
+        "contradicted: {}; {}, or begin again with {} refine", input.lens_contradicted->Text(),
+        IsTaken(input.source) ? "give their camera's calibration" : "calibrate", Parameter("intrinsics"));
   } else if (!input.calibrated) {
     item.words = "not known";
   } else {
     item.words =
         *input.calibrated
             ? input.calibration_source
-            : fmt::format("only a focal length, the lens's distortion is not known: {}",
-                          IsTaken(input.source) ? "give their camera's calibration (--calibration), or "
-                                                  "have it found (--intrinsics refine)"
-                                                : "calibrate the camera (ulf board, ulf calibrate)");
+            : fmt::format(
+                  "only a focal length, the lens's distortion is not known: {}",
+                  IsTaken(input.source)
+                      ? fmt::format("give their camera's calibration ({}), or have it found ({} refine)",
+                                    Parameter("calibration"), Parameter("intrinsics"))
+                      : "calibrate the camera (ulf board, ulf calibrate)");
   }
   return item;
 }
@@ -224,14 +228,10 @@ void CaptureOutlook::Check(PreflightInput input) {
   }
 }
 
-void CaptureOutlook::Describe(CaptureState& state) const {
-  state.prediction = prediction_;
-  state.preflight = preflight_;
-  // The recorded views, and those that the open part of the cap will take.
-  if (prediction_ && prediction_->views && state.coverage)
-    state.views_expected =
-        static_cast<double>(state.view_ids.size()) +
-        std::max(0.0, 1 - state.coverage->CoveredShare() / until_share_) * prediction_->views->usual;
+std::optional<double> CaptureOutlook::ViewsExpected(std::size_t recorded, const CoverageMap* map) const {
+  if (!prediction_ || !prediction_->views || !map) return std::nullopt;
+  return static_cast<double>(recorded) +
+         std::max(0.0, 1 - map->CoveredShare() / until_share_) * prediction_->views->usual;
 }
 
 }  // namespace ulf::coverage

@@ -1,4 +1,5 @@
-// Before the first view: what to expect, and the checks with what each found and, where it failed, what to do.
+// Before the first view: what to expect, and the checks with what each found and, where it failed, what to
+// do.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/link/link_facts.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/criterion.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/light_and_focus.h"
 #include "coverage/session/watch/mistake_watch.h"
@@ -19,8 +21,8 @@
 namespace ulf::coverage {
 
 struct PreflightItem {
-  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"; "lamps" and "lens" where something is wrong with them; "link", or what of it is
-  // not in order (LinkFact::name)
+  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"; "lamps" and
+  // "lens" where something is wrong with them; "link", or what of it is not in order (LinkFact::name)
   std::string name;
   std::optional<bool> in_order;  // none: unknown
   std::string words;             // the finding and, where it is not in order, what to do
@@ -30,10 +32,11 @@ struct PreflightItem {
 
 struct PreflightInput {
   FrameSource source = FrameSource::kCamera;
-  bool resumed = false;            // there are views of earlier sessions
-  std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
+  bool resumed = false;  // there are views of earlier sessions
+  std::optional<bool>
+      calibrated;  // false: a focal length and no distortion; none: poses and camera are given
   std::string calibration_source;
-  bool lens_is_sought = false;  // --intrinsics refine
+  bool lens_is_sought = false;  // LensUse::kRefine
   std::optional<tracking::RefinedLens> lens_found = {};
   std::optional<tracking::CalibrationCheck> lens_contradicted = {};
   acquisition::HeldAutomatics held;
@@ -59,9 +62,8 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input);
 // What holds the start: "light: too dark ...; disk: ...". Empty: nothing.
 std::string HoldsInWords(const std::vector<PreflightItem>& items);
 
-struct CaptureState;
-
-// What a capture reports before the session's first view, once each: how many views to expect, and which checks fail.
+// What a capture reports before the session's first view, once each: how many views to expect, and which
+// checks fail.
 class CaptureOutlook {
  public:
   explicit CaptureOutlook(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
@@ -72,13 +74,15 @@ class CaptureOutlook {
   bool IsDue() const { return !prediction_; }
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric,
               FrameSource source);
-  // While the session has recorded no view. `input` without its prediction. Reports each failed check the first time;
-  // tracking only once a prediction is there: before, it is said why there is no pose. A lens that images contradict is
-  // reported by whoever found that.
+  // While the session has recorded no view. `input` without its prediction. Reports each failed check the
+  // first time; tracking only once a prediction is there: before, it is said why there is no pose. A lens
+  // that images contradict is reported by whoever found that.
   void Check(PreflightInput input);
   const std::vector<PreflightItem>& preflight() const { return preflight_; }
-  // Fills in prediction and preflight; `state` has its views and its coverage map already.
-  void Describe(CaptureState& state) const;
+  const std::optional<CapturePrediction>& prediction() const { return prediction_; }
+  // The views that are recorded, and those that the open part of the cap will take. None without a
+  // prediction, a cap or a map.
+  std::optional<double> ViewsExpected(std::size_t recorded, const CoverageMap* map) const;
 
  private:
   const std::function<void(const std::string&)> say_;

@@ -1,5 +1,6 @@
-// The loop of a capture (capture_session.h): private to capture_session.cpp, which takes the frames, and
-// capture_answers.cpp, which does what is asked between them.
+// The loop of a capture: private to capture_session.cpp, which takes the frames, running_capture.cpp, which
+// follows the tracker and tells the state, and capture_answers.cpp, which does what is asked between two
+// frames.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +16,13 @@
 #include "coverage/bound/guidance.h"
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_gaps.h"
-#include "coverage/session/capture_lens.h"
 #include "coverage/session/capture_meters.h"
-#include "coverage/session/capture_session.h"
+#include "coverage/session/capture_options.h"
 #include "coverage/session/capture_subject.h"
+#include "coverage/session/capture_summary.h"
 #include "coverage/session/light_and_focus.h"
 #include "coverage/session/preflight.h"
+#include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/capture_recorder.h"
 #include "coverage/session/subject_proposal.h"
@@ -79,6 +81,7 @@ class RunningCapture {
     if (hooks_.closing) hooks_.closing(step);
   }
   std::string DeviceProblem() const;
+  void DescribeRecord(CaptureState& state) const;
   SharedCaptureState State();
   void Show(const std::function<void(const SharedCaptureState&)>& look);
 

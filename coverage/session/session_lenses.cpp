@@ -58,7 +58,7 @@ bool IsSameLens(const NewCamera& given, const NewCamera& in_use) {
          (!given.color_profile || given.color_profile == in_use.color_profile);
 }
 
-// The lens in use before it was corrected (`ulf refine`, --intrinsics refine).
+// The lens in use before it was corrected (`ulf refine`, or LensUse::kRefine).
 NewCamera AsNoted(const LightFieldWriter& writer) {
   NewCamera camera = CameraInUse(writer);
   camera.camera = writer.CameraAsNoted();
@@ -86,8 +86,8 @@ void SayIfTheStoredLensIsAnother(const acquisition::Device& device, const LightF
         !IsSameLens(now, AsNoted(writer)))
       spdlog::warn(
           "{}: goes on under the lens that it has; the calibration {} is another one since ({}): it is used "
-          "from now on where its file is given (--calibration)",
-          writer.Contents().root.string(), stored.source, LensInWords(now, in_use));
+          "from now on where its file is given ({})",
+          writer.Contents().root.string(), stored.source, LensInWords(now, in_use), Parameter("calibration"));
   } catch (const Error&) {  // there is none
   }
 }
@@ -98,8 +98,8 @@ void RequireSameWindow(const std::string& dir, const std::optional<SensorWindow>
   if (!recorded || !now || *recorded == *now) return;
   throw Error(
       "{}: its views show {}, the device is now set to {}: set it back, or give the lens of this part of the "
-      "sensor (--calibration FILE)",
-      dir, Describe(*recorded), Describe(*now));
+      "sensor ({} FILE)",
+      dir, Describe(*recorded), Describe(*now), Parameter("calibration"));
 }
 
 }  // namespace
@@ -120,10 +120,10 @@ SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first
   const acquisition::ResolvedCalibration of_live =
       acquisition::ResolveCalibration(device, live, first.image.width(), first.image.height());
   if (resumed && given.focal_px && of_live.source != acquisition::kFocalLengthGiven)
-    throw UsageError(
-        "--focal-px {:g}: the camera's intrinsics are known ({}) and come first; leave it out, or "
-        "give another lens on purpose (--calibration FILE)",
-        *given.focal_px, of_live.source);
+    throw Refusal(
+        Parameter("focal_px"), fmt::format("{:g}", *given.focal_px),
+        fmt::format("the camera's intrinsics are known ({}) and come first", of_live.source),
+        fmt::format("leave it out, or give another lens on purpose ({} FILE)", Parameter("calibration")));
   lenses.live = Resolved(of_live);
   if (!stills)
     lenses.recorded = lenses.live;
@@ -148,10 +148,8 @@ void GoOnUnder(const NewCamera& camera, LightFieldWriter& writer) {
   if (!writer.Contents().views.empty())
     spdlog::info(
         "new views are placed in the map of those so far, whose poses belong to their lens: the check of the "
-        "lens "
-        "sees mostly those, and may miss that this one is wrong; 'ulf refine {} --intrinsics' tells, and "
-        "where it "
-        "is the same lens, calibrated better, puts views and map right before you go on",
+        "lens sees mostly those, and may miss that this one is wrong; 'ulf refine {} --intrinsics' tells, "
+        "and where it is the same lens, calibrated better, puts views and map right before you go on",
         ShellWord(writer.Contents().root.string()));
 }
 

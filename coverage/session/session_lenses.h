@@ -1,6 +1,7 @@
-// The lenses of a session: of the live frames, and of what is recorded, which is the same unless the device takes
-// photographs. A resumed light field goes on under the camera that it has (LightFieldWriter::CameraInUse) unless the
-// command line names another lens: that one becomes a camera of its own, and the views so far keep theirs.
+// The lenses of a session: of the live frames, and of what is recorded, which is the same unless the device
+// takes photographs. A resumed light field goes on under the camera that it has
+// (LightFieldWriter::CameraInUse) unless the caller names another lens: that one becomes a camera of its own,
+// and the views so far keep theirs.
 #pragma once
 
 #include "acquisition/calibration/intrinsics.h"
@@ -15,9 +16,9 @@ struct SessionLenses {
   bool is_new = false;  // the light field that is resumed does not have `recorded` yet
 };
 
-// `first`: a live frame. `given`: as on the command line. `live`: the same for live frames, with a guess where the lens is
-// sought. `resumed`: null: a light field begins. Throws Error and UsageError where a lens cannot be had or does not fit;
-// writes nothing.
+// `first`: a live frame. `given`: as the caller gave them. `live`: the same for live frames, with a guess
+// where the lens is sought. `resumed`: null: a light field begins. Throws Error and Refusal where a lens
+// cannot be had or does not fit; writes nothing.
 SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first,
                            const acquisition::IntrinsicsArgs& given, const acquisition::IntrinsicsArgs& live,
                            LightFieldWriter* resumed);

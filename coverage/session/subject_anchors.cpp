@@ -61,8 +61,8 @@ std::optional<Subject> SubjectAnchors::GoOverTo(const CameraModel& now, const Ca
   };
   std::vector<Sighting> sightings;
   // What the cameras' rays leave open along them, since all stand on one side, a weak guess decides: the lens
-  // changed depths as it changed the focal length, because baselines stayed. It counts as much as rays that meet under
-  // this angle, radians. Guessed.
+  // changed depths as it changed the focal length, because baselines stayed. It counts as much as rays that
+  // meet under this angle, radians. Guessed.
   constexpr double kGuessCounts = 0.02;
   Matrix3d weights = Matrix3d::Zero();
   Vector3d weighted = Vector3d::Zero();

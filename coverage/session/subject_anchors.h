@@ -1,13 +1,14 @@
-// Where the tracked surroundings have taken the subject. The subject is a sphere in the world; when the tracker
-// corrects its map (a loop closes, an adjustment moves keyframes), what stands in the sphere moves with the
-// points around it, and the sphere has to follow.
+// Where the tracked surroundings have taken the subject. The subject is a sphere in the world; when the
+// tracker corrects its map (a loop closes, an adjustment moves keyframes), what stands in the sphere moves
+// with the points around it, and the sphere has to follow.
 //
-// Each anchor is the sphere as it stood before one camera, kept as the views' poses are (tracking/map/anchored.h),
-// so that it follows both the keyframe and its unit of length. The sphere is where the anchors' mean is.
+// Each anchor is the sphere as it stood before one camera, kept as the views' poses are
+// (tracking/map/anchored.h), so that it follows both the keyframe and its unit of length. The sphere is where
+// the anchors' mean is.
 //
-// Another lens moves everything nearer or farther while the cameras stay about where they were. Then the sphere is
-// what it was in the pictures: the place where the anchors' cameras, under the new lens, see the pixel in which they
-// saw its centre, and as large as it was in these pictures.
+// Another lens moves everything nearer or farther while the cameras stay about where they were. Then the
+// sphere is what it was in the pictures: the place where the anchors' cameras, under the new lens, see the
+// pixel in which they saw its centre, and as large as it was in these pictures.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,13 +27,13 @@ class SubjectAnchors {
   bool empty() const { return anchors_.empty(); }
   // `track`: with a pose and an anchor, of the same moment as `subject`; else nothing happens.
   void Add(const Subject& subject, const tracking::Track& track);
-  // Whether a camera at this pose sees the subject from a direction this far, in radians, from those of all anchors,
-  // as these were when they were added.
+  // Whether a camera at this pose sees the subject from a direction this far, in radians, from those of all
+  // anchors, as these were when they were added.
   bool StandsApart(const Subject& subject, const Rigid3& cam_from_world, double least_angle) const;
   // None without anchors.
   std::optional<Subject> Now(const tracking::PoseSource& poses) const;
-  // Goes over from one lens to another, under which `poses` are already. None without anchors, or where these lenses
-  // do not see the sphere.
+  // Goes over from one lens to another, under which `poses` are already. None without anchors, or where these
+  // lenses do not see the sphere.
   std::optional<Subject> GoOverTo(const CameraModel& now, const CameraModel& before,
                                   const tracking::PoseSource& poses);
 

@@ -9,6 +9,18 @@
 #include "coverage/bound/capture_prediction.h"
 
 namespace ulf::coverage {
+namespace {
+
+// The radius that was seen, as a share of the sphere's: between these the sphere stays. Guessed: the
+// thinnest things are not in the mesh, and simulated subjects are found at 0.7 to 1.1 of their radius
+// (subject_in_mesh_test).
+constexpr double kProposalSmaller = 0.65, kProposalLarger = 1.33;
+constexpr int kProposalLeastMaps = 8;  // that a mesh needs to tell. Guessed.
+// Two meshes one after the other must agree within these shares of the radius, in size and in place; what is
+// farther off is another sphere. Guessed.
+constexpr double kProposalSameRadius = 0.15, kProposalSameCenter = 0.15;
+
+}  // namespace
 
 std::string InWords(const SubjectProposal& proposal, const Subject& now) {
   const bool is_smaller = proposal.subject.radius < now.radius;
@@ -29,8 +41,8 @@ std::string InWords(const SubjectProposal& proposal, const Subject& now) {
 }
 
 bool SubjectProposer::AreAlike(const Subject& a, const Subject& b) const {
-  return std::abs(a.radius / b.radius - 1) <= options_.same_radius &&
-         (a.center_in_world - b.center_in_world).norm() <= options_.same_center * b.radius;
+  return std::abs(a.radius / b.radius - 1) <= kProposalSameRadius &&
+         (a.center_in_world - b.center_in_world).norm() <= kProposalSameCenter * b.radius;
 }
 
 std::optional<double> SubjectProposer::ViewsFor(const Subject& subject, double distance) const {
@@ -47,20 +59,20 @@ std::optional<SubjectProposal> SubjectProposer::After(const std::shared_ptr<cons
     seen_before_.reset();
   }
   sphere_ = sphere;
-  if (!mesh || mesh == std::exchange(mesh_, mesh) || mesh->maps < options_.least_maps) return std::nullopt;
+  if (!mesh || mesh == std::exchange(mesh_, mesh) || mesh->maps < kProposalLeastMaps) return std::nullopt;
   const std::optional<Subject> before = std::exchange(seen_before_, mesh->subject_seen);
   const std::optional<Subject>& seen = mesh->subject_seen;
   if (!seen || !before || !AreAlike(*seen, *before)) return std::nullopt;
   const double ratio = seen->radius / sphere.radius;
   const double offset = (seen->center_in_world - sphere.center_in_world).norm() / sphere.radius;
   const double reach = ratio + offset;
-  if (ratio > options_.smaller && reach < options_.larger) {
+  if (ratio > kProposalSmaller && reach < kProposalLarger) {
     proposal_.reset();
     return std::nullopt;
   }
   const bool is_new = !proposal_ || !AreAlike(*seen, proposal_->subject);
   proposal_ = SubjectProposal{.subject = *seen,
-                              .lies_beside = reach >= options_.larger && offset > ratio - 1,
+                              .lies_beside = reach >= kProposalLarger && offset > ratio - 1,
                               .views_now = ViewsFor(sphere, distance),
                               .views_then = ViewsFor(*seen, distance)};
   return is_new ? proposal_ : std::nullopt;

@@ -1,14 +1,15 @@
 // A better sphere for the subject, by the geometry that is made while the capture goes on: the bound asks for
-// views of the whole sphere, so that one that is too large takes views that nobody needs, and what sticks out of
-// one that is too small is not looked after.
+// views of the whole sphere, so that one that is too large takes views that nobody needs, and what sticks out
+// of one that is too small is not looked after.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
-#include "coverage/session/capture_lens.h"
+#include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/live_geometry.h"
 
 namespace ulf::coverage {
@@ -16,8 +17,8 @@ namespace ulf::coverage {
 struct SubjectProposal {
   Subject subject;
   bool lies_beside = false;  // sticks out of the sphere as it is because of its place rather than of its size
-  // That the cap takes with the sphere as it is, and with this one. None: no cap, or a sphere that no threshold
-  // reaches.
+  // That the cap takes with the sphere as it is, and with this one. None: no cap, or a sphere that no
+  // threshold reaches.
   std::optional<double> views_now, views_then;
 };
 
@@ -27,24 +28,16 @@ std::string InWords(const SubjectProposal& proposal, const Subject& now);
 class SubjectProposer {
  public:
   struct Options {
-    int coverage_width_px = 640;
-    double threshold_px = 7;
+    int coverage_width_px = kCoverageWidthPx;
+    double threshold_px = kHighThresholdPx;
     std::optional<Cap> cap;
     double until_share = 1;
-    // The radius that was seen, as a share of the sphere's: between these the sphere stays. Guessed: the
-    // thinnest things are not in the mesh, and simulated subjects are found at 0.7 to 1.1 of their radius
-    // (subject_in_mesh_test).
-    double smaller = 0.65, larger = 1.33;
-    int least_maps = 8;  // that a mesh needs to tell. Guessed.
-    // Two meshes one after the other must agree within these shares of the radius, in size and in place; what is
-    // farther off is another sphere. Guessed.
-    double same_radius = 0.15, same_center = 0.15;
   };
   // `lens` outlives it.
   SubjectProposer(const CaptureLens& lens, const Options& options) : lens_(lens), options_(options) {}
 
-  // After every frame; `mesh` may be null. `distance`: of the camera from the sphere's centre. Returns a proposal
-  // once, when a new one is due.
+  // After every frame; `mesh` may be null. `distance`: of the camera from the sphere's centre. Returns a
+  // proposal once, when a new one is due.
   std::optional<SubjectProposal> After(const std::shared_ptr<const LiveMesh>& mesh, const Subject& sphere,
                                        double distance);
   // Still due for this sphere; none: there is none.

@@ -1,4 +1,5 @@
-// The way back for a camera whose position is not known while its turns are followed (tracking/tracker/turn_tracker.h).
+// The way back for a camera whose position is not known while its turns are followed
+// (tracking/tracker/turn_tracker.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -34,13 +35,13 @@ inline constexpr double kThere_deg = 4;  // a small part of any picture. Guessed
 bool OnlyTurns(tracking::TrackState state, const std::optional<tracking::StartProgress>& start,
                const std::optional<CameraTurn>& turned);
 
-// Why there is no pose, and what to do: tracking/tracker/track_words.h with what is known of the turn, to which nobody can
-// turn back in pictures that are taken already.
+// Why there is no pose, and what to do: tracking/tracker/track_words.h with what is known of the turn, to
+// which nobody can turn back in pictures that are taken already.
 std::string InWords(const tracking::Track& track, const std::optional<CameraTurn>& turned,
                     FrameSource source);
 
-// The border of the picture of then, where the present picture has it: lines between neighbours, in pixels. As if all
-// were far away, since nobody knows how the camera moved. Empty where it is all behind.
+// The border of the picture of then, where the present picture has it: lines between neighbours, in pixels.
+// As if all were far away, since nobody knows how the camera moved. Empty where it is all behind.
 std::vector<std::vector<Eigen::Vector2d>> PictureOfThen(const CameraTurn& turned, const CameraModel& camera);
 
 }  // namespace ulf::coverage

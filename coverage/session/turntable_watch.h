@@ -1,7 +1,8 @@
-// What goes wrong before a turntable, said while it can still be put right: the board is not seen, the subject
-// does not turn, the camera was moved. Each is said once, when it begins.
+// What goes wrong before a turntable, said while it can still be put right: the board is not seen, the
+// subject does not turn, the camera was moved. Each is said once, when it begins.
 //
-// World: the board's frame. A camera that stands sees the turntable's axis in one place (core/geometry/turn_axis.h).
+// World: the board's frame. A camera that stands sees the turntable's axis in one place
+// (core/geometry/turn_axis.h).
 #pragma once
 
 #include <deque>
@@ -18,18 +19,7 @@ namespace ulf::coverage {
 
 class TurntableWatch {
  public:
-  struct Options {
-    // All guessed.
-    double unseen_s = 2, still_s = 4;  // so long, and it is said
-    double still_turn = Radians(1);    // less than this is no turn
-    double sampled_turn = Radians(2);  // between two poses that tell the axis
-    double moved_s = 0.5;              // so long elsewhere: one wrong pose is no move
-    std::size_t most_poses = 240, fewest_poses = 8;
-  };
-  TurntableWatch(std::string board, FrameSource source)
-      : TurntableWatch(std::move(board), source, Options()) {}
-  TurntableWatch(std::string board, FrameSource source, const Options& options)
-      : board_(std::move(board)), source_(source), options_(options) {}
+  TurntableWatch(std::string board, FrameSource source) : board_(std::move(board)), source_(source) {}
 
   // After every frame: what is to be said; empty: nothing.
   std::string After(double time_s, const std::optional<Rigid3>& cam_from_board);
@@ -41,7 +31,6 @@ class TurntableWatch {
 
   std::string board_;
   FrameSource source_;
-  Options options_;
   std::optional<double> unseen_since_s_, still_since_s_, moved_since_s_;
   bool said_unseen_ = false, said_still_ = false;
   std::optional<Rigid3> still_pose_;

@@ -5,17 +5,16 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 #include <random>
-#include <string_view>
 
 #include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/scene/scene.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
-#include "coverage/operator/overlay.h"
+#include "coverage/operator/instruction.h"
+#include "coverage/operator/shown_sphere.h"
 #include "coverage/simulated_operator/rows_by_eye.h"
 
 namespace ulf::coverage {
@@ -95,7 +94,7 @@ struct Intention {
 struct Perception {
   double time_s = 0;
   ShownPicture picture;
-  std::string line;
+  Instruction instruction;
 
   // Null unless the dot on the sphere is in the picture.
   const ShownSphere* Sphere() const {
@@ -105,17 +104,14 @@ struct Perception {
                       dot->y() < picture.camera.height;
     return seen ? &*picture.sphere : nullptr;
   }
-  bool Says(const char* words) const { return line.find(words) != std::string::npos; }
-  // "come 12 % nearer": 0.12; "go 8 cm back", with the subject at 2 m: -0.04.
+  bool Refuses(Reason reason) const {
+    return instruction.to_do == ToDo::kMendFrames && instruction.reason == reason;
+  }
+  // How much nearer the line says to go, a share of the distance: below 0 to go back.
   std::optional<double> NearerSaid(double distance_m) const {
-    double amount = 0;
-    char unit[3] = "";
-    const bool come = std::sscanf(line.c_str(), "come %lf %2s", &amount, unit) == 2;
-    if (!come && std::sscanf(line.c_str(), "go %lf %2s", &amount, unit) != 2) return std::nullopt;
-    const std::string_view of = unit;
-    const double metres = of == "mm" ? 0.001 : of == "cm" ? 0.01 : 1;
-    const double share = of == "%" ? 0.01 * amount : metres * amount / distance_m;
-    return come ? share : -share;
+    if (!instruction.length) return std::nullopt;
+    const double share = instruction.length->ShareOf(distance_m);
+    return instruction.to_do == ToDo::kComeNearer ? share : -share;
   }
 };
 
@@ -140,10 +136,9 @@ OperatorOptions OperatorOptions::Parse(const std::string& text) {
     good &= error == std::errc() && parsed == end;
   }
   if (!good)
-    throw UsageError(
-        "'{}' is no simulated operator; there are guided, unguided, novice and unguided-novice, each with a "
-        "seed if wanted: novice:7",
-        text);
+    throw Refusal(
+        "", text, fmt::format("'{}' is no simulated operator", text),
+        "there are guided, unguided, novice and unguided-novice, each with a seed if wanted: novice:7");
   return options;
 }
 
@@ -279,7 +274,7 @@ Vector3d SimulatedOperator::Person::Aiming(const Perception& seen) const {
 
 double SimulatedOperator::Person::Pace(const Perception& seen, double now_s) {
   double pace = Rush(now_s) * (1 - Glances(now_s));
-  if (seen.Says("too fast") || seen.Says("blurred")) slowed_until_s = now_s + 0.7;
+  if (seen.Refuses(Reason::kSpeed) || seen.Refuses(Reason::kBlur)) slowed_until_s = now_s + 0.7;
   if (now_s < slowed_until_s) pace *= 0.6;
   if (!seen.picture.held) pace *= 0.3;
   return pace;
@@ -346,15 +341,16 @@ Intention SimulatedOperator::Person::Following(const Perception& seen, double no
   return wanted;
 }
 
-// The display shows the sphere and the rectangle while the pose is known; while it is not, the line says what to
-// do.
+// The display shows the sphere and the rectangle while the pose is known; while it is not, the line says what
+// to do.
 void SimulatedOperator::Person::Decide(const Perception& now, double now_s) {
   const bool tracked = now.picture.rectangle.has_value();
   if (tracked) {
     has_tracked = true;
     last_tracked = At(now.time_s);
   }
-  const bool is_lost = now.Says("lost") || now.Says("go back");
+  const bool is_lost =
+      now.instruction.to_do == ToDo::kReturn || now.instruction.reason == Reason::kInsideSphere;
   if (tracked && now.picture.sphere)
     intention = Following(now, now_s);
   else if (has_tracked && is_lost)
@@ -415,7 +411,7 @@ SimulatedOperator::SimulatedOperator(const OperatorOptions& options, const Opera
 SimulatedOperator::~SimulatedOperator() = default;
 
 void SimulatedOperator::See(double time_s, const CaptureState& state) {
-  person_->seen.push_back({time_s, ShownPicture::Of(state), InstructionFor(state).words});
+  person_->seen.push_back({time_s, ShownPicture::Of(state), InstructionFor(state)});
 }
 
 Rigid3 SimulatedOperator::CamFromWorld(double time_s) const {
@@ -436,8 +432,8 @@ std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const st
   const OperatorOptions options = OperatorOptions::Parse(text);
   const std::vector<std::string> scenes = acquisition::Scene::Names();
   if (uri.scheme != "sim" || std::ranges::find(scenes, uri.path) == scenes.end())
-    throw UsageError("--operator {}: {} is not a simulated scene; a simulated person can hold nothing else",
-                     text, uri.Text());
+    throw Refusal(Parameter("operator"), text, fmt::format("{} is not a simulated scene", uri.Text()),
+                  "a simulated person can hold nothing else");
   const auto scene = acquisition::Scene::Named(uri.path);
   const Vector3d center = scene->subject().center_in_world;
   return std::make_shared<SimulatedOperator>(

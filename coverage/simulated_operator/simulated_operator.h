@@ -3,13 +3,14 @@
 //
 // The person sees what the display draws and nothing else (operator/shown_sphere.h and the line of
 // instruction): the dot, the arrow and the paint on the side of the sphere that faces the camera, their
-// colours, and the words of the line. A picture has no scale and no orientation, so the person steers by eye,
-// in shares of the subject's distance. Of the true world the person knows which way is down, roughly how far
-// away the subject is, and where the hand was a moment ago, to go back there when tracking is lost.
+// colours, and what the line says (operator/instruction.h). A picture has no scale and no orientation, so the
+// person steers by eye, in shares of the subject's distance. Of the true world the person knows which way is
+// down, roughly how far away the subject is, and where the hand was a moment ago, to go back there when
+// tracking is lost.
 //
-// What is seen acts after a delay. The hand is a damped spring with limited acceleration, so it overshoots; it
-// trembles and drifts. Places on the sphere are read with an error in disc radii; the distance is read from
-// the colours around the dot, of which faint ones pass for green, and from the line. Novices do all this
+// What is seen acts after a delay. The hand is a damped spring with limited acceleration, so it overshoots;
+// it trembles and drifts. Places on the sphere are read with an error in disc radii; the distance is read
+// from the colours around the dot, of which faint ones pass for green, and from the line. Novices do all this
 // worse, look away from the subject now and then, and rush.
 //
 // With guidance the person goes where the arrow points. Without it the person scans rows at a spacing judged
@@ -31,7 +32,7 @@ struct OperatorOptions {
   bool novice = false;
   std::uint64_t seed = 1;
   // "guided", "unguided", "novice", "unguided-novice", each with a seed if wanted: "novice:7". Throws
-  // UsageError that lists them.
+  // Refusal that lists them.
   static OperatorOptions Parse(const std::string& text);
 };
 
@@ -57,7 +58,7 @@ class SimulatedOperator : public acquisition::HandMotion {
   const std::unique_ptr<Person> person_;
 };
 
-// `text` as in `ulf capture --operator`. Throws UsageError unless `uri` is a simulated scene.
+// `text`: as OperatorOptions::Parse() takes it. Throws Refusal unless `uri` is a simulated scene.
 std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text);
 
 }  // namespace ulf::coverage

@@ -378,4 +378,14 @@ TurntableMasks MakeTurntableMasks(const LightField& light_field, const Turntable
   return Masking(light_field, options, progress).Run();
 }
 
+TurntableMasks WriteTurntableMasks(const std::filesystem::path& dir, const TurntableMaskOptions& options) {
+  LightFieldWriter writer = LightFieldWriter::Resume(dir);
+  Progress progress("mask");
+  TurntableMasks masks = MakeTurntableMasks(writer.Contents(), options, &progress);
+  if (!writer.Contents().turntable) writer.SetTurntable({});
+  writer.SetMasks(masks.masks);
+  writer.Close(writer.Contents().capture_s, writer.Contents().reasons);
+  return masks;
+}
+
 }  // namespace ulf::render

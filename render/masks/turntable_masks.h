@@ -11,6 +11,7 @@
 // what stands still are taken for the subject, as far as the hull allows. The camera may wobble by a few pixels.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -43,5 +44,10 @@ struct TurntableMasks {
 // the pictures.
 TurntableMasks MakeTurntableMasks(const LightField& light_field, const TurntableMaskOptions& options = {},
                                   Progress* progress = nullptr);
+
+// Makes the masks of all views and writes them into the light field, with a progress line. Throws as
+// MakeTurntableMasks() and LightFieldWriter do; then the light field is as it was.
+TurntableMasks WriteTurntableMasks(const std::filesystem::path& dir,
+                                   const TurntableMaskOptions& options = {});
 
 }  // namespace ulf::render

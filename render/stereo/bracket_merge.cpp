@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/image/exposure_alignment.h"
 #include "core/image/files/exr_file.h"
@@ -176,6 +177,46 @@ std::string MergedExr(const View& view, const MergedView& merged) {
        {"ulfExposures", fmt::format("{} from {:.4g} to {:.4g} times that", merged.exposures, merged.shortest,
                                     merged.longest)},
        {"ulfGhosts", fmt::format("{:.4f} of the pixels", merged.merged.ghost_share)}});
+}
+
+BracketReport MergeBrackets(const std::filesystem::path& dir) {
+  BracketReport report;
+  // Before the writer looks at every photograph.
+  if (std::ranges::all_of(ReadLightField(dir).views, [](const View& view) { return view.exposures.empty(); }))
+    return report;
+  LightFieldWriter writer = LightFieldWriter::Resume(dir);
+  const LightField light_field = writer.Contents();
+  std::vector<View> views;
+  for (const View& view : light_field.views)
+    if (!view.exposures.empty()) views.push_back(view);
+  if (views.empty()) return report;
+  const auto proxy = ProxyForBrackets(light_field);
+  report.geometry = proxy->Name();
+  Progress progress("merge");
+  std::vector<double> ghosts;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    progress.Show(static_cast<double>(i) / static_cast<double>(views.size()));
+    const MergedView merged = MergeExposuresOf(light_field, views[i], *proxy);
+    for (const std::string& words : merged.left_out) progress.Say(words);
+    report.left_out += merged.left_out.size();
+    if (merged.exposures < 2) continue;
+    const double share = merged.merged.ghost_share;
+    writer.SetMerged(views[i].id, MergedExr(views[i], merged), merged.exposures, share);
+    ++report.views;
+    report.exposures += static_cast<std::size_t>(merged.exposures);
+    report.stops = std::max(report.stops, std::log2(merged.longest / merged.shortest));
+    report.clipped_most =
+        std::max(report.clipped_most, cv::countNonZero(merged.merged.clipped) /
+                                          static_cast<double>(merged.merged.clipped.total()));
+    if (merged.most_blur_px > report.blur_most_px) report.blur_most_view = views[i].id;
+    report.blur_most_px = std::max(report.blur_most_px, merged.most_blur_px);
+    if (ghosts.empty() || share > report.ghosts_most) report.ghosts_most_view = views[i].id;
+    report.ghosts_most = std::max(report.ghosts_most, share);
+    ghosts.push_back(share);
+  }
+  if (!ghosts.empty()) report.ghosts_median = Median(ghosts);
+  writer.Close(light_field.capture_s, light_field.reasons);
+  return report;
 }
 
 }  // namespace ulf::render

@@ -12,6 +12,8 @@
 // applied, as in masters.
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,5 +50,25 @@ MergedView MergeExposuresOf(const LightField& light_field, const View& view, con
 
 // The file merged/NNNNNN.exr: R, G, B, and the channels `clipped` and `ghosts` (core/light_field/light_field.h).
 std::string MergedExr(const View& view, const MergedView& merged);
+
+// Of all views that were merged.
+struct BracketReport {
+  std::size_t views = 0;      // merged now
+  std::size_t exposures = 0;  // that went into them
+  std::size_t left_out = 0;   // exposures whose light is not what their time tells
+  double stops = 0;           // the longest over the shortest exposure, most
+  std::string geometry;       // by which exposures were aligned: a proxy's name
+  // Of the merged views: shares of their pixels.
+  double ghosts_median = 0, ghosts_most = 0;
+  int ghosts_most_view = 0;
+  double clipped_most = 0;
+  // Of any exposure, by how the camera moved during it.
+  double blur_most_px = 0;
+  int blur_most_view = 0;
+};
+
+// Merges the exposures of all views of a light field, with a progress line, and writes them. Nothing where no view has
+// other exposures. Throws Error.
+BracketReport MergeBrackets(const std::filesystem::path& light_field);
 
 }  // namespace ulf::render

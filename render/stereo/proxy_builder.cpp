@@ -12,6 +12,10 @@
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/geometry/digest.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "render/proxy/depth_map_files.h"
+#include "render/proxy/geometry_state.h"
+#include "render/proxy/mesh_file.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"
 #include "render/stereo/view_selection.h"
@@ -247,6 +251,36 @@ std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options)
        {options.size_px, options.depth_maps, options.neighbours, options.device == SweepDevice::kGl ? 1 : 0})
     digest.Add(static_cast<double>(option));
   return digest.Value();
+}
+
+std::shared_ptr<const RenderScene> LoadForGeometry(const LightField& light_field, const SceneOptions& options,
+                                                   int size_px) {
+  const bool masked =
+      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
+  SceneOptions small = options;
+  small.size_limit_px = size_px;
+  small.form = masked ? PhotographForm::kLinear : PhotographForm::kEightBits;
+  return LoadScene(light_field, small);
+}
+
+void RequireViewsForMesh(const LightField& light_field, const std::filesystem::path& dir,
+                         std::size_t left_out) {
+  const std::size_t views = light_field.views.size();
+  if (views < 2 + left_out)
+    throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
+                dir.string(), views == 1 ? "is" : "are", views, left_out);
+}
+
+void WriteMeshProxy(const std::filesystem::path& dir) {
+  const LightField light_field = ReadLightField(dir);
+  RequireViewsForMesh(light_field, dir, 0);
+  ProxyOptions options;
+  const auto scene = LoadForGeometry(light_field, {}, options.size_px);
+  Progress progress("proxy");
+  options.keep_maps = true;
+  const ProxyMesh proxy = BuildProxy(*scene, options, &progress);
+  WriteGeometryFiles(light_field, MeshPlyBytes(proxy.mesh, OriginComments("ulf proxy", light_field)),
+                     proxy.maps, FormerGeometry::kKept);
 }
 
 }  // namespace ulf::render

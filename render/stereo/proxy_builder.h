@@ -8,7 +8,9 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "core/base/progress.h"
@@ -66,5 +68,16 @@ ProxyMesh BuildProxyOf(const SweptMapFiles& maps, const RenderScene& scene, cons
                        Progress* progress = nullptr);
 // Of the photographs, masks, cameras and poses, and of the options on which the maps depend. Reads the photographs' files.
 std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options);
+
+// The views of which geometry is made, in the form that its stereo needs, `size_px` wide or high.
+std::shared_ptr<const RenderScene> LoadForGeometry(const LightField& light_field, const SceneOptions& options,
+                                                   int size_px);
+// Throws Error that names the light field's folder where the views that are not left out are fewer than two.
+void RequireViewsForMesh(const LightField& light_field, const std::filesystem::path& dir,
+                         std::size_t left_out);
+
+// The mesh and the depth maps of all views, with a progress line, into the light field's folder. A mesh that is there
+// moves to kept/, with its depth maps. Throws as BuildProxy() does.
+void WriteMeshProxy(const std::filesystem::path& dir);
 
 }  // namespace ulf::render

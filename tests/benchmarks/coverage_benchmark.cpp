@@ -9,6 +9,7 @@
 #include <random>
 
 #include "coverage/bound/coverage_map.h"
+#include "coverage/bound/criterion.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"
 

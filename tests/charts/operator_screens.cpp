@@ -199,7 +199,9 @@ class Screens {
     outlook.Expect(
         SetupAt(capture.camera(), kCoverageWidthPx, capture.subject(), distance, options_.threshold_px),
         options_.cap, kUntilShare, true, FrameSource::kCamera);
-    outlook.Describe(state);
+    state.prediction = outlook.prediction();
+    state.preflight = outlook.preflight();
+    state.views_expected = outlook.ViewsExpected(state.view_ids.size(), state.coverage.get());
   }
   void Write(const std::string& name, const cv::Mat& picture) const {
     const auto path = folder_ / ("operator_" + name + ".jpg");

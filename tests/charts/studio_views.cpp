@@ -9,6 +9,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/quantile.h"
 #include "coverage/bound/coverage_map.h"
+#include "coverage/bound/criterion.h"
 #include "render/photographs/photograph.h"
 #include "render/quality/evaluate.h"
 #include "tests/charts/temporal/temporal_error.h"

@@ -1,4 +1,4 @@
-// Tests: main, commands/commands, commands/about/wrong_usage, commands/light_field/info_command, commands/light_field/light_field_report,
+// Tests: main, commands/commands, commands/about/wrong_usage, commands/light_field/info_command, commands/reports/light_field_report,
 // commands/capture/capture_command, commands/capture/plan_command,
 // coverage/session/record/map_cache.
 //

@@ -1,4 +1,4 @@
-// Tests: commands/number_checks, commands/command_line, commands/calibration/intrinsics_options,
+// Tests: commands/options/option_values, commands/options/command_line, commands/options/tracking_options,
 // core/base/output_path.
 //
 // What is wrong is found out before the work, and said in words, across the commands that take devices.

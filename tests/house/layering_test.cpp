@@ -499,14 +499,14 @@ TEST(Layering, FindsAPlantedClimb) {
            Case{"render/a.h", "#include \"coverage/bound/criterion.h\"\n", true},
            Case{"coverage/a.cpp",
                 "#include \"tracking/tracker/tracker.h\"\n#include \"render/proxy/proxy.h\"\n", false},
-           Case{"coverage/a.cpp", "#include \"commands/command_line.h\"\n", true},
+           Case{"coverage/a.cpp", "#include \"commands/options/command_line.h\"\n", true},
            Case{"coverage/bound/criterion.cpp", "#include \"tracking/tracker/tracker.h\"\n", true},
            Case{"coverage/bound/criterion.h", "#include \"core/geometry/rigid3.h\"\n", false},
            Case{"coverage/bound/coverage_map.cpp", "#include \"render/viewpoints/viewpoint_mesh.h\"\n", true},
            Case{"coverage/bound/coverage_map.cpp", "#include \"coverage/session/capture_session.h\"\n", true},
            Case{"coverage/bound/coverage_map.cpp", "#include \"coverage/bound/criterion.h\"\n", false},
            Case{"commands/a.cpp", "#include \"coverage/bound/criterion.h\"\n", false},
-           Case{"main.cpp", "#include \"commands/commands.h\"\n", false},
+           Case{"main.cpp", "#include \"commands/options/subcommands.h\"\n", false},
            Case{"main.cpp", "#include \"render/scene/scene.h\"\n", true},
            Case{"render/a.cpp", "#include \"tests/support/test_paths.h\"\n", true},
            Case{"render/a.txt", "#include \"tracking/map/map.h\"\n", false},
@@ -587,7 +587,7 @@ TEST(Layering, FindsALibraryOutsideItsRoom) {
                 "core/fiducials/board.cpp"},
            Case{"yaml-cpp/yaml.h", "acquisition/calibration/intrinsics.cpp",
                 "acquisition/calibration/lens_files/lens_tree.cpp"},
-           Case{"CLI/CLI.hpp", "coverage/session/capture_start.h", "commands/number_checks.h"},
+           Case{"CLI/CLI.hpp", "coverage/session/capture_session.h", "commands/options/option_values.h"},
        }) {
     const ScratchFolder scratch;
     Plant(scratch.path(), c.outside, "#include <" + c.header + ">\n");

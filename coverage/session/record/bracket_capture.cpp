@@ -15,6 +15,10 @@
 namespace ulf::coverage {
 namespace {
 
+// Guessed.
+constexpr double kBracketStillPatience_s = 60;
+constexpr double kBracketSameExposure = 0.05;  // by this share exposures may differ that count as one
+
 constexpr int kMostExposures = 9;
 constexpr double kLeastStops = 1.0 / 3, kMostStops = 5;
 
@@ -27,17 +31,16 @@ ExposureBracket ExposureBracket::Parse(const std::string& text) {
   const bool has_x = no_count == std::errc() && after_count != end && *after_count == 'x';
   const auto [unit, no_stops] = std::from_chars(has_x ? after_count + 1 : end, end, bracket.stops);
   if (!has_x || no_stops != std::errc() || Lowercase(std::string(unit, end)) != "ev")
-    throw UsageError(
-        "--bracket {}: give the number of exposures of a view and the stops between them, such as 3x2EV",
-        text);
+    throw Refusal(Parameter("bracket"), text,
+                  "give the number of exposures of a view and the stops between them, such as 3x2EV", "");
   if (bracket.exposures < 2 || bracket.exposures > kMostExposures)
-    throw UsageError("--bracket {}: {} exposures of a view are not possible; from 2 to {}, such as 3x2EV",
-                     text, bracket.exposures, kMostExposures);
+    throw Refusal(Parameter("bracket"), text,
+                  fmt::format("{} exposures of a view are not possible", bracket.exposures),
+                  fmt::format("from 2 to {}, such as 3x2EV", kMostExposures));
   if (!(bracket.stops > kLeastStops - 0.01 && bracket.stops <= kMostStops))
-    throw UsageError(
-        "--bracket {}: {:g} stops from one exposure to the next are not possible; from 0.33 to {:g}, such "
-        "as 3x2EV",
-        text, bracket.stops, kMostStops);
+    throw Refusal(Parameter("bracket"), text,
+                  fmt::format("{:g} stops from one exposure to the next are not possible", bracket.stops),
+                  fmt::format("from 0.33 to {:g}, such as 3x2EV", kMostStops));
   return bracket;
 }
 
@@ -101,7 +104,7 @@ void BracketCapture::Ask() {
 
 bool BracketCapture::HasViewsExposure(const Frame& frame) const {
   return frame.exposure_s > 0 &&
-         std::abs(std::log(frame.exposure_s * frame.gain / (exposure_s_ * gain_))) < options_.same_exposure;
+         std::abs(std::log(frame.exposure_s * frame.gain / (exposure_s_ * gain_))) < kBracketSameExposure;
 }
 
 Frame BracketCapture::ForTracking(const Frame& frame) const {
@@ -165,7 +168,7 @@ bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
     running_->heard_s = frame.device_time_s;
   }
   if (here) last_ = here;
-  EndIfOver(frame.device_time_s, device_.TakesStills() ? options_.still_patience_s : options_.patience_s);
+  EndIfOver(frame.device_time_s, device_.TakesStills() ? kBracketStillPatience_s : options_.patience_s);
   return true;
 }
 

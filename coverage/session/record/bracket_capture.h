@@ -1,14 +1,14 @@
-// Exposure brackets (`ulf capture --bracket 3x2EV`): when a view has been recorded, the camera is asked for its other
-// exposures (Device::RequestExposures). Each becomes part of the view on disk, with where the camera stood for it
-// relative to the view: the hand does not stand still meanwhile. They are merged after the capture
-// (render/stereo/bracket_merge.h).
+// Exposure brackets (CaptureOptions::bracket): when a view has been recorded, the camera is asked for its
+// other exposures (Device::RequestExposures). Each becomes part of the view on disk, with where the camera
+// stood for it relative to the view: the hand does not stand still meanwhile. They are merged after the
+// capture (render/stereo/bracket_merge.h).
 //
-// Frames are tracked all the while. To the tracker a frame of another exposure is shown as the view's exposure would have
-// been: brighter or darker by the known ratio. A frame in which the camera is not found (too dark, too bright) gets a
-// pose between those of the frames around it.
+// Frames are tracked all the while. To the tracker a frame of another exposure is shown as the view's
+// exposure would have been: brighter or darker by the known ratio. A frame in which the camera is not found
+// (too dark, too bright) gets a pose between those of the frames around it.
 //
-// A live camera's exposures are live frames; a tethered camera's are photographs, found in the map like others
-// (still_capture.h).
+// A live camera's exposures are live frames; a tethered camera's are photographs, found in the map like
+// others (still_capture.h).
 #pragma once
 
 #include <cstdint>
@@ -27,10 +27,11 @@ namespace ulf::coverage {
 struct ExposureBracket {
   int exposures = 3;  // with the view's own
   double stops = 2;   // between neighbours
-  // "3x2EV"; throws UsageError that says what is right.
+  // "3x2EV"; throws Refusal that says what is right.
   static ExposureBracket Parse(const std::string& text);
   std::string Text() const;
-  // Of the exposures beside the view's own, in the order in which they are taken: nearest first, shorter before longer.
+  // Of the exposures beside the view's own, in the order in which they are taken: nearest first, shorter
+  // before longer.
   std::vector<double> StopsBesideOwn() const;
 };
 
@@ -41,18 +42,16 @@ struct BracketCounts {
   std::uint64_t between = 0;     // of these, with a pose between those of other frames
 };
 
-// The frame as it would have been with this exposure: brighter or darker in linear light, clipped where it is. Its own
-// where an exposure is not known.
+// The frame as it would have been with this exposure: brighter or darker in linear light, clipped where it
+// is. Its own where an exposure is not known.
 Frame AsExposed(const Frame& frame, double exposure_s, double gain);
 
 class BracketCapture {
  public:
   // Guessed.
   struct Options {
-    double patience_s = 3;  // without a frame of the bracket; photographs: as long as the device has it
-    double still_patience_s = 60;
-    double same_exposure = 0.05;  // by this share exposures may differ that count as one
-    bool deterministic = false;   // host times are the device's
+    double patience_s = 3;       // without a frame of the bracket; photographs: as long as the device has it
+    bool deterministic = false;  // host times are the device's
   };
   // `device`, `poses` and `spool` outlive it.
   BracketCapture(acquisition::Device& device, const tracking::PoseSource& poses, ViewSpool& spool,
@@ -64,8 +63,8 @@ class BracketCapture {
   bool IsRunning() const { return running_.has_value(); }
   // What the tracker is to see of a live frame.
   Frame ForTracking(const Frame& frame) const;
-  // Every live frame. True: it belongs to a bracket, or came while one was taken or before the camera had the views'
-  // exposure again, and is no view.
+  // Every live frame. True: it belongs to a bracket, or came while one was taken or before the camera had the
+  // views' exposure again, and is no view.
   bool Take(const Frame& frame, const tracking::Track& track);
   // Another exposure of a photograph. `track`: where it was taken; none: not found. False: of no view.
   bool TakeStill(const Frame& still, const std::optional<tracking::Track>& track);

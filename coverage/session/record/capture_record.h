@@ -1,11 +1,11 @@
-// What a running capture has recorded: its views (waiting for the disk, or written), their subject, and the
-// coverage map. `say` gets a line for everything that a person should know.
+// What a running capture has recorded: its views (waiting for the disk, or written), their subject, the
+// coverage map, and geometry with the errors over it. `say` gets a line for everything that a person should
+// know.
 //
-// The coverage map is an immutable snapshot. A new view and corrected poses make a new one; whoever holds the
-// old one keeps it as it was.
+// One after the other: the disk accepts a change, RecordedViews makes it and tells its followers, the map is
+// painted.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -17,14 +17,16 @@
 
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
-#include "coverage/measured/error_meter.h"
-#include "coverage/session/capture_lens.h"
-#include "coverage/session/capture_state.h"
+#include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/coverage_painter.h"
 #include "coverage/session/record/live_geometry.h"
+#include "coverage/session/record/measured_geometry.h"
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/view_spool.h"
 #include "tracking/sources/pose_source.h"
@@ -44,24 +46,14 @@ struct ClosedRecord {
 class CaptureRecord {
  public:
   struct Options {
-    int coverage_width_px = 640;
+    int coverage_width_px = kCoverageWidthPx;
     CoverageMapOptions map;
-    std::size_t spool_views = 16;
+    std::size_t spool_views = kSpoolViews;
     bool deterministic = false;
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
     CoverGoal cover;
     bool lens_may_change = false;  // GoOverToLens() may be called
     FrameSource source = FrameSource::kCamera;
-    // A correction that moves no view by more than this, radians as seen from the subject, is not worth
-    // painting the map and writing the journal for; it is about a tenth of a pixel of the coverage image.
-    // Guessed.
-    double worth_painting_anew = 2e-4;
-    // A correction that reopens at least this share of the cap is reported; the next view fills a smaller one.
-    // Guessed.
-    double worth_telling = 0.005;
-    // A lens that moves nothing by more, in pixels of geometry's pictures, leaves these as they are. Guessed: as
-    // LiveGeometry::Options::moved_px.
-    double same_pictures_px = 0.5;
   };
   // Goes on with the views of an earlier session that `writer` holds. `lens` outlives it.
   CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
@@ -70,15 +62,17 @@ class CaptureRecord {
   ViewSpool& spool() { return spool_; }
   const ViewSpool& spool() const { return spool_; }
   const RecordedViews& views() const { return views_; }
-  const std::shared_ptr<const CoverageMap>& map() const { return map_; }  // null without a subject
+  const std::shared_ptr<const CoverageMap>& map() const { return painter_.map(); }  // null without a subject
+  const std::vector<ReopenedDirection>& reopened() const { return painter_.reopened(); }
+  int camera_index() const { return camera_index_; }  // of the views of this session, in the light field
   const std::optional<Subject>& subject() const { return subject_; }
   // The subject of the earlier session; none before the first SetSubject.
   const std::optional<Subject>& ResumedSubject() const { return resumed_subject_; }
 
   // Paints the coverage map of this subject from the recorded views.
   void SetSubject(const Subject& subject);
-  // Returns the view's id; none when there is no room for it (a photograph is always accepted). `poses`, whose
-  // track this is, keeps which map points the view shows.
+  // Returns the view's id; none when there is no room for it (a photograph is always accepted). `poses`,
+  // whose track this is, keeps which map points the view shows.
   std::optional<int> Add(const Frame& frame, const tracking::Track& track, std::optional<double> bound_px,
                          tracking::PoseSource& poses);
   // Returns how many views were taken back.
@@ -87,51 +81,39 @@ class CaptureRecord {
   // `last` time before Close(), writes the journal. `subject`: where the correction has taken the subject, if
   // anywhere; what was measured stays. Returns false when the disk is behind: try again.
   bool CorrectPoses(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject = {});
-  // Goes on under the lens that CaptureLens has now, in place of `before`: with the views where `poses` has them (in the journal in one line
-  // with the lens, so that a kill leaves the old or the new of both), the coverage map painted anew, and geometry and
-  // what is measured begun again from small pictures of the views. Views of earlier sessions must not be there: they
-  // hold the map where it is. `last`: Close() comes next and writes the journal. `subject`: where the subject is
-  // under this lens; none: there is none.
+  // Goes on under the lens that CaptureLens has now, in place of `before`: with the views where `poses` has
+  // them (in the journal in one line with the lens, so that a kill leaves the old or the new of both), the
+  // coverage map painted anew, and geometry and what is measured begun again from small pictures of the
+  // views. Views of earlier sessions must not be there: they hold the map where it is. `last`: Close() comes
+  // next and writes the journal. `subject`: where the subject is under this lens; none: there is none.
   void GoOverToLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
                     const std::optional<Subject>& subject);
   // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
   // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
   // decided. False while the disk is behind a correction.
   bool IsCapCovered(double share, const tracking::PoseSource& poses);
-  // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time and the
-  // counts of this session added to those of earlier ones. `closing`: hears what is done, step by step.
+  // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time
+  // and the counts of this session added to those of earlier ones. `closing`: hears what is done, step by
+  // step.
   ClosedRecord Close(
       double capture_s, const std::map<std::string, std::uint64_t>& reasons, std::vector<ScenePoint> points,
       const std::optional<tracking::Readout>& rolling_shutter = {},
       const std::function<void(const std::string&)>& closing = [](const std::string&) {});
-  void Describe(CaptureState& state) const;
-
-  // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone decides, in
-  // the coverage map. None: there is no geometry yet, or no time.
+  // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone
+  // decides, in the coverage map. None: there is no geometry yet, or no time.
   std::optional<MeasuredFrame> Measure(const Frame& frame, const CameraModel& camera,
                                        const tracking::Track& track);
   // The newest mesh of geometry; null: none yet, or none is made.
-  std::shared_ptr<const LiveMesh> mesh() const { return geometry_ ? geometry_->State().mesh : nullptr; }
-  const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
+  std::shared_ptr<const LiveMesh> mesh() const { return geometry_.mesh(); }
+  const std::shared_ptr<const ErrorMap>& errors() const { return geometry_.errors(); }  // null: not measured
+  // False: none will come while capturing, because no geometry is made or it has failed.
+  bool MeshMayCome() const { return geometry_.MeshMayCome(); }
+  bool ErrorsMayCome() const { return geometry_.IsMeasured() && (mesh() || MeshMayCome()); }
 
  private:
   bool MoveViews(const tracking::PoseSource& poses, bool last, bool& moved);
   void MoveSubject(const Subject& subject);
-  void KeepSmall(int id, const Image& image);
-  void StartGeometryAgain();
-  void PaintAnew();
-  // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of what
-  // was covered).
-  double Repaint();
-  void DropCoveredAgain();
-  LightFieldWriter AfterEarlierViews(LightFieldWriter writer);
-  void AddEarlierViews(const LightField& light_field);
-  void SayGeometryProblem();
-  void ForgetMeasuredAround(const Rigid3& cam_from_world);
-  // The map's thresholds by the errors so far.
-  void FollowErrorsNow();
-  std::optional<FinishedGeometry> FinishGeometry(const std::filesystem::path& root,
-                                                 const std::function<void(const std::string&)>& closing);
+  double Repaint() { return subject_ ? painter_.Repaint(*subject_, errors().get()) : 0; }
   std::string ReopenedInWords(double share) const;
 
   const CaptureLens& lens_;
@@ -141,26 +123,12 @@ class CaptureRecord {
   const int camera_index_;  // of the views of this session
   const double earlier_s_;
   const std::map<std::string, std::uint64_t> earlier_reasons_;
-  const MeasuredErrors earlier_measured_;
-  std::uint64_t frames_measured_;
   std::optional<Subject> subject_, resumed_subject_;
   RecordedViews views_;
-  std::unique_ptr<LiveGeometry> geometry_;  // null: none is made
-  CameraModel geometry_lens_;               // under which it and the meter have the views
-  std::unique_ptr<ErrorMeter> meter_;       // null: nothing is measured
-  std::map<int, cv::Mat> small_;            // their pictures, grey, for another lens of these two
-  std::shared_ptr<const ErrorMap> errors_;
-  std::shared_ptr<const LiveMesh> measured_over_;  // the mesh
-  double followed_s_ = 0;                          // the device's time when the map last followed the errors
+  MeasuredGeometry geometry_;
+  CoveragePainter painter_;
+  double followed_s_ = 0;  // the device's time when the map last followed the errors
   ViewSpool spool_;
-  std::shared_ptr<const CoverageMap> map_;
-  // What was covered and is not any more, because poses were corrected or views taken back.
-  struct Reopened {
-    Eigen::Vector3d direction;
-    double share = 0;  // of the cap; without one, of what was covered
-  };
-  std::vector<Reopened> reopened_;
-  bool painted_anew_ = false;  // since the last view was added to the map
 };
 
 }  // namespace ulf::coverage

@@ -1,6 +1,5 @@
 #include "coverage/session/record/capture_recorder.h"
 
-#include <chrono>
 #include <utility>
 
 #include "core/base/host_time.h"
@@ -36,8 +35,7 @@ double CaptureRecorder::DistanceToSubject(const tracking::Track& track) const {
 
 bool CaptureRecorder::Record(const Frame& frame, const tracking::Track& track, const Decision& decision,
                              double distance) {
-  Frame kept = frame;  // shares the pixels: no device writes into them again
-  if (options_.deterministic) kept.host_time_s = kept.device_time_s;
+  Frame kept = AsKept(frame);
   const bool light_is_matched = kept.exposure_s <= 0 && device_.Held().exposure != true;
   if (light_is_matched)
     kept.gain = light_.GainOf(kept.image, lens_.recorded(), *track.cam_from_world, distance, record_.views());
@@ -73,70 +71,69 @@ void CaptureRecorder::SetRecording(bool on) {
 }
 
 // A held frame is counted when it is recorded or dropped.
-Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const tracking::Track& track,
-                                       double frame_period_s) {
-  const auto start = std::chrono::steady_clock::now();
-  tracked_in_a_row_ = track.state == tracking::TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
+Decision CaptureRecorder::TakeOnWalk(const FrameToDecide& input) {
+  Stopwatch stopwatch;
+  tracked_in_a_row_ = input.track.state == tracking::TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
   PosedPhotographs::Step step;
-  if (record_.views().empty() && tracked_in_a_row_ < options_.stable_frames) {
-    // The tracker may still discard its first map.
-    if (walk_->TakeHeld()) Count(Reason::kTracking);
-  } else {
-    const FrameToDecide input{.frame = frame,
-                              .track = track,
-                              .camera = lens_.live(),
-                              .frame_period_s = frame_period_s,
-                              .coverage_width_px = options_.coverage_width_px};
-    if (recording_)
-      step = walk_->After(input, poses_.VisiblePoints(), record_.views(), options_.limits);
-    else
-      step.decision = walk_->Judge(input, poses_.VisiblePoints(), record_.views(), options_.limits);
+  const bool is_stable = !record_.views().empty() || tracked_in_a_row_ >= options_.stable_frames;
+  // The tracker may still discard its first map.
+  if (!is_stable && walk_->TakeHeld()) Count(Reason::kTracking);
+  if (is_stable) step = walk_->Decide(input, poses_.VisiblePoints(), record_.views(), options_.limits);
+  ms_decide_.push_back(1000 * stopwatch.LapSeconds());
+  if (recording_) {
+    if (const auto ended = walk_->Take(step, input)) RecordAndCount(*ended);
+    if (step.replaces) Count(Reason::kCovered);
+  } else if (step.decision.reason == Reason::kRecorded) {
+    step.decision.reason = Reason::kPaused;
   }
-  ms_decide_.push_back(1000 * SecondsSince(start));
-  if (step.record) RecordAndCount(*step.record);
-  if (step.replaced) Count(Reason::kCovered);
-  if (step.decision.reason == Reason::kRecorded && !recording_) step.decision.reason = Reason::kPaused;
   if (step.decision.reason != Reason::kRecorded) Count(step.decision.reason);
   return step.decision;
 }
 
-Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Track& track,
-                                          double frame_period_s) {
-  const auto start = std::chrono::steady_clock::now();
-  const bool exposure_settled = ExposureIsSettled(frame, track);
-  const FrameToDecide input{.frame = frame,
-                            .track = track,
-                            .camera = lens_.live(),
-                            .frame_period_s = frame_period_s,
-                            .coverage_width_px = options_.coverage_width_px,
-                            .exposure_settled = exposure_settled};
-  const std::shared_ptr<const CoverageMap> map = record_.map();
-  Decision decision = Decide(input, map.get(), options_.limits);
-  ms_decide_.push_back(1000 * SecondsSince(start));
-  if (ShowsTheSubject(decision.reason)) {
-    const std::optional<MeasuredFrame> measured = record_.Measure(frame, lens_.live(), track);
-    if (measured) ms_measure_.push_back(measured->processor_ms);
-    if (record_.map() != map) decision = Decide(input, record_.map().get(), options_.limits);
-  }
-  if (stills_) stills_->Follow(frame, track);
-  if (decision.reason == Reason::kRecorded) {
-    if (!recording_) {
-      decision.reason = Reason::kPaused;
-    } else if (stills_) {
-      decision.reason = record_.spool().Pause() ? DiskReason() : Reason::kStill;
-      if (decision.reason == Reason::kStill) stills_->Ask();
-    } else if (!Record(frame, track, decision, DistanceToSubject(track))) {
-      decision.reason = DiskReason();
-    }
-  }
+void CaptureRecorder::Measure(const FrameToDecide& input) {
+  if (!ShowsTheSubject(input, record_.map().get(), options_.limits)) return;
+  const std::optional<MeasuredFrame> measured = record_.Measure(input.frame, lens_.live(), input.track);
+  if (measured) ms_measure_.push_back(measured->processor_ms);
+}
+
+Reason CaptureRecorder::RecordOrAsk(const FrameToDecide& input, const Decision& decision) {
+  if (!recording_) return Reason::kPaused;
+  if (!stills_)
+    return Record(input.frame, input.track, decision, DistanceToSubject(input.track)) ? Reason::kRecorded
+                                                                                      : DiskReason();
+  if (record_.spool().Pause()) return DiskReason();
+  stills_->Ask();
+  return Reason::kStill;
+}
+
+Decision CaptureRecorder::TakeOnSubject(FrameToDecide input) {
+  Stopwatch stopwatch;
+  input.exposure_settled = ExposureIsSettled(input.frame, input.track);
+  double seconds = stopwatch.LapSeconds();
+  Measure(input);
+  stopwatch.LapSeconds();
+  Decision decision = Decide(input, record_.map().get(), options_.limits);
+  seconds += stopwatch.LapSeconds();
+  ms_decide_.push_back(1000 * seconds);
+  if (stills_) stills_->Follow(input.frame, input.track);
+  if (decision.reason == Reason::kRecorded) decision.reason = RecordOrAsk(input, decision);
   Count(decision.reason);
   return decision;
 }
 
+Frame CaptureRecorder::AsKept(const Frame& frame) const {
+  Frame kept = frame;  // shares the pixels: no device writes into them again
+  if (options_.deterministic) kept.host_time_s = kept.device_time_s;
+  return kept;
+}
+
 // What the tracker takes as a keyframe shows something that those before did not.
-bool CaptureRecorder::IsWorthKeepingApart(const tracking::Track& track) const {
-  return options_.keep_apart && recording_ && track.state == tracking::TrackState::kApart && track.keyframe &&
-         track.sharpness >= options_.limits.min_sharpness && !record_.spool().Pause();
+void CaptureRecorder::KeepApart(const Frame& frame, const tracking::Track& track) {
+  if (!options_.keep_apart || !recording_ || track.state != tracking::TrackState::kApart || !track.keyframe ||
+      track.sharpness < options_.limits.min_sharpness || record_.spool().Pause())
+    return;
+  record_.spool().KeepUnposed(AsKept(frame));
+  ++kept_apart_;
 }
 
 Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track, double frame_period_s) {
@@ -147,13 +144,13 @@ Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track,
     Count(Reason::kBracket);
     return {Reason::kBracket, {}};
   }
-  if (IsWorthKeepingApart(track)) {
-    Frame kept = frame;
-    if (options_.deterministic) kept.host_time_s = kept.device_time_s;
-    record_.spool().KeepUnposed(kept);
-    ++kept_apart_;
-  }
-  return walk_ ? DecideOnWalk(frame, track, frame_period_s) : DecideOnSubject(frame, track, frame_period_s);
+  KeepApart(frame, track);
+  const FrameToDecide input{.frame = frame,
+                            .track = track,
+                            .camera = lens_.live(),
+                            .frame_period_s = frame_period_s,
+                            .coverage_width_px = options_.coverage_width_px};
+  return walk_ ? TakeOnWalk(input) : TakeOnSubject(input);
 }
 
 void CaptureRecorder::TakeStill(const Frame& still) {

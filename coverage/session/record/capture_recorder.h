@@ -1,6 +1,7 @@
 // Decides for every tracked frame whether it becomes a view, records those that do, and counts the reasons of
-// the others. With a still camera it asks for photographs instead (still_capture.h); without a subject it
-// decides by parallax (posed_photographs.h).
+// the others. In this order: what watches looks at the frame (its light, its error), deciding reads alone,
+// recording writes. With a still camera it asks for photographs instead (still_capture.h); without a subject
+// it decides by parallax (posed_photographs.h).
 #pragma once
 
 #include <array>
@@ -13,9 +14,10 @@
 
 #include "acquisition/device/device.h"
 #include "core/geometry/camera_model.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/bound/view_decision.h"
-#include "coverage/session/capture_lens.h"
 #include "coverage/session/record/bracket_capture.h"
+#include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/exposure.h"
 #include "coverage/session/record/posed_photographs.h"
@@ -30,9 +32,9 @@ class CaptureRecorder {
     std::optional<CameraModel> still_camera;           // with one, its photographs are recorded
     std::optional<PhotographSpacing> without_subject;  // with one, there is no subject
     DecisionLimits limits;
-    int stable_frames = 10;   // tracked in a row before a first view without a subject
-    bool keep_apart = false;  // CaptureOptions::keep_apart
-    int coverage_width_px = 640;
+    int stable_frames = kStableFrames;  // tracked in a row before a first view without a subject
+    bool keep_apart = false;            // CaptureOptions::keep_apart
+    int coverage_width_px = kCoverageWidthPx;
     bool deterministic = false;                   // host times are the device's
     std::optional<ExposureBracket> bracket = {};  // with one, each view gets other exposures
   };
@@ -74,13 +76,19 @@ class CaptureRecorder {
   const std::vector<double>& ms_measure() const { return ms_measure_; }  // processor time of measured frames
 
  private:
-  Decision DecideOnSubject(const Frame& frame, const tracking::Track& track, double frame_period_s);
-  Decision DecideOnWalk(const Frame& frame, const tracking::Track& track, double frame_period_s);
+  Decision TakeOnWalk(const FrameToDecide& input);
+  Decision TakeOnSubject(FrameToDecide input);
+  // Measures what the frame shows of the error, where it shows the whole subject: the coverage map may
+  // follow.
+  void Measure(const FrameToDecide& input);
+  // Records the frame, or asks for a photograph in its place; what came of it.
+  Reason RecordOrAsk(const FrameToDecide& input, const Decision& decision);
+  void KeepApart(const Frame& frame, const tracking::Track& track);
+  Frame AsKept(const Frame& frame) const;
   // `distance`: to the subject, or the median depth of the tracked points.
   bool Record(const Frame& frame, const tracking::Track& track, const Decision& decision, double distance);
   void RecordAndCount(const HeldFrame& held);
   bool ExposureIsSettled(const Frame& frame, const tracking::Track& track);
-  bool IsWorthKeepingApart(const tracking::Track& track) const;
   double DistanceToSubject(const tracking::Track& track) const;
   Reason DiskReason() const;
   void Count(Reason reason) { ++reasons_[static_cast<std::size_t>(reason)]; }

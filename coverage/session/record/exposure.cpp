@@ -16,6 +16,22 @@
 namespace ulf::coverage {
 namespace {
 
+// Guessed.
+constexpr std::size_t kMatchMostRead = 2;  // of them from disk, for one picture: that holds up tracking
+constexpr double kMatchLeastShared = 0.2;  // of the picture; less overlap says nothing
+// Median, of the logarithm; more is no exposure, but a hand before the lens or another lamp.
+constexpr double kMatchMostDeviation = 0.3;
+
+// Guessed.
+// Frames so far back are compared; longer waits longer after a change.
+constexpr double kExposureWindow_s = 0.3;
+// Exposure time times gain, log ratio: a settled camera's rounding, no more.
+constexpr double kExposureSameSetting = 0.03;
+// Log ratio; a third of what one step of an exposure dial changes.
+constexpr double kExposureSameLight = 0.08;
+// Of two degrees; farther apart other things are seen.
+constexpr double kExposureSameDirectionCosine = 0.9994;
+
 constexpr int kSmallWidth = 48;
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr int kBlack = 10, kClipped = 247;  // of 255, display-encoded; guessed
@@ -89,19 +105,19 @@ bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const
   if (outline && std::ranges::all_of(*outline, [&](const auto& img) { return camera.Contains(img); }))
     if (const auto light = LightInside(frame.image, *outline)) now.light = light->mean_linear;
   std::erase_if(recent_, [&](const Seen& seen) {
-    return seen.time_s > now.time_s || now.time_s - seen.time_s > options_.window_s;
+    return seen.time_s > now.time_s || now.time_s - seen.time_s > kExposureWindow_s;
   });
   const bool settled = std::ranges::none_of(recent_, [&](const Seen& seen) {
-    return Differ(seen.setting, now.setting, options_.same_setting) ||
-           (seen.direction.dot(now.direction) > options_.same_direction_cosine &&
-            Differ(seen.light, now.light, options_.same_light));
+    return Differ(seen.setting, now.setting, kExposureSameSetting) ||
+           (seen.direction.dot(now.direction) > kExposureSameDirectionCosine &&
+            Differ(seen.light, now.light, kExposureSameLight));
   });
   recent_.push_back(now);
   return settled;
 }
 
-// The logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before this camera;
-// none where they share too little of the plane, or the ratios of its parts do not agree.
+// The logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before this
+// camera; none where they share too little of the plane, or the ratios of its parts do not agree.
 std::optional<double> ExposureMatch::LogLightRatio(const CameraModel& now_camera,
                                                    const Rigid3& now_from_world, const cv::Mat& before,
                                                    const CameraModel& before_camera,
@@ -121,12 +137,11 @@ std::optional<double> ExposureMatch::LogLightRatio(const CameraModel& now_camera
       const float there = Between(before, *img);
       if (there > 0) ratios.push_back(std::log(here / there));
     }
-  if (static_cast<double>(ratios.size()) < options_.least_shared * light_.cols * light_.rows)
-    return std::nullopt;
+  if (static_cast<double>(ratios.size()) < kMatchLeastShared * light_.cols * light_.rows) return std::nullopt;
   const double median = Median(ratios);
   std::vector<double> deviations;
   for (const double ratio : ratios) deviations.push_back(std::abs(ratio - median));
-  if (Median(std::move(deviations)) > options_.most_deviation) return std::nullopt;
+  if (Median(std::move(deviations)) > kMatchMostDeviation) return std::nullopt;
   return median;
 }
 
@@ -154,7 +169,7 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
   for (const auto& [apart, view] : nearest) {
     Kept& kept = kept_.at(view->id);
     if (kept.light.empty()) {
-      if (++read > options_.most_read) continue;
+      if (++read > kMatchMostRead) continue;
       try {
         const auto recorded = std::ranges::find(resumed_.views, view->id, &View::id);
         kept.light = SmallLight(ReadRecordedImage(resumed_, *recorded));

@@ -2,15 +2,16 @@
 //
 // Where a camera reports that it holds its exposure, or which exposure it takes, the capture waits until the
 // exposure and the light on the subject no longer change. A moving camera changes what it sees, too; so
-// brightness is compared only between frames from nearly the same direction, a fraction of a second apart. For a
-// video, or a webcam that exposes by itself and does not report it, waiting would be useless: its frames are
-// recorded as they are, and their light is matched.
+// brightness is compared only between frames from nearly the same direction, a fraction of a second apart.
+// For a video, or a webcam that exposes by itself and does not report it, waiting would be useless: its
+// frames are recorded as they are, and their light is matched.
 //
 // Matching measures how bright a photograph is against those recorded before it, from what neighbouring views
 // both show. A renderer brings all photographs to one light by this ratio (render/scene/scene), as it does by
-// exposure times where they are known. Pictures of 48 pixels across, in linear light, are laid over each other
-// by the plane at the subject's depth; the median of their logarithmic ratio is the exposure's part, since
-// parallax moves edges both ways. Six neighbours, not one, so that errors do not add up from view to view.
+// exposure times where they are known. Pictures of 48 pixels across, in linear light, are laid over each
+// other by the plane at the subject's depth; the median of their logarithmic ratio is the exposure's part,
+// since parallax moves edges both ways. Six neighbours, not one, so that errors do not add up from view to
+// view.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,13 +31,6 @@ namespace ulf::coverage {
 // Whether exposure and light no longer change.
 class ExposureWatch {
  public:
-  // Guessed.
-  struct Options {
-    double window_s = 0.3;       // frames so far back are compared; longer waits longer after a change
-    double same_setting = 0.03;  // exposure time times gain, log ratio: a settled camera's rounding, no more
-    double same_light = 0.08;    // log ratio; a third of what one step of an exposure dial changes
-    double same_direction_cosine = 0.9994;  // of two degrees; farther apart other things are seen
-  };
   // Every frame with a pose that sees the whole subject, in order. `held`: whether the camera's automatic is
   // off, none where it does not tell (Device::Held). True: settled, as far as can be told.
   bool Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
@@ -49,7 +43,6 @@ class ExposureWatch {
     double light = 0;                                     // mean, linear; 0: not known
     Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // from the subject
   };
-  Options options_;
   std::deque<Seen> recent_;
 };
 
@@ -59,17 +52,12 @@ class ExposureMatch {
   // Guessed.
   struct Options {
     std::size_t neighbours = 6;  // that a picture is compared with
-    std::size_t most_read = 2;   // of them from disk, for one picture: that holds up tracking
-    double least_shared = 0.2;   // of the picture; less overlap says nothing
-    double most_deviation =
-        0.3;  // median, of the logarithm; more is no exposure, but a hand before the lens or
-              // another lamp
   };
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
   explicit ExposureMatch(const LightField& resumed);
   // This picture's light divided by the first view's; 1 for the first. `depth`: of the subject. `views`: the
-  // views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves them all when it
-  // closes a loop or changes its scale.
+  // views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves them all when
+  // it closes a loop or changes its scale.
   double GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                 const RecordedViews& views);
   // The picture of the last GainOf() has become this view.

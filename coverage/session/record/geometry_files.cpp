@@ -30,15 +30,14 @@ std::string Replaced(const std::optional<render::GeometryState>& before, const f
   const std::size_t triangles_before = before ? before->triangles : 0;
   return fmt::format(
       "views were added: a new mesh of {}, made of small pictures, takes the place of the one that was "
-      "there{}, "
-      "which is kept: {}{}; '{}' makes a fine one of all views",
+      "there{}, which is kept: {}{}; '{}' makes a fine one of all views",
       Counted(now.mesh->mesh->triangles.size(), "triangle"),
       triangles_before > 0 ? fmt::format(" ({})", Counted(triangles_before, "triangle")) : "", kept.string(),
       kept_maps ? fmt::format(", with its depth maps: {}", kept_maps->string()) : "", proxy_command);
 }
 
-// The views as they were when the mesh was made: those whose maps were taken out of `maps_then` to make `maps`, because they
-// were recorded with another pose, have the pose of the map.
+// The views as they were when the mesh was made: those whose maps were taken out of `maps_then` to make
+// `maps`, because they were recorded with another pose, have the pose of the map.
 LightField AsThen(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then,
                   const std::map<int, render::ViewDepthMap>& maps) {
   for (View& view : light_field.views)
@@ -48,7 +47,8 @@ LightField AsThen(LightField light_field, const FinishedGeometry& finished, cons
   return light_field;
 }
 
-// How many views the mesh was made without: they could not be read, or there was no time to look at them or for their maps.
+// How many views the mesh was made without: they could not be read, or there was no time to look at them or
+// for their maps.
 std::size_t ViewsLeftOut(const LightField& light_field, const FinishedGeometry& finished) {
   const auto left_out = std::ranges::count_if(light_field.views, [&](const View& view) {
     return finished.views_left_out.contains(view.id) || finished.unreadable_views.contains(view.id);

@@ -21,6 +21,9 @@
 namespace ulf::coverage {
 namespace {
 
+// About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
+constexpr int kLiveLiveTriangles = 30000;
+
 // Where the kernel refuses, the thread stays as it is.
 void SetPolicy(std::thread& thread, int policy) {
   const sched_param none{};
@@ -101,10 +104,9 @@ void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camer
       if (left_out_views_.empty())
         problem_seen_ = {
             {},
-            fmt::format(
-                "geometry: the processor has too little time for it: view {} is left out, and so is every "
-                "view that comes while {} others wait; '{}' makes a mesh of all",
-                id, options_.most_waiting, render::ProxyCommand(options_.light_field))};
+            fmt::format("geometry: the processor has too little time for it: view {} is left out, and so is "
+                        "every view that comes while {} others wait; '{}' makes a mesh of all",
+                        id, options_.most_waiting, render::ProxyCommand(options_.light_field))};
       left_out_views_.insert(id);
       return;
     }
@@ -203,7 +205,7 @@ LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for
   render::MapsMeshOptions options = options_.growing.mesh;
   options.in_this_thread = what_for == MeshFor::kNow;
   if (what_for == MeshFor::kNow)
-    options.most_triangles = std::min(options.most_triangles, options_.live_triangles);
+    options.most_triangles = std::min(options.most_triangles, kLiveLiveTriangles);
   const std::vector<render::ViewDepth> maps = world.growing.Maps();
   Meshed meshed{nullptr, world.growing.MapPoses()};
   render::MapsMesh made = render::MeshOfMaps(maps, *world.subject, options);

@@ -1,18 +1,18 @@
-// Geometry while shooting: as views are recorded, a thread that gives way to everything else makes their depth
-// maps and, now and then, a mesh of them (render/stereo/growing_geometry.h). It keeps to a share of one
+// Geometry while shooting: as views are recorded, a thread that gives way to everything else makes their
+// depth maps and, now and then, a mesh of them (render/stereo/growing_geometry.h). It keeps to a share of one
 // processor. The mesh serves review and measurement while the capture goes on; at the end the maps that are
 // still missing are made on all processors, and the mesh and the maps become the light field's.
 //
 // A capture never waits for it, but at its end; what fails here is said and fails alone. The thread runs only
-// when a processor has nothing else to do (SCHED_IDLE), so that it may be kept from running while it holds the
-// lock: whoever owns this class tries the lock and never waits for it; what could not be handed over waits for
-// the next call.
+// when a processor has nothing else to do (SCHED_IDLE), so that it may be kept from running while it holds
+// the lock: whoever owns this class tries the lock and never waits for it; what could not be handed over
+// waits for the next call.
 //
-// The end is bounded even where other programs keep all processors busy. Finish() makes the thread an ordinary one
-// (if the kernel lets it: an unprivileged process needs RLIMIT_NICE for that), has it give up the map that it is
-// making, waits a second for it, and then goes on without it: the thread only reads what Finish() copies. The
-// destructor waits for the thread: for the rest of a step of a map, a tenth of a second of a processor, or of a
-// mesh, a second or two, at the pace that the kernel grants it.
+// The end is bounded even where other programs keep all processors busy. Finish() makes the thread an
+// ordinary one (if the kernel lets it: an unprivileged process needs RLIMIT_NICE for that), has it give up
+// the map that it is making, waits a second for it, and then goes on without it: the thread only reads what
+// Finish() copies. The destructor waits for the thread: for the rest of a step of a map, a tenth of a second
+// of a processor, or of a mesh, a second or two, at the pace that the kernel grants it.
 #pragma once
 
 #include <atomic>
@@ -84,17 +84,15 @@ class LiveGeometry {
     double processor_share = 0.4;  // of one processor, while the capture goes on. Guessed.
     int first_mesh_maps = 6;       // that make the first mesh. Guessed.
     double more_maps = 1.35;       // a new mesh when there are so many times as many maps. Guessed.
-    // Corrected poses, or a view that was taken back, make a new mesh at once where a view has moved by more than
-    // this, pixels of geometry's pictures; but none sooner than so long after the last one. Guessed.
+    // Corrected poses, or a view that was taken back, make a new mesh at once where a view has moved by more
+    // than this, pixels of geometry's pictures; but none sooner than so long after the last one. Guessed.
     double moved_px = 0.5;
     double between_meshes_s = 4;
-    // Pictures in memory that may wait to be reduced; views that come on top are left out. Guessed: 24 megapixels
-    // take 72 MB.
+    // Pictures in memory that may wait to be reduced; views that come on top are left out. Guessed: 24
+    // megapixels take 72 MB.
     std::size_t most_waiting = 8;
-    // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
-    int live_triangles = 30000;
-    // At the end, for missing maps and the pictures that wait, which get half of it at most. Guessed: the whole
-    // then takes ten seconds.
+    // At the end, for missing maps and the pictures that wait, which get half of it at most. Guessed: the
+    // whole then takes ten seconds.
     double finish_s = 6;
     bool gives_way = true;  // false: competes with other programs, which is for tests that wait for it
     std::filesystem::path light_field;  // for messages: 'ulf proxy' of it makes what is missing here
@@ -116,16 +114,17 @@ class LiveGeometry {
                Picture where = Picture::kIsRead);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
-  // Maps of views that were added, which an earlier session made under the poses that these have; read in the geometry's
-  // thread.
+  // Maps of views that were added, which an earlier session made under the poses that these have; read in the
+  // geometry's thread.
   void AddMaps(std::function<std::vector<KnownMap>()> read);
-  // The lens has changed: forgets all views with their maps and the mesh, which are added again by the caller.
+  // The lens has changed: forgets all views with their maps and the mesh, which are added again by the
+  // caller.
   void StartAgain();
   const LiveGeometryState& State();                // the newest that could be had
   bool HasFailed() const { return failed_; }       // there will be no mesh, or no other one
   bool IsCorrected() const { return corrected_; }  // a view was removed, moved or shown by another lens
-  // Why there will be no geometry, or none of some views, once each; none: nothing new. For the caller to say: the
-  // failure was in another thread.
+  // Why there will be no geometry, or none of some views, once each; none: nothing new. For the caller to
+  // say: the failure was in another thread.
   std::optional<std::string> TakeProblem();
 
   // Without a thread: makes the maps that are due, and a mesh.
@@ -190,7 +189,8 @@ class LiveGeometry {
   bool corrected_ = false;
   int lens_ = 0;
 
-  // The thread's own. It changes the world only while it holds the lock and is not over; Finish() copies it then.
+  // The thread's own. It changes the world only while it holds the lock and is not over; Finish() copies it
+  // then.
   World world_;
   render::StereoViewMaker maker_;
   std::optional<std::map<int, Rigid3>> poses_of_mesh_;  // none: no mesh has been made

@@ -31,7 +31,8 @@ std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   return digest.Value();
 }
 
-// Says why the map is made again and, once the first views tell how long each takes, about how long that will be.
+// Says why the map is made again and, once the first views tell how long each takes, about how long that will
+// be.
 class MakingAgain {
  public:
   MakingAgain(std::string why, std::size_t views) : why_(std::move(why)), views_(views) {}
@@ -49,7 +50,8 @@ class MakingAgain {
   }
 
  private:
-  // The first views are adjusted little and the whole map once at the end: measured on captures of the studio, 640x480.
+  // The first views are adjusted little and the whole map once at the end: measured on captures of the
+  // studio, 640x480.
   static constexpr double kWithAdjustment = 2;
   static constexpr std::size_t kTelling = 16;  // seeds are adjusted every eighth
   static constexpr double kWorthSaying_s = 3;  // guessed: a shorter wait needs no word
@@ -122,7 +124,8 @@ void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
     MakeFolderIn(light_field.root, "cache");
     poses.SaveMap(file, KeyOf(light_field, tracked));
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}; --resume will take longer to start, nothing else changes\n", error.what());
+    fmt::print(stderr, "{}; {} will take longer to start, nothing else changes\n", error.what(),
+               Parameter("resume"));
   }
 }
 

@@ -11,6 +11,16 @@
 namespace ulf::coverage {
 namespace {
 
+// Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first
+// one, and at most so many. Guessed.
+constexpr double kWalkNeighbourShare = 0.4;
+constexpr int kWalkMostNeighbours = 6;
+// Points of a frame: fewer say nothing, of more a sample is taken. Guessed.
+constexpr std::size_t kWalkFewestPoints = 12, kWalkMostPoints = 150;
+// After so many points a view is dismissed that contains less than this share of `least_overlap`. Guessed.
+constexpr std::size_t kWalkFirstPoints = 20;
+constexpr double kWalkFirstOverlap = 0.3;
+
 // In random order, so that the first few stand for all.
 std::vector<tracking::VisiblePoint> Sample(std::vector<tracking::VisiblePoint> points, std::size_t most) {
   std::mt19937 draw(1);
@@ -30,7 +40,7 @@ double MedianDepth(const std::vector<tracking::VisiblePoint>& points) {
 bool PosedPhotographs::IsLocated(const FrameToDecide& input,
                                  const std::vector<tracking::VisiblePoint>& points) const {
   return input.track.state == tracking::TrackState::kTracking && !input.track.skipped &&
-         input.track.cam_from_world && points.size() >= spacing_.fewest_points;
+         input.track.cam_from_world && points.size() >= kWalkFewestPoints;
 }
 
 bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
@@ -39,9 +49,9 @@ bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world
   std::vector<double> parallax;
   std::size_t shared = 0;
   for (const tracking::VisiblePoint& point : points) {
-    if (parallax.size() == spacing.first_points &&
+    if (parallax.size() == kWalkFirstPoints &&
         static_cast<double>(shared) <
-            spacing.first_overlap * spacing.least_overlap * static_cast<double>(spacing.first_points))
+            kWalkFirstOverlap * spacing.least_overlap * static_cast<double>(kWalkFirstPoints))
       return false;
     parallax.push_back(AngleBetween(point.position_in_world - here, point.position_in_world - there));
     const auto img = camera.ImgFromCam(before_from_world * point.position_in_world);
@@ -54,9 +64,9 @@ bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world
 bool PosedPhotographs::IsNeighbour(const FrameToDecide& input,
                                    const std::vector<tracking::VisiblePoint>& points) const {
   PhotographSpacing near = spacing_;
-  near.parallax_deg *= spacing_.neighbour_share;
-  near.least_overlap = 1 - spacing_.neighbour_share * (1 - spacing_.least_overlap);
-  return neighbours_ < spacing_.most_neighbours &&
+  near.parallax_deg *= kWalkNeighbourShare;
+  near.least_overlap = 1 - kWalkNeighbourShare * (1 - spacing_.least_overlap);
+  return neighbours_ < kWalkMostNeighbours &&
          ShowsSameView(*first_, *input.track.cam_from_world, input.camera, points, near);
 }
 
@@ -76,37 +86,36 @@ Decision PosedPhotographs::Judge(const FrameToDecide& input,
   return DecideWithoutSubject(input, shown, limits);
 }
 
-Decision PosedPhotographs::Judge(const FrameToDecide& input,
-                                 const std::vector<tracking::VisiblePoint>& points,
-                                 const RecordedViews& views, const DecisionLimits& limits) const {
-  return Judge(input, Sample(points, spacing_.most_points), views, nullptr, limits);
+PosedPhotographs::Step PosedPhotographs::Decide(const FrameToDecide& input,
+                                                const std::vector<tracking::VisiblePoint>& all_points,
+                                                const RecordedViews& views,
+                                                const DecisionLimits& limits) const {
+  const std::vector<tracking::VisiblePoint> points = Sample(all_points, kWalkMostPoints);
+  Step step;
+  step.located = IsLocated(input, points);
+  step.ends_held = held_ && !(step.located && IsNeighbour(input, points));
+  if (!step.located) return step;
+  step.decision = Judge(input, points, views, step.ends_held ? &*held_ : nullptr, limits);
+  if (step.decision.reason != Reason::kRecorded) return step;
+  step.depth = MedianDepth(all_points);
+  if (!held_ || step.ends_held) return step;
+  step.replaces = input.track.sharpness > held_->track.sharpness;
+  if (!step.replaces) step.decision.reason = Reason::kCovered;
+  return step;
 }
 
-PosedPhotographs::Step PosedPhotographs::After(const FrameToDecide& input,
-                                               const std::vector<tracking::VisiblePoint>& all_points,
-                                               const RecordedViews& views, const DecisionLimits& limits) {
-  const std::vector<tracking::VisiblePoint> points = Sample(all_points, spacing_.most_points);
-  const bool located = IsLocated(input, points);
-  Step step;
-  if (held_ && !(located && IsNeighbour(input, points))) step.record = TakeHeld();
-  if (!located) return step;
-  step.decision = Judge(input, points, views, step.record ? &*step.record : nullptr, limits);
-  if (step.decision.reason != Reason::kRecorded) {
-    neighbours_ += held_.has_value();
-    return step;
-  }
-  const auto hold = [&] { held_ = HeldFrame{input.frame, input.track, MedianDepth(all_points)}; };
+std::optional<HeldFrame> PosedPhotographs::Take(const Step& step, const FrameToDecide& input) {
+  std::optional<HeldFrame> ended;
+  if (step.ends_held) ended = TakeHeld();
+  if (!step.located) return ended;
+  neighbours_ += held_.has_value();
+  if (step.decision.reason != Reason::kRecorded) return ended;
   if (!held_) {
     first_ = *input.track.cam_from_world;
     neighbours_ = 0;
-    hold();
-  } else if (++neighbours_; input.track.sharpness > held_->track.sharpness) {
-    hold();
-    step.replaced = true;
-  } else {
-    step.decision.reason = Reason::kCovered;
   }
-  return step;
+  held_ = HeldFrame{input.frame, input.track, step.depth};
+  return ended;
 }
 
 std::optional<HeldFrame> PosedPhotographs::TakeHeld() { return std::exchange(held_, std::nullopt); }

@@ -2,8 +2,8 @@
 // shows already, judged by parallax and overlap; among neighbouring frames the sharpest.
 //
 // A recorded view shows the same as a frame while it contains most of the frame's tracked points, seen from
-// nearly the same direction. All recorded views are compared, not only the last: a place that is visited twice
-// is recorded once.
+// nearly the same direction. All recorded views are compared, not only the last: a place that is visited
+// twice is recorded once.
 #pragma once
 
 #include <cstddef>
@@ -21,18 +21,10 @@ namespace ulf::coverage {
 struct PhotographSpacing {
   double parallax_deg = 1;     // median over the points; more is another view
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
-  // Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first one,
-  // and at most so many. Guessed.
-  double neighbour_share = 0.4;
-  int most_neighbours = 6;
-  // Points of a frame: fewer say nothing, of more a sample is taken. Guessed.
-  std::size_t fewest_points = 12, most_points = 150;
-  // After so many points a view is dismissed that contains less than this share of `least_overlap`. Guessed.
-  std::size_t first_points = 20;
-  double first_overlap = 0.3;
 };
 
-// Whether a view at `before_from_world` shows the same as the frame that shows `points` from `cam_from_world`.
+// Whether a view at `before_from_world` shows the same as the frame that shows `points` from
+// `cam_from_world`.
 bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
                    const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
 
@@ -47,16 +39,20 @@ class PosedPhotographs {
  public:
   explicit PosedPhotographs(const PhotographSpacing& spacing) : spacing_(spacing) {}
 
+  // What is to be done about a frame.
   struct Step {
-    Decision decision;                // of this frame; kRecorded: it is the one that is held
-    std::optional<HeldFrame> record;  // to be recorded: the sharpest of its neighbours
-    bool replaced = false;            // the frame that was held before is less sharp and is dropped
+    Decision decision;       // of this frame; kRecorded: it is to be held
+    bool located = false;    // its pose is known, by points enough
+    bool ends_held = false;  // the frame that is held has had its neighbours, and is to be recorded
+    bool replaces = false;   // the frame that is held is less sharp and is to be dropped
+    double depth = 1;        // median, of what was tracked in it
   };
-  // Judges a frame without holding it: kRecorded where it would be recorded.
-  Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
-                 const RecordedViews& views, const DecisionLimits& limits) const;
-  Step After(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
-             const RecordedViews& views, const DecisionLimits& limits);
+  // Reads alone.
+  Step Decide(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
+              const RecordedViews& views, const DecisionLimits& limits) const;
+  // Does what Decide() said of the same frame. Returns the frame that is to be recorded: the sharpest of its
+  // neighbours.
+  std::optional<HeldFrame> Take(const Step& step, const FrameToDecide& input);
   // At the end: the frame that is still held.
   std::optional<HeldFrame> TakeHeld();
 

@@ -1,6 +1,7 @@
 #include "coverage/session/record/recorded_views.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace ulf::coverage {
 
@@ -9,14 +10,31 @@ RecordedViews::RecordedViews(const LightField& recorded_before) {
     views_.push_back({view.id, {}, view.cam_from_world, {}, recorded_before.CameraOf(view)});
 }
 
+void RecordedViews::Add(const Entry& view, const Image& image) {
+  views_.push_back(view);
+  for (Follower* follower : followers_) follower->Added(view, image);
+}
+
 bool RecordedViews::Remove(int id) {
-  return std::erase_if(views_, [id](const Entry& view) { return view.id == id; }) > 0;
+  const auto found = std::ranges::find(views_, id, &Entry::id);
+  if (found == views_.end()) return false;
+  const Entry removed = std::move(*found);
+  views_.erase(found);
+  ++revision_;
+  for (Follower* follower : followers_) follower->Removed(removed);
+  return true;
 }
 
 std::vector<int> RecordedViews::Ids() const {
   std::vector<int> ids;
   for (const Entry& view : views_) ids.push_back(view.id);
   return ids;
+}
+
+std::map<int, Rigid3> RecordedViews::Poses() const {
+  std::map<int, Rigid3> poses;
+  for (const Entry& view : views_) poses[view.id] = view.cam_from_world;
+  return poses;
 }
 
 std::map<int, Rigid3> RecordedViews::PosesNow(const tracking::PoseSource& poses) const {
@@ -58,6 +76,8 @@ void RecordedViews::FindAnew(const tracking::PoseSource& poses, double lens_chan
 
 void RecordedViews::MoveTo(const std::map<int, Rigid3>& poses) {
   for (Entry& view : views_) view.cam_from_world = poses.at(view.id);
+  ++revision_;
+  for (Follower* follower : followers_) follower->Moved(*this);
 }
 
 std::vector<CriterionView> RecordedViews::ForCriterion(const CameraModel& of_capture,

@@ -1,16 +1,19 @@
-// Owns what a running capture knows of its recorded views: the id that each has on disk, the keyframe of the
-// tracker's map that it is anchored to, and the pose that follows from it, as of the last correction. The
-// coverage map and the journal get the poses from here.
+// The one owner of what a running capture knows of its recorded views: the id that each has on disk, the
+// keyframe of the tracker's map that it is anchored to, and the pose that follows from it, as of the last
+// correction. Whoever needs a pose asks here, or hears of every change as a Follower. The disk comes first:
+// the spool gives a view its number and accepts corrected poses, and only what it accepted is changed here.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "core/frames/frame.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
-#include "coverage/bound/criterion.h"
+#include "coverage/bound/criterion_view.h"
 #include "tracking/sources/pose_source.h"
 
 namespace ulf::coverage {
@@ -25,24 +28,40 @@ class RecordedViews {
     std::optional<CameraModel> camera = {};  // none: the capture's own, which may change (capture_lens.h)
     const CameraModel& CameraOr(const CameraModel& of_capture) const { return camera ? *camera : of_capture; }
   };
-  // Those of earlier sessions.
+  // Hears of every change after it was made here; in the order of subscription.
+  class Follower {
+   public:
+    virtual ~Follower() = default;
+    virtual void Added(const Entry& view, const Image& image) = 0;
+    virtual void Removed(const Entry& view) = 0;
+    // All views have the poses of now; the capture's lens may have changed with them.
+    virtual void Moved(const RecordedViews& views) = 0;
+  };
+  // The views of earlier sessions, of which followers are told nothing.
   explicit RecordedViews(const LightField& recorded_before);
-  void Add(const Entry& view) { views_.push_back(view); }
+  // `follower` outlives this, or at least all changes.
+  void Subscribe(Follower& follower) { followers_.push_back(&follower); }
+
+  // `image`: what it shows, for the followers.
+  void Add(const Entry& view, const Image& image = {});
   // False: there is none with this id.
   bool Remove(int id);
+  // Another one when views that were there have been moved or removed. Views that are added stand at the end.
+  std::uint64_t revision() const { return revision_; }
   bool empty() const { return views_.empty(); }
   std::size_t size() const { return views_.size(); }
   std::vector<int> Ids() const;  // in the order of recording
   const std::vector<Entry>& views() const { return views_; }
+  std::map<int, Rigid3> Poses() const;  // by id
 
   // What the anchors mean in the tracker's map of now, by id.
   std::map<int, Rigid3> PosesNow(const tracking::PoseSource& poses) const;
   // The largest change of any view from its pose here to the one in `poses`, radians as seen from the subject
   // (without one, from a distance of 1 world unit).
   double LargestMove(const std::map<int, Rigid3>& poses, const Subject* subject) const;
-  // Under another lens, which shows things elsewhere by this share of their distance from the picture's middle: how a view
-  // lies to its keyframe is as wrong as that. Where it matters, as seen from the subject (without one, from a distance
-  // of 1 world unit), it is found anew from the points that its frame showed.
+  // Under another lens, which shows things elsewhere by this share of their distance from the picture's
+  // middle: how a view lies to its keyframe is as wrong as that. Where it matters, as seen from the subject
+  // (without one, from a distance of 1 world unit), it is found anew from the points that its frame showed.
   void FindAnew(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
   // `poses` has every view.
   void MoveTo(const std::map<int, Rigid3>& poses);
@@ -52,6 +71,16 @@ class RecordedViews {
 
  private:
   std::vector<Entry> views_;
+  std::vector<Follower*> followers_;
+  std::uint64_t revision_ = 0;
+};
+
+// A view at the moment of recording, with its pixels; its pose now is RecordedViews' to say.
+struct RecordedFrame {
+  int id = 0;
+  Frame frame;
+  CameraModel camera;  // of the frame: a photograph's is not the live picture's
+  Rigid3 cam_from_world;
 };
 
 }  // namespace ulf::coverage

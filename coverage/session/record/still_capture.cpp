@@ -16,6 +16,22 @@ namespace ulf::coverage {
 
 namespace {
 
+// Guessed.
+constexpr double kStillRemembered_s = 20;       // of live poses: photographs may be long in coming
+constexpr double kStillLiveViewGoesOn_s = 0.5;  // so long after a photograph its lag is measured
+constexpr double kStillLongestLag_s = 5;        // no shutter takes longer
+// Over which the hand's speed is measured: single arrival times of live view are irregular.
+constexpr std::size_t kStillSpeedFrames = 8;
+
+// When the trajectory passed `cam_from_world`, interpolated between its poses. Poses are compared by the
+// angle that a subject `distance` away would have moved in the image. None where the pose fits two times that
+// are more than 50 ms apart (the hand stood still, or passed twice), or where it lies before or after all
+// poses.
+constexpr double kSearchStep_s = 0.002;  // between the places that are looked at
+// A place this far from the nearest in time must be farther off by more than.
+constexpr double kSearchTellsApart_s = 0.05;
+constexpr double kSearchPoseError = 0.002;  // radians: a photograph's pose against live frames', guessed
+
 // How far apart two poses are, as an angle at a subject `distance` away.
 double PoseAngle(const Rigid3& a, const Rigid3& b, double distance) {
   return std::hypot(RotationAngle(a.rotation * b.rotation.conjugate()),
@@ -25,14 +41,14 @@ double PoseAngle(const Rigid3& a, const Rigid3& b, double distance) {
 }  // namespace
 
 std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
-                                       double distance, const TrajectorySearch& search) {
+                                       double distance) {
   struct Sample {
     double time_s, angle;
   };
   std::vector<Sample> samples;
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     const LivePose &a = trajectory[i - 1], &b = trajectory[i];
-    const int steps = std::clamp(static_cast<int>((b.time_s - a.time_s) / search.step_s), 1, 1000);
+    const int steps = std::clamp(static_cast<int>((b.time_s - a.time_s) / kSearchStep_s), 1, 1000);
     for (int k = i == 1 ? 0 : 1; k <= steps; ++k) {
       const double share = static_cast<double>(k) / steps;
       samples.push_back(
@@ -44,8 +60,8 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
   const auto nearest = std::ranges::min_element(samples, {}, &Sample::angle);
   if (nearest == samples.begin() || nearest + 1 == samples.end()) return std::nullopt;
   for (const Sample& sample : samples)
-    if (std::abs(sample.time_s - nearest->time_s) > search.tells_apart_s &&
-        sample.angle < nearest->angle + search.pose_error)
+    if (std::abs(sample.time_s - nearest->time_s) > kSearchTellsApart_s &&
+        sample.angle < nearest->angle + kSearchPoseError)
       return std::nullopt;
   return nearest->time_s;
 }
@@ -63,20 +79,20 @@ void StillCapture::Follow(const Frame& live, const tracking::Track& track) {
   if (!track.cam_from_world) return;
   live_.push_back({live.device_time_s, *track.cam_from_world,
                    track.speed_px * camera_.width / std::max(1, live.image.width())});
-  while (live.device_time_s - live_.front().time_s > options_.remembered_s) live_.pop_front();
+  while (live.device_time_s - live_.front().time_s > kStillRemembered_s) live_.pop_front();
   MeasureLags();
 }
 
 // Live view stops during a photograph: a lag is measured when live view has gone on for a while.
 void StillCapture::MeasureLags() {
   while (!unmeasured_.empty() &&
-         live_.back().time_s > unmeasured_.front().judged_s + options_.live_view_goes_on_s) {
+         live_.back().time_s > unmeasured_.front().judged_s + kStillLiveViewGoesOn_s) {
     const Unmeasured still = unmeasured_.front();
     unmeasured_.pop_front();
     std::vector<LivePose> since;
     for (const LivePose& pose : live_)
-      if (pose.time_s > still.requested_s - options_.live_view_goes_on_s &&
-          pose.time_s < still.requested_s + options_.longest_lag_s)
+      if (pose.time_s > still.requested_s - kStillLiveViewGoesOn_s &&
+          pose.time_s < still.requested_s + kStillLongestLag_s)
         since.push_back(pose);
     const auto taken_s = TimeOnTrajectory(since, still.cam_from_world, still.distance);
     if (!taken_s) continue;
@@ -104,7 +120,7 @@ std::optional<Rigid3> StillCapture::LivePoseAt(double time_s) const {
 
 double StillCapture::SpeedPxPerS() const {
   if (live_.size() < 2) return 0;
-  const std::size_t first = live_.size() - std::min(live_.size(), options_.speed_frames);
+  const std::size_t first = live_.size() - std::min(live_.size(), kStillSpeedFrames);
   double moved_px = 0;
   for (std::size_t i = first + 1; i < live_.size(); ++i) moved_px += live_[i].speed_px;
   const double seconds = live_.back().time_s - live_[first].time_s;
@@ -116,8 +132,8 @@ bool StillCapture::HasExpectedSize(const Frame& still) {
   if (!said_size_)
     spdlog::warn(
         "a photograph is {}x{}, the calibration's still mode is for {}x{}: such photographs are kept in "
-        "unposed/; set the camera's image size back, or calibrate with --mode still",
-        still.image.width(), still.image.height(), camera_.width, camera_.height);
+        "unposed/; set the camera's image size back, or calibrate with {} still",
+        still.image.width(), still.image.height(), camera_.width, camera_.height, Parameter("mode"));
   said_size_ = true;
   return false;
 }

@@ -2,9 +2,10 @@
 // the capture requests a photograph, one at a time, and judges it when it arrives.
 //
 // Between the request and the shutter the hand moves on. So the photograph gets a pose of its own against the
-// tracker's map, with the intrinsics of photographs, and passes the same tests as the live frame: does it show
-// the whole subject, does it show anything that no recorded view shows, is it well exposed and sharp. If so it
-// is recorded. Every other photograph, also one that was released on the camera's body, is kept in unposed/.
+// tracker's map, with the intrinsics of photographs, and passes the same tests as the live frame: does it
+// show the whole subject, does it show anything that no recorded view shows, is it well exposed and sharp. If
+// so it is recorded. Every other photograph, also one that was released on the camera's body, is kept in
+// unposed/.
 //
 // No protocol reports the shutter's lag, from the request to the exposure. It is measured: the place on the
 // live trajectory that is nearest to the photograph's own pose tells when it was taken, on the clock of the
@@ -44,16 +45,8 @@ struct LivePose {
   double speed_px = 0;  // since the frame before, in photograph pixels
 };
 
-// When the trajectory passed `cam_from_world`, interpolated between its poses. Poses are compared by the angle
-// that a subject `distance` away would have moved in the image. None where the pose fits two times that are
-// more than 50 ms apart (the hand stood still, or passed twice), or where it lies before or after all poses.
-struct TrajectorySearch {
-  double step_s = 0.002;        // between the places that are looked at
-  double tells_apart_s = 0.05;  // a place this far from the nearest in time must be farther off by more than
-  double pose_error = 0.002;    // radians: a photograph's pose against live frames', guessed
-};
 std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
-                                       double distance, const TrajectorySearch& search = {});
+                                       double distance);
 
 struct StillVerdict {
   Decision decision;                     // kRecorded: to be recorded; anything else: to be kept in unposed/
@@ -62,15 +55,6 @@ struct StillVerdict {
 
 class StillCapture {
  public:
-  // Guessed.
-  struct Options {
-    double remembered_s = 20;          // of live poses: photographs may be long in coming
-    double live_view_goes_on_s = 0.5;  // so long after a photograph its lag is measured
-    double longest_lag_s = 5;          // no shutter takes longer
-    std::size_t speed_frames =
-        8;  // over which the hand's speed is measured: single arrival times of live view
-            // are irregular
-  };
   // `camera`: of photographs.
   StillCapture(acquisition::Device& device, const CameraModel& camera, const tracking::PoseSource& poses,
                const DecisionLimits& limits, int coverage_width_px);
@@ -104,7 +88,6 @@ class StillCapture {
   const tracking::PoseSource& poses_;
   const DecisionLimits limits_;
   const int coverage_width_px_;
-  const Options options_{};
   std::deque<LivePose> live_;
   std::deque<Unmeasured> unmeasured_;
   std::vector<double> lags_s_;
@@ -117,8 +100,8 @@ class StillCapture {
 acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
                                                     const acquisition::IntrinsicsArgs& args);
 
-// Resamples a photograph as another camera at the same pose would have taken it; outside of what it shows, its
-// edge is repeated. For building live view's map from photographs.
+// Resamples a photograph as another camera at the same pose would have taken it; outside of what it shows,
+// its edge is repeated. For building live view's map from photographs.
 Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera);
 
 }  // namespace ulf::coverage

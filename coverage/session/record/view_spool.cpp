@@ -90,8 +90,8 @@ ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write, std::strin
   }
 }
 
-// One line, one frame for unposed/, or views. Where several views fail together, one of them may be the cause:
-// that is no failure yet.
+// One line, one frame for unposed/, or views. Where several views fail together, one of them may be the
+// cause: that is no failure yet.
 ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
   const Task& first = tasks.front();
   std::string problem;
@@ -375,7 +375,8 @@ void ViewSpool::RemoveViews(std::set<int> ids) {
   Submit({[this, ids = std::move(ids)](LightFieldWriter&) { Remove(ids); }, nullptr, {}}, false);
 }
 
-// Waits while a thread makes one of the photographs from its master, because that thread writes the view's files.
+// Waits while a thread makes one of the photographs from its master, because that thread writes the view's
+// files.
 void ViewSpool::Remove(const std::set<int>& ids) {
   {
     MutexLock lock(mutex_);

@@ -2,16 +2,17 @@
 //
 // The spool writes every accepted view, in the order of acceptance. It accepts no more while the disk is slow
 // (the queue is full) or full (no room for the waiting views and for closing); Pause() says which. A write
-// that fails for lack of room is tried again until there is room. The spool looks for room before it accepts a
-// view, so that accepted views normally fit. Any other error (permissions, a folder that is gone) is a
-// Failure(): the spool then records no more views and puts the accepted ones into unposed/, or else beside the
-// light field. It counts those that fit in neither place: Unwritten(). So it does where the folder was moved or deleted: it
-// makes none anew under the old name.
+// that fails for lack of room is tried again until there is room. The spool looks for room before it accepts
+// a view, so that accepted views normally fit. Any other error (permissions, a folder that is gone) is a
+// Failure(): the spool then records no more views and puts the accepted ones into unposed/, or else beside
+// the light field. It counts those that fit in neither place: Unwritten(). So it does where the folder was
+// moved or deleted: it makes none anew under the old name.
 //
-// Views that wait together are written together (LightFieldWriter::AddViews). A view with a master is recorded
-// when its master and its journal line are on disk. Making its photograph in images/ takes ten times as long:
-// low-priority threads make it from the master, and Finish() waits for them. A photograph that cannot be made
-// is reported and blocks nothing: the next program that opens the light field for writing makes it.
+// Views that wait together are written together (LightFieldWriter::AddViews). A view with a master is
+// recorded when its master and its journal line are on disk. Making its photograph in images/ takes ten times
+// as long: low-priority threads make it from the master, and Finish() waits for them. A photograph that
+// cannot be made is reported and blocks nothing: the next program that opens the light field for writing
+// makes it.
 //
 // A killed process loses the views that were not on disk: up to eight that were being written, and those that
 // waited behind them, at most as many as the capacity (photographs of a tethered camera come on top).
@@ -60,21 +61,21 @@ class ViewSpool {
   // seldom. Ask Pause() before asking the camera for one.
   int AddView(const Frame& frame, const View& view);
   void KeepUnposed(const Frame& frame, const std::string& problem = "");  // as LightFieldWriter's
-  // Another exposure of an added view: as LightFieldWriter::AddExposure(). Accepted although there may be no room, as
-  // photographs are.
+  // Another exposure of an added view: as LightFieldWriter::AddExposure(). Accepted although there may be no
+  // room, as photographs are.
   void AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool pose_is_between);
   // An added view shows so many points: keeps room for them in the files that closing writes.
   void ExpectSeenPoints(std::size_t points) {
     most_seen_points_ = std::max<std::uint64_t>(most_seen_points_, points);
   }
-  // Takes added views out of the light field together, whether they are on disk or waiting. They are written first,
-  // so that their photographs are not lost, and then move to unposed/.
+  // Takes added views out of the light field together, whether they are on disk or waiting. They are written
+  // first, so that their photographs are not lost, and then move to unposed/.
   void RemoveViews(std::set<int> ids);
-  // Journals those of the poses (by view id) that differ from what is on disk. Returns false when the queue is
-  // full: try again later.
+  // Journals those of the poses (by view id) that differ from what is on disk. Returns false when the queue
+  // is full: try again later.
   bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
-  // The same with the lens under which these are the poses, and where it is from: one line for all, before any view that is
-  // added later. Waits in the queue where that is full.
+  // The same with the lens under which these are the poses, and where it is from: one line for all, before
+  // any view that is added later. Waits in the queue where that is full.
   void UpdateLens(const CameraModel& camera, const std::string& source, std::map<int, Rigid3> cam_from_world);
   void SetSubject(const Subject& subject);
   void NoteGap(double from_s, double to_s, const std::string& reason);

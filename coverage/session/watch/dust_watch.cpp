@@ -8,6 +8,10 @@
 namespace ulf::coverage {
 namespace {
 
+constexpr int kDustFewestLooks = 10;
+constexpr double kDustLeastKeptOff = 0.04;
+constexpr double kDustMostLooks = 0.85;  // share of the looks that must show it
+
 // Logarithm of the light against that around: of spots from one to three hundredths of the width.
 cv::Mat SpotContrast(const cv::Mat& log_light) {
   const double width = log_light.cols;
@@ -51,7 +55,7 @@ void DustWatch::Look(const cv::Rect& area, const cv::Mat& log_light, const cv::M
   const cv::Mat change = cv::min(cv::max(contrast(area) - there, -kMost), kMost);
   sum_(area) += change;
   cv::accumulateSquare(change, sum2_(area));
-  cv::add(darker_(area), 1, darker_(area), change < -0.5 * options_.least_kept_off);
+  cv::add(darker_(area), 1, darker_(area), change < -0.5 * kDustLeastKeptOff);
   ++cell.looks;
 }
 
@@ -104,7 +108,7 @@ void DustWatch::LookForSpots() {
   for (int row = 0; row < kRows; ++row)
     for (int column = 0; column < kColumns; ++column) {
       const double looks = cells_[static_cast<std::size_t>(row * kColumns + column)].looks;
-      if (looks < options_.fewest_looks) continue;
+      if (looks < kDustFewestLooks) continue;
       const cv::Rect area = Area(row, column);
       const cv::Mat mean_here = sum_(area) / looks, variance = sum2_(area) / looks - mean_here.mul(mean_here);
       mean_here.copyTo(mean(area));
@@ -119,8 +123,8 @@ void DustWatch::LookForSpots() {
   for (int y = reach; y < size.height - reach; ++y)
     for (int x = reach; x < size.width - reach; ++x) {
       const float here = mean.at<float>(y, x);
-      if (here > -options_.least_kept_off || here > least.at<float>(y, x) ||
-          here > -options_.sigmas * sigma.at<float>(y, x) || darker.at<float>(y, x) < options_.most_looks)
+      if (here > -kDustLeastKeptOff || here > least.at<float>(y, x) ||
+          here > -options_.sigmas * sigma.at<float>(y, x) || darker.at<float>(y, x) < kDustMostLooks)
         continue;
       const auto at = [&](int dx, int dy) { return mean.at<float>(y + dy * step, x + dx * step); };
       const float xx = at(1, 0) + at(-1, 0) - 2 * here, yy = at(0, 1) + at(0, -1) - 2 * here,

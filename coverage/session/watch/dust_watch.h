@@ -1,8 +1,9 @@
 // Dust on the lens: dark spots that stay where they are in the picture while the scene moves on beneath them.
 //
-// A place of the picture is looked at again when what it showed has moved away (by the points that are followed nearby,
-// picture_tracks.h). What it shows now is compared with the same piece of the scene in the look before, where that was
-// seen elsewhere: the scene cancels, a spot here stays. Spots are small, round and there in almost every look.
+// A place of the picture is looked at again when what it showed has moved away (by the points that are
+// followed nearby, picture_tracks.h). What it shows now is compared with the same piece of the scene in the
+// look before, where that was seen elsewhere: the scene cancels, a spot here stays. Spots are small, round
+// and there in almost every look.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -21,15 +22,12 @@ class DustWatch {
  public:
   // Settled on simulated scenes (docs/mistakes.md).
   struct Options {
-    double moved = 0.03;  // share of the picture's width: what a place showed has moved away
-    int fewest_looks = 10;
+    double moved = 0.03;              // share of the picture's width: what a place showed has moved away
     double alike = 0.7;               // least correlation of a piece of the scene in two looks
     double plain = 0.03;              // standard deviation of the light of a piece that needs none
     double every_s = 1, stays_s = 3;  // spots are looked for so often, and are there so long
-    double least_kept_off = 0.04;
-    double sigmas = 7;         // of the mean over the looks
-    double most_looks = 0.85;  // share of the looks that must show it
-    double round = 0.4;        // least curvature over the greatest: less is the edge of something
+    double sigmas = 7;                // of the mean over the looks
+    double round = 0.4;               // least curvature over the greatest: less is the edge of something
   };
   DustWatch() = default;
   explicit DustWatch(const Options& options) : options_(options) {}

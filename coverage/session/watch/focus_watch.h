@@ -1,8 +1,8 @@
 // An automatic focus that goes to and fro: pictures of the same things that are sharp, soft, and sharp again.
 //
-// By points that are followed from picture to picture (picture_tracks.h), across the motion, so that neither what the
-// camera looks at nor its motion counts. A hand that shakes blurs single pictures, a focus that moves all of them: the
-// sharpest of some neighbouring pictures decide.
+// By points that are followed from picture to picture (picture_tracks.h), across the motion, so that neither
+// what the camera looks at nor its motion counts. A hand that shakes blurs single pictures, a focus that
+// moves all of them: the sharpest of some neighbouring pictures decide.
 #pragma once
 
 #include <deque>
@@ -17,17 +17,14 @@ class FocusWatch {
   // Settled on simulated scenes (docs/mistakes.md).
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
-    double sharpest_of_s = 0.4;
-    double least_swing = 0.25;  // logarithm of fine detail (amplitude); smaller ones do not count
-    int swings = 4;             // there and back, twice
-    double within_s = 8;
   };
   FocusWatch() = default;
   explicit FocusWatch(const Options& options) : options_(options) {}
 
   // A pair that does not follow on the last one begins anew.
   void After(const PicturePair& pair);
-  // How far it swings: the sharpest picture's fine detail over the softest one's. None: it does not go to and fro.
+  // How far it swings: the sharpest picture's fine detail over the softest one's. None: it does not go to and
+  // fro.
   std::optional<double> Hunts() const { return hunts_; }
   // When a swing of such a focus was seen last.
   double LastSwing_s() const { return last_swing_s_; }

@@ -11,6 +11,17 @@
 namespace ulf::coverage {
 namespace {
 
+// Median of their deviations; more, but in bands, is another scene, a hand before the lens, or a motion too
+// quick to be followed, under which the median leans to one side.
+constexpr double kLightMostDeviation = 0.05;
+constexpr double kLightApart_s = 2, kLightMean_s = 0.4;  // two means so far apart are compared
+constexpr double kLightLeastChange = 0.12;               // an eighth
+constexpr double kLightFlicker_s = 2.5;                  // of pictures that a frequency is looked for in
+constexpr double kLightLeastFlicker = 0.02;              // amplitude
+// Share of the quick changes that the strongest frequency explains.
+constexpr double kLightOneFrequency = 0.7;
+constexpr double kLightExplainedByBands = 0.5;  // share of the points' deviations
+
 // Numbers of bands over the picture's height that are looked for. Fewer look like the shade of something.
 constexpr double kFewestBands = 0.8, kMostBands = 10, kBandStep = 0.1;
 constexpr int kBandNumbers = static_cast<int>((kMostBands - kFewestBands) / kBandStep) + 1;
@@ -68,8 +79,8 @@ const LightFinding& LightWatch::After(const PicturePair& pair, double told) {
   now.points = deviations.size();
   for (int i = 0; i < kBandNumbers; ++i)
     now.explained.push_back(static_cast<float>(ExplainedByWave(deviations, BandsOf(i))));
-  const bool is_in_bands = std::ranges::max(now.explained) > options_.explained_by_bands * now.deviations;
-  if (Median(off) > options_.most_deviation && !is_in_bands) {
+  const bool is_in_bands = std::ranges::max(now.explained) > kLightExplainedByBands * now.deviations;
+  if (Median(off) > kLightMostDeviation && !is_in_bands) {
     moments_.clear();
     return finding_;
   }
@@ -81,7 +92,7 @@ const LightFinding& LightWatch::After(const PicturePair& pair, double told) {
   now.log_light = moments_.back().log_light + (is_in_bands ? 0 : change - told);
   moments_.push_back(std::move(now));
   while (moments_.back().time_s - moments_.front().time_s >
-         std::max(options_.apart_s + options_.mean_s, options_.flicker_s))
+         std::max(kLightApart_s + kLightMean_s, kLightFlicker_s))
     moments_.pop_front();
   LookForChange();
   LookForFlicker();
@@ -91,12 +102,12 @@ const LightFinding& LightWatch::After(const PicturePair& pair, double told) {
 
 void LightWatch::LookForChange() {
   const double now_s = moments_.back().time_s;
-  if (now_s - moments_.front().time_s < options_.apart_s) return;
+  if (now_s - moments_.front().time_s < kLightApart_s) return;
   std::vector<double> before, now;
   for (const Moment& moment : moments_) {
     const double ago_s = now_s - moment.time_s;
-    if (ago_s <= options_.mean_s) now.push_back(moment.log_light);
-    if (ago_s >= options_.apart_s) before.push_back(moment.log_light);
+    if (ago_s <= kLightMean_s) now.push_back(moment.log_light);
+    if (ago_s >= kLightApart_s) before.push_back(moment.log_light);
   }
   const auto [low_before, high_before] = std::ranges::minmax(before);
   const auto [low_now, high_now] = std::ranges::minmax(now);
@@ -111,17 +122,17 @@ void LightWatch::LookForChange() {
   double others = 0;
   for (std::size_t i = kFew; i < steps.size(); ++i) others += steps[i];
   if (std::abs(others) < 0.5 * std::abs(change)) return;
-  if (std::abs(change) < options_.least_change) return;
+  if (std::abs(change) < kLightLeastChange) return;
   finding_.changed_s = now_s;
   if (std::abs(change) >= std::abs(finding_.changed.value_or(0))) finding_.changed = change;
 }
 
-// Of light against the mean of its neighbours in time: slow changes are gone, and an amplitude a at a frequency f is
-// a (1 - cos(2 pi f / frames a second)).
+// Of light against the mean of its neighbours in time: slow changes are gone, and an amplitude a at a
+// frequency f is a (1 - cos(2 pi f / frames a second)).
 void LightWatch::LookForFlicker() {
   constexpr std::size_t kFewest = 24;
   const double span_s = moments_.back().time_s - moments_.front().time_s;
-  if (moments_.size() < kFewest || span_s < 0.8 * options_.flicker_s) return;
+  if (moments_.size() < kFewest || span_s < 0.8 * kLightFlicker_s) return;
   const double period_s = span_s / static_cast<double>(moments_.size() - 1);
   std::vector<double> quick;
   double power = 0;
@@ -143,16 +154,16 @@ void LightWatch::LookForFlicker() {
     const double explained = (cycles > 0.5 - 0.5 / n ? 1 : 2) * std::norm(sum) / n;
     if (explained > best) best = explained, best_cycles = cycles;
   }
-  if (best < options_.one_frequency * power) return;
+  if (best < kLightOneFrequency * power) return;
   const double amplitude = std::sqrt(2 * best / n) / (1 - std::cos(2 * M_PI * best_cycles));
   // An automatic that follows every second picture goes in steps of its own.
-  if (amplitude < std::max(options_.least_flicker, step)) return;
+  if (amplitude < std::max(kLightLeastFlicker, step)) return;
   finding_.flickered_s = moments_.back().time_s;
   finding_.flickers = std::max(amplitude, finding_.flickers.value_or(0));
 }
 
 void LightWatch::LookForBands() {
-  if (moments_.back().time_s - moments_.front().time_s < 0.8 * options_.flicker_s) return;
+  if (moments_.back().time_s - moments_.front().time_s < 0.8 * kLightFlicker_s) return;
   double deviations = 0, points = 0;
   std::vector<double> explained(kBandNumbers);
   for (const Moment& moment : moments_) {
@@ -163,10 +174,10 @@ void LightWatch::LookForBands() {
       explained[static_cast<std::size_t>(i)] += moment.explained[static_cast<std::size_t>(i)];
   }
   const auto best = std::ranges::max_element(explained);
-  if (*best < options_.explained_by_bands * deviations) return;
+  if (*best < kLightExplainedByBands * deviations) return;
   // From picture to picture light changes by up to twice the lamp's amplitude.
   const double amplitude = 0.5 * std::sqrt(2 * *best / points);
-  if (amplitude < options_.least_flicker) return;
+  if (amplitude < kLightLeastFlicker) return;
   finding_.flickered_s = moments_.back().time_s;
   if (amplitude < finding_.flickers.value_or(0)) return;
   finding_.flickers = amplitude;

@@ -1,10 +1,11 @@
-// Whether the light of the pictures changes though the scene's does not: an automatic exposure, and lamps that flicker.
+// Whether the light of the pictures changes though the scene's does not: an automatic exposure, and lamps
+// that flicker.
 //
-// By points that are followed from picture to picture (picture_tracks.h): what is common to all of them is the
-// exposure or the lamps, whatever the camera looks at. A camera that reports its exposure is taken at its word first.
-// A slow change is an automatic, or a lamp; one that goes up and down at one frequency is a lamp on an alternating
-// current, seen at the frame rate. Under a rolling shutter each row sees another moment of the lamp, and bands run
-// over the picture.
+// By points that are followed from picture to picture (picture_tracks.h): what is common to all of them is
+// the exposure or the lamps, whatever the camera looks at. A camera that reports its exposure is taken at its
+// word first. A slow change is an automatic, or a lamp; one that goes up and down at one frequency is a lamp
+// on an alternating current, seen at the frame rate. Under a rolling shutter each row sees another moment of
+// the lamp, and bands run over the picture.
 #pragma once
 
 #include <deque>
@@ -17,7 +18,8 @@ namespace ulf::coverage {
 
 struct LightFinding {
   // Largest so far: the light of the same things, over what the camera reports of its exposure, at the end of
-  // Options::apart_s over that at its begin; natural logarithm. Smaller ones than Options::least_change: none.
+  // kLightApart_s over that at its begin; natural logarithm. Smaller ones than kLightLeastChange:
+  // none.
   std::optional<double> changed;
   // The largest flicker so far, amplitude as a share of the light; none: not seen.
   std::optional<double> flickers;
@@ -31,21 +33,12 @@ class LightWatch {
   // Logarithms of the light. Settled on simulated scenes (docs/mistakes.md).
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
-    // Median of their deviations; more, but in bands, is another scene, a hand before the lens, or a motion too quick to
-    // be followed, under which the median leans to one side.
-    double most_deviation = 0.05;
-    double apart_s = 2, mean_s = 0.4;  // two means so far apart are compared
-    double least_change = 0.12;        // an eighth
-    double flicker_s = 2.5;            // of pictures that a frequency is looked for in
-    double least_flicker = 0.02;       // amplitude
-    double one_frequency = 0.7;        // share of the quick changes that the strongest frequency explains
-    double explained_by_bands = 0.5;   // share of the points' deviations
   };
   LightWatch() = default;
   explicit LightWatch(const Options& options) : options_(options) {}
 
-  // `told`: logarithm of the exposure now over that before, exposure time and gain, as the camera reports it; 0 where
-  // it does not. A pair that does not follow on the last one begins anew.
+  // `told`: logarithm of the exposure now over that before, exposure time and gain, as the camera reports it;
+  // 0 where it does not. A pair that does not follow on the last one begins anew.
   const LightFinding& After(const PicturePair& pair, double told);
 
  private:

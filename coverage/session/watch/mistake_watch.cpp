@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 
 namespace ulf::coverage {
 
@@ -19,47 +20,44 @@ const char* Name(Mistake mistake) {
 
 std::string CureOf(Mistake mistake, FrameSource source, bool compensated) {
   const bool is_taken = IsTaken(source);
+  const auto even_out = [] {
+    return fmt::format("Even the views out when you render them ({} fit)", Parameter("light"));
+  };
+  const auto begin_again = [] { return fmt::format("begin again with {} refine", Parameter("intrinsics")); };
   switch (mistake) {
     case Mistake::kOutOfFocus:
-      return is_taken ? "No rendering brings the detail back. The next time focus on the subject and fix the "
-                        "focus"
-                      : "Focus on the subject and fix the focus; move slowly";
+      return is_taken
+                 ? "No rendering brings the detail back. The next time focus on the subject and fix the focus"
+                 : "Focus on the subject and fix the focus; move slowly";
     case Mistake::kAutoExposure:
-      return is_taken ? "Even the views out when you render them (--light fit). The next time switch auto "
-                        "exposure off"
+      return is_taken ? even_out() + ". The next time switch auto exposure off"
                       : fmt::format("Switch auto exposure off and set the exposure ({})", WhereToSet(source));
     case Mistake::kFocusHunts:
       return is_taken ? "Soft pictures stay soft. The next time switch auto focus off, and focus once on the "
                         "subject"
                       : "Switch auto focus off, at the lens or by the camera's settings, and focus once on "
                         "the subject";
-    case Mistake::kRollingShutter:
-      if (is_taken)
-        return compensated ? "It is compensated, which leaves about twice the error of a global shutter"
-                           : "Let it be compensated (--readout-ms auto)";
-      return compensated ? "Move slowly: it is compensated, which leaves about twice the error of a global "
-                           "shutter"
-                         : "Let it be compensated (--readout-ms auto), and move slowly; or take a camera "
-                           "with a global shutter";
+    case Mistake::kRollingShutter: {
+      const std::string let = fmt::format("Let it be compensated ({} auto)", Parameter("readout_ms"));
+      const std::string leaves = "it is compensated, which leaves about twice the error of a global shutter";
+      if (is_taken) return compensated ? "It" + leaves.substr(2) : let;
+      return compensated ? "Move slowly: " + leaves
+                         : let + ", and move slowly; or take a camera with a global shutter";
+    }
     case Mistake::kFlicker:
       return fmt::format(
-          "{} for 1/50 or 1/25 s (1/60 or 1/30 s where mains have 60 Hz), or take lamps that "
-          "do not flicker",
-          is_taken ? "Even the views out when you render them (--light fit); bands stay. The "
-                     "next time expose"
-                   : "Expose");
+          "{} for 1/50 or 1/25 s (1/60 or 1/30 s where mains have 60 Hz), or take lamps that do not flicker",
+          is_taken ? even_out() + "; bands stay. The next time expose" : "Expose");
     case Mistake::kUnsteadyLight:
-      return is_taken ? "Even the views out when you render them (--light fit). The next time keep lamps, "
-                        "daylight and shadows as they are"
+      return is_taken ? even_out() + ". The next time keep lamps, daylight and shadows as they are"
                       : "Keep lamps, daylight and shadows as they are while you capture";
     case Mistake::kDust:
       return fmt::format("{} the lens, and if that does not help the glass before the sensor",
                          is_taken ? "The spots stay in these pictures. The next time clean" : "Clean");
     case Mistake::kWrongLens:
-      return is_taken ? "Give the calibration of the camera that took them (--calibration), or begin again "
-                        "with --intrinsics refine"
-                      : "Calibrate with this lens at this zoom (ulf calibrate), or begin again with "
-                        "--intrinsics refine";
+      return is_taken ? fmt::format("Give the calibration of the camera that took them ({}), or {}",
+                                    Parameter("calibration"), begin_again())
+                      : "Calibrate with this lens at this zoom (ulf calibrate), or " + begin_again();
   }
   return {};
 }
@@ -117,10 +115,9 @@ void MistakeWatch::Note(Mistake mistake, std::string finding, bool compensated) 
 
 void MistakeWatch::NoteHunting(double factor) {
   DoubtWhatComesFromSoftPictures();
-  Note(Mistake::kFocusHunts,
-       fmt::format("pictures of the same things turn soft and sharp again and again, their detail by a "
-                   "factor of {:.1f}",
-                   factor));
+  Note(Mistake::kFocusHunts, fmt::format("pictures of the same things turn soft and sharp again and again, "
+                                         "their detail by a factor of {:.1f}",
+                                         factor));
 }
 
 std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const MistakeSigns& signs) {
@@ -141,11 +138,10 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
     if (const std::vector<DustSpot>& spots = dust_.spots(); !spots.empty()) {
       const DustSpot& darkest = *std::ranges::max_element(spots, {}, &DustSpot::kept_off);
       Note(Mistake::kDust,
-           fmt::format(
-               "{} where {} in the picture while the scene moves on, the darkest {:.0f} % from the left and "
-               "{:.0f} % from the top",
-               spots.size() == 1 ? "a dark spot stays" : Counted(spots.size(), "dark spot") + " stay",
-               spots.size() == 1 ? "it is" : "they are", 100 * darkest.at.x, 100 * darkest.at.y));
+           fmt::format("{} where {} in the picture while the scene moves on, the darkest {:.0f} % from the "
+                       "left and {:.0f} % from the top",
+                       spots.size() == 1 ? "a dark spot stays" : Counted(spots.size(), "dark spot") + " stay",
+                       spots.size() == 1 ? "it is" : "they are", 100 * darkest.at.x, 100 * darkest.at.y));
     }
   }
   if (signs.rolling_shutter) NoteShutter(*signs.rolling_shutter);
@@ -187,10 +183,9 @@ void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
   const double readout_s = contradicted ? contradicted->readout_s : rolling_shutter.readout_s;
   if (std::abs(readout_s) < kLeast_s) return;
   Note(Mistake::kRollingShutter,
-       fmt::format(
-           "the rows of a picture are taken one after the other, within {:.0f} ms, which bends what a moving "
-           "camera sees",
-           1000 * std::abs(readout_s)),
+       fmt::format("the rows of a picture are taken one after the other, within {:.0f} ms, which bends what "
+                   "a moving camera sees",
+                   1000 * std::abs(readout_s)),
        rolling_shutter.compensated && !contradicted);
 }
 
@@ -234,7 +229,8 @@ void MistakeWatch::NoteLight(const LightFinding& light, const acquisition::HeldA
   Note(held.exposure == true ? Mistake::kUnsteadyLight : Mistake::kAutoExposure, finding);
 }
 
-// The best of two seconds decides (light_and_focus.h); a moment more, so that a hand before the lens does not.
+// The best of two seconds decides (light_and_focus.h); a moment more, so that a hand before the lens does
+// not.
 void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   constexpr double kStays_s = 2;
   if (signs.badly_exposed || !signs.fine_detail || *signs.fine_detail >= signs.least_fine_detail) {

@@ -1,7 +1,8 @@
 // The mistakes that spoil a capture without stopping it, each named with its cure (docs/mistakes.md).
 //
-// One owner of what was noticed: from the pictures themselves (light_watch.h, focus_watch.h, dust_watch.h), from what
-// the preflight and the tracker have found about the same frame, and from what the camera says of its automatics.
+// One owner of what was noticed: from the pictures themselves (light_watch.h, focus_watch.h, dust_watch.h),
+// from what the preflight and the tracker have found about the same frame, and from what the camera says of
+// its automatics.
 #pragma once
 
 #include <array>
@@ -35,9 +36,10 @@ enum class Mistake {
 inline constexpr std::array kMistakes{
     Mistake::kOutOfFocus, Mistake::kAutoExposure,  Mistake::kFocusHunts, Mistake::kRollingShutter,
     Mistake::kFlicker,    Mistake::kUnsteadyLight, Mistake::kDust,       Mistake::kWrongLens};
-const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in --json
-// What to do about it, by what can still be changed about the pictures; what only the next ones can be spared begins with
-// "The next time". Sentences, without the last full stop. `compensated`: the rows of a rolling shutter.
+const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in reports for programs
+// What to do about it, by what can still be changed about the pictures; what only the next ones can be spared
+// begins with "The next time". Sentences, without the last full stop. `compensated`: the rows of a rolling
+// shutter.
 std::string CureOf(Mistake mistake, FrameSource source, bool compensated = false);
 
 struct NoticedMistake {
@@ -50,7 +52,8 @@ struct NoticedMistake {
   bool IsSeenAt(double seconds) const { return seconds - last_s < 15; }  // guessed
 };
 
-// The mistake that frames are refused for, where this is the reason: it says what to do. Null: it is not that.
+// The mistake that frames are refused for, where this is the reason: it says what to do. Null: it is not
+// that.
 const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed);
 
 // What others know of a frame.

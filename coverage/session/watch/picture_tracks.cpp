@@ -12,6 +12,10 @@
 namespace ulf::coverage {
 namespace {
 
+// Guessed.
+constexpr int kTracksMostWidth = 480;  // of the reduced pictures, which are a whole number of times smaller
+constexpr double kTracksApart_px = 9;
+
 constexpr int kWindow = 15, kLevels = 3;
 constexpr int kPatch = 4;  // pixels from a point that its detail is taken from
 // Of display-encoded values: beyond them light is clipped, or noise and black level. Guessed.
@@ -64,7 +68,7 @@ bool IsInside(const cv::Mat& picture, cv::Point2f at) {
 
 PictureTracks::Reduced PictureTracks::Reduce(double time_s, const Image& image) const {
   const cv::Mat grey = GrayForTracking(image);
-  const int times = (grey.cols + options_.most_width - 1) / options_.most_width;
+  const int times = (grey.cols + kTracksMostWidth - 1) / kTracksMostWidth;
   cv::Mat small, followed;
   cv::resize(grey, small, {std::max(1, grey.cols / times), std::max(1, grey.rows / times)}, 0, 0,
              cv::INTER_AREA);
@@ -86,11 +90,11 @@ void PictureTracks::FillUp() {
   if (points_.size() >= options_.fewest) return;
   cv::Mat mask(last_->log_light.size(), CV_8U, cv::Scalar(255));
   for (const cv::Point2f& point : points_)
-    cv::circle(mask, point, static_cast<int>(options_.apart_px), 0, cv::FILLED);
+    cv::circle(mask, point, static_cast<int>(kTracksApart_px), 0, cv::FILLED);
   std::vector<cv::Point2f> corners;
   constexpr double kWeakest = 0.02;  // of the strongest
   cv::goodFeaturesToTrack(last_->pyramid.front(), corners, static_cast<int>(options_.most - points_.size()),
-                          kWeakest, options_.apart_px, mask);
+                          kWeakest, kTracksApart_px, mask);
   points_.insert(points_.end(), corners.begin(), corners.end());
 }
 

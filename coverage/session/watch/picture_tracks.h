@@ -1,10 +1,11 @@
-// Points of the scene, followed from one live picture to the next by their pixels alone: how bright and how sharp the
-// same things are in both. What the watches on light, focus and dust know of the pictures comes from here, whatever
-// poses come from, and before there are any.
+// Points of the scene, followed from one live picture to the next by their pixels alone: how bright and how
+// sharp the same things are in both. What the watches on light, focus and dust know of the pictures comes
+// from here, whatever poses come from, and before there are any.
 //
-// Pictures are reduced, and followed (Lucas and Kanade, in pyramids) by the logarithm of their light without its slow
-// changes over the picture, so that neither exposure nor bands of light move a point. Along the motion a moving camera
-// blurs them, across it a lens that is out of focus does, too: detail is compared across.
+// Pictures are reduced, and followed (Lucas and Kanade, in pyramids) by the logarithm of their light without
+// its slow changes over the picture, so that neither exposure nor bands of light move a point. Along the
+// motion a moving camera blurs them, across it a lens that is out of focus does, too: detail is compared
+// across.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,8 @@ struct PictureTrack {
   cv::Point2f before, now;  // pixels of the reduced pictures
   // Logarithm of the light now over the light before; none where either is clipped or nearly black.
   std::optional<float> log_light;
-  // The same of the energy of fine detail across the motion, and how much of it there is in both (geometric mean).
+  // The same of the energy of fine detail across the motion, and how much of it there is in both (geometric
+  // mean).
   float log_detail = 0, detail = 0;
 };
 
@@ -36,10 +38,8 @@ class PictureTracks {
  public:
   // Guessed.
   struct Options {
-    int most_width = 480;  // of the reduced pictures, which are a whole number of times smaller
     std::size_t most = 150, fewest = 100;  // points; fewer are filled up
-    double apart_px = 9;
-    double longest_s = 0.5;  // between two pictures that are compared
+    double longest_s = 0.5;                // between two pictures that are compared
   };
   PictureTracks() = default;
   explicit PictureTracks(const Options& options) : options_(options) {}

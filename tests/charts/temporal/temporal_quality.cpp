@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "commands/rendering/scene_options.h"
+#include "commands/options/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

@@ -1,5 +1,5 @@
 // Tests: commands/about/about_commands, commands/about/command_tree, commands/about/completion,
-// commands/about/manual, commands/about/version_text, commands/help_text.
+// commands/about/manual, commands/options/option_values.
 //
 // What an installation brings beside the program, asked of the shells and the readers of man pages that it is for. A shell
 // that is not installed is skipped, and said.

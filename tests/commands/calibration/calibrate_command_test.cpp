@@ -1,4 +1,4 @@
-// Tests: commands/calibration/calibrate_command, commands/calibration/calibration_report, commands/calibration/color_report,
+// Tests: commands/calibration/calibrate_command, commands/calibration/calibration_report,
 // acquisition/calibration/calibration_capture, acquisition/calibration/calibration_guide.
 //
 // `ulf calibrate` from outside, and live collection from devices with their faults.

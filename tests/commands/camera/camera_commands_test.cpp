@@ -1,10 +1,10 @@
-// Tests: commands/camera/record_command, commands/camera/device_report.
+// Tests: commands/camera/record_command, commands/reports/device_report.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
 
 #include "acquisition/device/frame_recording.h"
-#include "commands/camera/device_report.h"
+#include "commands/reports/device_report.h"
 #include "core/base/json_text.h"
 #include "tests/support/test_paths.h"
 

@@ -1,5 +1,5 @@
-// Tests: core/frames/frame, coverage/session/watch/mistake_watch, coverage/session/preflight,
-// tracking/tracker/track_words, commands/capture/capture_report, commands/light_field/light_field_report.
+// Tests: core/image/frame_source, coverage/session/watch/mistake_watch, coverage/session/preflight,
+// tracking/tracker/track_words, commands/capture/capture_report, commands/reports/light_field_report.
 //
 // Advice names only what can still be changed: everything that is said, of every kind of source. Nobody can move, set or
 // light what took pictures that are there already; the simulator has no `ulf features`.
@@ -12,10 +12,10 @@
 
 #include "acquisition/device/device.h"
 #include "commands/capture/capture_report.h"
-#include "commands/light_field/light_field_report.h"
+#include "commands/reports/check_reports.h"
 #include "core/base/error.h"
 #include "core/geometry/rigid3.h"
-#include "coverage/operator/overlay.h"
+#include "coverage/operator/instruction.h"
 #include "coverage/operator/panels.h"
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_subject.h"
@@ -136,16 +136,16 @@ TEST(Advice, OfTheDisplayFitsTheSource) {
   for (const FrameSource source : kFrameSources) {
     CaptureState state;
     state.source = source;
-    ExpectToFit(source, InstructionFor(state).words);
+    ExpectToFit(source, InWords(InstructionFor(state), state));
     state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, -1, 0});
     state.tracking = TrackState::kTracking;
     for (const bool finding : {false, true}) {
       state.finding_subject = finding;
-      ExpectToFit(source, InstructionFor(state).words);
+      ExpectToFit(source, InWords(InstructionFor(state), state));
     }
     state.subject = Subject{{0, 0, 0}, 0.2};
     state.subject_moved = true;
-    ExpectToFit(source, InstructionFor(state).words);
+    ExpectToFit(source, InWords(InstructionFor(state), state));
     state.subject_moved = false;
     state.guidance.toward = Eigen::Vector3d(1, 0, -1).normalized();
     for (const double distance : {1.0, 2.0, 4.0})
@@ -153,13 +153,13 @@ TEST(Advice, OfTheDisplayFitsTheSource) {
         state.guidance.distance = distance;
         state.guidance.row = Guidance::RowOffset{0.2, 0.1};
         state.decision.reason = reason;
-        ExpectToFit(source, InstructionFor(state).words);
+        ExpectToFit(source, InWords(InstructionFor(state), state));
       }
     EXPECT_EQ(WayInWords(state).empty(), IsTaken(source));
     state.subject.reset();
     state.without_subject = true;
     state.decision.reason = Reason::kRecorded;
-    ExpectToFit(source, InstructionFor(state).words);
+    ExpectToFit(source, InWords(InstructionFor(state), state));
     const Rigid3 at_origin;
     for (const Subject& subject : {Subject{{0, 0, 1}, 1.5}, Subject{{0, 0, -1}, 0.2}})
       ExpectToFit(source, ProblemOf(subject, at_origin, source));

@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/fault_row.h"
@@ -68,14 +68,14 @@ class Resumed : public ::testing::Test {
     for (int i = 0; i < views; ++i) writer.AddView(frame, {});
   }
   fs::path dir() const { return scratch_ / "lf"; }
-  coverage::CaptureArgs Args() const {
-    coverage::CaptureArgs args;
+  CaptureArgs Args() const {
+    CaptureArgs args;
     args.dir = dir().string();
     args.resume = true;
     args.headless = true;
     return args;
   }
-  void Refused(const coverage::CaptureArgs& args, const std::string& option,
+  void Refused(const CaptureArgs& args, const std::string& option,
                const std::vector<std::string>& words) {
     for (const std::string& word : words)
       EXPECT_THAT([&] { RequireResumable(args, {option}); },
@@ -93,7 +93,7 @@ class Resumed : public ::testing::Test {
 
 TEST_F(Resumed, WhatMustAgreeIsRefusedWithBothValues) {
   Begin();
-  coverage::CaptureArgs args = Args();
+  CaptureArgs args = Args();
   args.quality = "fast";
   Refused(args, "quality", {"fast (12 px)", "7 px", "leave it out"});
   args.quality = "high";
@@ -111,7 +111,7 @@ TEST_F(Resumed, WhatMustAgreeIsRefusedWithBothValues) {
 TEST_F(Resumed, AWorldMustAgree) {
   const std::string board = "charuco:5x5:54:40:DICT_4X4_50";
   Begin();
-  coverage::CaptureArgs args = Args();
+  CaptureArgs args = Args();
   args.poses = tracking::PosesSpec::Parse(args.poses_text = "markers:" + board);
   Refused(args, "poses", {board, "metres", "leave it out"});
   Begin(true, "metres");
@@ -130,7 +130,7 @@ TEST_F(Resumed, AWorldMustAgree) {
 
 TEST_F(Resumed, WhatCannotBeHonouredIsRefused) {
   Begin();
-  coverage::CaptureArgs args = Args();
+  CaptureArgs args = Args();
   Refused(args, "subject", {"auto", "1,2,3,0.5", "leave it out"});
   args.subject = "0,0,0,1";
   EXPECT_NO_THROW(RequireResumable(args, {"subject"})) << "another place";
@@ -158,7 +158,7 @@ TEST_F(Resumed, WhatIsUsedIsNeverRefused) {
     if (!rule.refusal) used.insert(std::string(rule.option));
   EXPECT_GT(used.size(), 20u);
   EXPECT_NO_THROW(RequireResumable(Args(), used));
-  coverage::CaptureArgs begun = Args();
+  CaptureArgs begun = Args();
   begun.resume = false;
   begun.quality = "fast";
   EXPECT_NO_THROW(RequireResumable(begun, {"quality"})) << "no resume";

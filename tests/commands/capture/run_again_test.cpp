@@ -1,4 +1,5 @@
-// Tests: commands/capture/capture_command, coverage/session/capture_start, commands/tracking/readout_option.
+// Tests: commands/capture/capture_command, commands/capture/capture_closing, commands/capture/capture_start,
+// commands/options/tracking_options.
 //
 // A session that was captured can be run again, and comes to the same.
 #include <gtest/gtest.h>

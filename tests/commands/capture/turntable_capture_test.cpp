@@ -1,4 +1,4 @@
-// Tests: commands/rendering/mask_command, commands/capture/capture_command, render/renderer/cut_out_renderer, commands/background_option,
+// Tests: commands/rendering/mask_command, commands/capture/capture_command, render/renderer/cut_out_renderer, commands/options/option_values,
 // acquisition/simulator/tripod.
 //
 // A capture whose subject turns before a camera that stands, from the first frame to a picture without the background.

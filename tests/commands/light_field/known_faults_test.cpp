@@ -1,4 +1,5 @@
-// Tests: commands/light_field/light_field_report, commands/light_field/import_command, core/light_field/folder/kept_findings.
+// Tests: commands/reports/light_field_report, commands/reports/check_reports,
+// commands/light_field/import_command, core/light_field/kept_findings.
 //
 // What is wrong with a light field is said by every command that opens it, in the same words, until it is mended; of a
 // right one nothing is said. The commands are those of the command tree.
@@ -15,7 +16,7 @@
 #include <set>
 
 #include "commands/about/command_tree.h"
-#include "commands/commands.h"
+#include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/files/png_picture.h"

@@ -1,5 +1,5 @@
-// Tests: commands/light_field/take_back_command, commands/light_field/coverage_change,
-// commands/light_field/geometry_report, commands/light_field/info_command, render/proxy/geometry_state.
+// Tests: commands/light_field/take_back_command, commands/reports/coverage_change,
+// commands/reports/geometry_report, commands/light_field/info_command, render/proxy/geometry_state.
 //
 // Views taken out at the desk, what that does to coverage, mesh and depth maps, and how it is said.
 #include <gmock/gmock.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "commands/light_field/coverage_change.h"
+#include "commands/reports/coverage_change.h"
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/light_field/folder/light_field_io.h"

@@ -1,4 +1,4 @@
-// Tests: commands/rendering/protocol_command, commands/rendering/refined_split.
+// Tests: commands/rendering/protocol_evaluation, commands/rendering/refined_split.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/criterion.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test::coverage_map {
@@ -45,7 +46,7 @@ TEST(Cap, HasTheSolidAngleOfItsDefinition) {
 TEST(Cap, RejectsWhatIsNoCap) {
   for (const char* text :
        {"", "60", "60x", "x40", "60x40x2", "0x40", "-60x40", "400x40", "60x190", "60 by 40"})
-    EXPECT_THROW(Cap::ParseDegrees(text), UsageError) << text;
+    EXPECT_THROW(Cap::ParseDegrees(text), Refusal) << text;
 }
 
 TEST(CapGoal, IsACapAndPerhapsAShare) {
@@ -54,7 +55,7 @@ TEST(CapGoal, IsACapAndPerhapsAShare) {
   EXPECT_DOUBLE_EQ(*CapGoal::Parse("60x40:0.95").share, 0.95);
   EXPECT_NEAR(CapGoal::Parse("60x40:0.95").cap.SolidAngle(), 0.716, 5e-4);
   for (const char* text : {"60x40:", "60x40:95", "60x40:0", "60x40:-1%", "60x40:some", "60:95%"})
-    EXPECT_THROW(CapGoal::Parse(text), UsageError) << text;
+    EXPECT_THROW(CapGoal::Parse(text), Refusal) << text;
 }
 
 // At the limit the grid is a third of what one view covers, as it must be; finer discs get a coarser one.

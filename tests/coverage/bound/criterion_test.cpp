@@ -1,4 +1,4 @@
-// Tests: coverage/bound/criterion, coverage/bound/epipolar_plane.
+// Tests: coverage/bound/criterion, coverage/bound/criterion_view, coverage/bound/epipolar_plane.
 //
 // The bound against brute force and against the numbers of its derivation: 4A to 4G, 5 and 6 are the sections
 // of the derivation in docs/coverage_bound.md.

@@ -2,6 +2,7 @@
 //
 // What guidance promises, on coverage maps made by hand.
 #include "coverage/bound/guidance.h"
+#include "coverage/bound/criterion.h"
 
 #include <gmock/gmock.h>
 

@@ -30,7 +30,7 @@ TEST(CoverGoal, IsReadFromTheCommandLine) {
     EXPECT_EQ(CoverGoal::Parse(Name(by)).by, by);
   for (const char* wrong : {"", "bounds", "measured:", "measured:x", "measured:33dB", "measured:nan",
                             "both:5", "both:60", "bound:30"})
-    EXPECT_THROW(CoverGoal::Parse(wrong), UsageError) << wrong;
+    EXPECT_THROW(CoverGoal::Parse(wrong), Refusal) << wrong;
 }
 
 Vector3d Direction(double azimuth_deg, double elevation_deg = 0) {

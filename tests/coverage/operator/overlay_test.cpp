@@ -1,7 +1,8 @@
-// Tests: coverage/operator/overlay, coverage/operator/palette.
+// Tests: coverage/operator/overlay, coverage/operator/instruction, coverage/operator/palette.
 //
 // What is drawn over the live picture, as shapes, from staged states.
 #include "coverage/operator/overlay.h"
+#include "coverage/operator/instruction.h"
 
 #include <gmock/gmock.h>
 
@@ -244,7 +245,7 @@ TEST(Overlay, NothingIsDrawnWhenLost) {
   stage.RecordRows(-10, 10, -10, 10, 5);
   EXPECT_THAT(MakeOverlay(*stage.Lost()), IsEmpty());
   EXPECT_TRUE(InstructionFor(*stage.Lost()).urgent);
-  EXPECT_EQ(InstructionFor(*stage.Lost()).words, stage.Lost()->tracking_words);
+  EXPECT_EQ(InWords(InstructionFor(*stage.Lost()), *stage.Lost()), stage.Lost()->tracking_words);
 }
 
 TEST(Overlay, TheArrowGoesFromTheDotTowardsTheTargetAlsoRoundTheCorner) {
@@ -360,35 +361,39 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   StagedCapture stage;
   stage.Record(stage.CameraAt(0, 0));
   auto state = stage.At(stage.CameraAt(0, 0));
-  EXPECT_EQ(InstructionFor(*state).words, "");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "");
   state->guidance.toward = Eigen::Vector3d::UnitX();
-  EXPECT_EQ(InstructionFor(*state).words, "follow the arrow");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "follow the arrow");
   state->guidance.row = Guidance::RowOffset{0.2, 0.1};
-  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("last row"));
+  EXPECT_THAT(InWords(InstructionFor(*state), *state), ::testing::HasSubstr("last row"));
   state->guidance.distance = 0.8;
-  EXPECT_EQ(InstructionFor(*state).words, "come 20 % nearer");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "come 20 % nearer");
   state->metric = true;
-  EXPECT_EQ(InstructionFor(*state).words, "come 20 cm nearer");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "come 20 cm nearer");
+  EXPECT_EQ(InstructionFor(*state).to_do, ToDo::kComeNearer);
+  EXPECT_NEAR(InstructionFor(*state).length->ShareOf(1), 0.2, 1e-12) << "as the words say it";
   state->metric = false;
   state->guidance.distance = 1.3;
-  EXPECT_EQ(InstructionFor(*state).words, "go 30 % back");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "go 30 % back");
   state->decision.reason = Reason::kSpeed;
   EXPECT_TRUE(InstructionFor(*state).urgent);
-  EXPECT_EQ(InstructionFor(*state).words, "too fast: slower");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "too fast: slower");
   state->decision.reason = Reason::kUnsettled;
-  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("still changing"));
+  EXPECT_THAT(InWords(InstructionFor(*state), *state), ::testing::HasSubstr("still changing"));
   state->mistakes = {
       {.mistake = Mistake::kFlicker, .finding = "it flickers", .cure = "Take others", .last_s = 60}};
   state->seconds = 62;
-  EXPECT_EQ(InstructionFor(*state).words, "flickering lamps. Take others") << "in place of what it causes";
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "flickering lamps. Take others")
+      << "in place of what it causes";
   state->seconds = 90;
-  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("still changing")) << "it is over";
+  EXPECT_THAT(InWords(InstructionFor(*state), *state), ::testing::HasSubstr("still changing"))
+      << "it is over";
   state->decision.reason = Reason::kOutsideRectangle;
-  EXPECT_EQ(InstructionFor(*state).words, "bring the sphere back into the rectangle");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "bring the sphere back into the rectangle");
   state->recording = false;
-  EXPECT_EQ(InstructionFor(*state).words, "bring the sphere back into the rectangle");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "bring the sphere back into the rectangle");
   state->decision.reason = Reason::kCovered;
-  EXPECT_THAT(InstructionFor(*state).words, ::testing::StartsWith("paused"));
+  EXPECT_THAT(InWords(InstructionFor(*state), *state), ::testing::StartsWith("paused"));
 }
 
 TEST(Overlay, BeforeTheBeginningTheInstructionSaysWhatHoldsIt) {
@@ -396,13 +401,13 @@ TEST(Overlay, BeforeTheBeginningTheInstructionSaysWhatHoldsIt) {
   auto state = stage.At(stage.CameraAt(0, 0));
   state->waits_to_begin = true;
   state->recording = false;
-  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("Space begins"));
+  EXPECT_THAT(InWords(InstructionFor(*state), *state), ::testing::HasSubstr("Space begins"));
   EXPECT_FALSE(InstructionFor(*state).urgent);
   state->preflight.push_back({.name = "views", .in_order = false, .words = "", .holds_start = false});
   EXPECT_FALSE(InstructionFor(*state).urgent) << "a warning";
   state->preflight.push_back({.name = "light", .in_order = false, .words = "too dark"});
   EXPECT_TRUE(InstructionFor(*state).urgent);
-  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("red"));
+  EXPECT_THAT(InWords(InstructionFor(*state), *state), ::testing::HasSubstr("red"));
 }
 
 // One covered direction whose pictures are wrong, one whose pictures are right, one that nothing covers.
@@ -478,14 +483,15 @@ TEST(Overlay, ASubjectThatIsInTheMiddleIsNotToBeCentred) {
   auto state = stage.At(stage.CameraAt(0, 0));
   state->subject.reset();
   state->finding_subject = true;
-  EXPECT_EQ(InstructionFor(*state).words, "hold the subject in the middle: its distance is being found");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state),
+            "hold the subject in the middle: its distance is being found");
   state->finding_subject = false;
-  EXPECT_THAT(InstructionFor(*state).words,
+  EXPECT_THAT(InWords(InstructionFor(*state), *state),
               ::testing::HasSubstr("too few trackable points in the middle of the picture"));
   state->without_subject = true;
-  EXPECT_EQ(InstructionFor(*state).words, "walk on");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "walk on");
   state->decision.reason = Reason::kBlur;
-  EXPECT_EQ(InstructionFor(*state).words, "blurred: hold still");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "blurred: hold still");
 }
 
 TEST(Overlay, TheEndIsSaidBeforeAnythingElse) {
@@ -493,14 +499,14 @@ TEST(Overlay, TheEndIsSaidBeforeAnythingElse) {
   auto state = stage.Lost();
   state->recording = false;
   state->ended = StoppedBecause::kCovered;
-  EXPECT_EQ(InstructionFor(*state).words, "covered: all that was asked for is recorded");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "covered: all that was asked for is recorded");
   EXPECT_FALSE(InstructionFor(*state).urgent);
   state->ended = StoppedBecause::kDisk;
   EXPECT_TRUE(InstructionFor(*state).urgent);
   state->ended = StoppedBecause::kDeviceLost;
   EXPECT_TRUE(InstructionFor(*state).urgent);
   state->ended = StoppedBecause::kFrames;
-  EXPECT_EQ(InstructionFor(*state).words, "finished");
+  EXPECT_EQ(InWords(InstructionFor(*state), *state), "finished");
 }
 
 // ---- colours

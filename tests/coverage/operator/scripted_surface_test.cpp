@@ -38,7 +38,7 @@ TEST(DisplayScript, KeepsItsLinesInOrderAndRefusesWhatCannotBe) {
   script.Take("take-back 3");
   for (const char* line : {"press nokey", "press", "look", "look picture.txt", "look /nowhere/at/all.png",
                            "pressed", "looking x.png", "", "nothing"})
-    EXPECT_THROW(script.Take(line), UsageError) << line;
+    EXPECT_THROW(script.Take(line), Refusal) << line;
   const auto keys = script.Next(), look = script.Next(), request = script.Next();
   ASSERT_EQ(std::get<DisplayScript::Keys>(*keys).size(), 4u);
   EXPECT_TRUE(std::get<KeyPressed>(std::get<DisplayScript::Keys>(*keys)[1]).shift);

@@ -145,7 +145,7 @@ TEST(Beginning, ARedItemHoldsTheStartAndIsNamed) {
     EXPECT_EQ(held.Run(shots).light_field.views.size(), 0u) << red.name;
     EXPECT_TRUE(held.states.back()->waits_to_begin) << red.name;
     EXPECT_THAT(held.said, Contains(AllOf(HasSubstr("recording has not begun: "), HasSubstr(red.name),
-                                          HasSubstr(red.way_out), HasSubstr("--force-start"))));
+                                          HasSubstr(red.way_out), HasSubstr("force_start"))));
     // As soon as it is mended.
     for (int i = 0; i < 40; ++i) shots.push_back({PoseAt(4 + 0.1 * i, 0)});
     Waiting mended;

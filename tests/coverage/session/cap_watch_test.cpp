@@ -82,7 +82,7 @@ TEST(CapWatch, SaysOnceThatNothingIsGainedAndWhatIsThere) {
   EXPECT_THAT(said[0], ::testing::MatchesRegex(fmt::format(
                            "no new coverage in the last 20[0-9]° of movement; {:.0f} % still open, mostly "
                            "[0-9]+° (left|right|up|down).* of the first view\\. Finish now, or "
-                           "resume with --until-covered {:.0f}x{:.0f}, which is covered to 98 %",
+                           "resume with until_covered {:.0f}x{:.0f}, which is covered to 98 %",
                            100 * (1 - map.CoveredShare()), there.Degrees().x(), there.Degrees().y())));
   // One more view there, and it begins anew.
   map.Add(ViewAt(25, 0));

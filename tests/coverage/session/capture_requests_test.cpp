@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"
+#include "coverage/bound/criterion.h"
 #include "coverage/session/capture_session.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"

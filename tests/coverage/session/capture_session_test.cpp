@@ -1,6 +1,7 @@
 // Tests: coverage/session/capture_session, coverage/session/record/capture_recorder,
 // coverage/bound/sphere_outline.
 #include "coverage/session/capture_session.h"
+#include "coverage/bound/criterion.h"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +9,7 @@
 #include <fstream>
 #include <map>
 
-#include "commands/light_field/light_field_report.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"

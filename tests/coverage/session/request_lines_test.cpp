@@ -62,14 +62,14 @@ TEST(CaptureRequest, AnythingElseIsRefusedWithWhatThereIs) {
     try {
       ParseCaptureRequest(line);
       ADD_FAILURE() << "'" << line << "' is taken";
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), AllOf(HasSubstr(std::string("'") + line + "'"), HasSubstr("take-back views"),
                                       HasSubstr("[depth D]"), HasSubstr("finish")));
     }
   }
   for (const char* line :
        {"subject depth", "subject 0,0,1", "subject 0,0,1,0", "subject 0,0,x,1", "subject 0,0,1,-0.2"})
-    EXPECT_THROW(ParseCaptureRequest(line), UsageError) << line;
+    EXPECT_THROW(ParseCaptureRequest(line), Refusal) << line;
 }
 
 TEST(RequestLines, LinesComeWholeAndWrongOnesAreAnswered) {
@@ -98,8 +98,8 @@ TEST(RequestLines, LinesComeWholeAndWrongOnesAreAnswered) {
   }
   EXPECT_TRUE(take().empty());
   std::ofstream(fifo) << "finish\n" << std::flush;  // another one writes: the fifo has no end
-  EXPECT_THROW(RequestLines((scratch / "none").string(), ask), UsageError);
-  EXPECT_THROW(RequestLines(scratch.path().string(), ask), UsageError);
+  EXPECT_THROW(RequestLines((scratch / "none").string(), ask), Refusal);
+  EXPECT_THROW(RequestLines(scratch.path().string(), ask), Refusal);
 }
 
 // Through the command: a wrong line is answered, the capture goes on to the next.

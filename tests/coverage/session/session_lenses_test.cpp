@@ -118,10 +118,10 @@ TEST_F(ResumedLens, RefusesAFocalLengthThatIsNotUsed) {
   LightFieldWriter writer = Resume();
   device_.own_ = LensOf(60);
   EXPECT_THAT([&] { Choose(&writer, {.focal_px = 55}); },
-              ThrowsMessage<UsageError>(AllOf(HasSubstr("--focal-px 55"), HasSubstr("leave it out"))));
+              ThrowsMessage<Refusal>(AllOf(HasSubstr("focal_px 55"), HasSubstr("leave it out"))));
   IntrinsicsArgs both = File("better.json");
   both.focal_px = 55;
-  EXPECT_THAT([&] { Choose(&writer, both); }, ThrowsMessage<UsageError>(HasSubstr("--focal-px 55")));
+  EXPECT_THAT([&] { Choose(&writer, both); }, ThrowsMessage<Refusal>(HasSubstr("focal_px 55")));
 }
 
 // `ulf refine --intrinsics` found a better one than the file that the capture was begun with.

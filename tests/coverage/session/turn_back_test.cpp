@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include "coverage/operator/instruction.h"
 #include "coverage/operator/overlay.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
@@ -141,7 +142,7 @@ TEST(TurnBack, ALostCaptureTellsItInWordsAndInThePicture) {
   ASSERT_TRUE(lost.turned && lost.turned->from_a_pose);
   EXPECT_THAT(lost.tracking_words,
               AllOf(StartsWith("position lost"), HasSubstr("° left to where it looked last")));
-  EXPECT_EQ(InstructionFor(lost).words, lost.tracking_words);
+  EXPECT_EQ(InWords(InstructionFor(lost), lost), lost.tracking_words);
   // An arrow at the left.
   std::vector<Polygon> heads;
   for (const OverlayShape& shape : MakeOverlay(lost))

@@ -92,7 +92,7 @@ TEST(OperatorOptions, AreParsed) {
   EXPECT_TRUE(OperatorOptions::Parse("novice").novice);
   EXPECT_FALSE(OperatorOptions::Parse("unguided-novice:1").follows_guidance);
   for (const char* text : {"", "expert", "novice:", "novice:x", "novice:1x", "guided:-1"})
-    EXPECT_THROW(OperatorOptions::Parse(text), UsageError) << text;
+    EXPECT_THROW(OperatorOptions::Parse(text), Refusal) << text;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Tests: render/fields/aperture, render/fields/aperture_field, commands/rendering/aperture_options.
+// Tests: render/fields/aperture, render/fields/aperture_field, commands/options/aperture_options.
 //
 // Wide apertures: the field's geometry against that of a lens, both renderers, the command line.
 #include "render/fields/aperture.h"

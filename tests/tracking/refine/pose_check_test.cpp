@@ -1,4 +1,4 @@
-// Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, commands/light_field/info_command, commands/light_field/light_field_report.
+// Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, commands/light_field/info_command, commands/reports/light_field_report.
 #include "tracking/refine/pose_check.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
-// Tests: coverage/session/record/capture_record, coverage/session/capture_state.
+// Tests: coverage/session/record/capture_record, coverage/session/record/coverage_painter,
+// coverage/session/record/measured_geometry, coverage/session/capture_state.
 #include "coverage/session/record/capture_record.h"
 
 #include <gmock/gmock.h>
@@ -95,7 +96,8 @@ TEST(CaptureRecord, TellsWhetherAMeshMayStillCome) {
     CaptureRecord record(NewWriter(scratch / (makes_geometry ? "with" : "without")), lens, options,
                          [](const std::string&) {});
     CaptureState state;
-    record.Describe(state);
+    state.mesh_may_come = record.MeshMayCome();
+    state.errors_may_come = record.ErrorsMayCome();
     EXPECT_EQ(MeshInWords(state),
               makes_geometry ? "over a plane: no mesh yet" : "over a plane: no mesh is made");
     EXPECT_EQ(ErrorsInWords(state), makes_geometry ? "errors: no mesh yet" : "errors: not measured");

@@ -188,12 +188,14 @@ TEST(PosedPhotographs, AFrameThatWaitsKeepsTheDepthOfWhatItShows) {
   PosedPhotographs walk({});
   const RecordedViews none{LightField{}};
   const FrameToDecide input{.frame = frame, .track = track, .camera = kCamera};
-  ASSERT_EQ(walk.After(input, points, none, {}).decision.reason, Reason::kRecorded);
+  const PosedPhotographs::Step step = walk.Decide(input, points, none, {});
+  ASSERT_EQ(step.decision.reason, Reason::kRecorded);
+  EXPECT_FALSE(walk.Take(step, input)) << "its neighbours are still to come";
   const Track lost;
-  const PosedPhotographs::Step after =
-      walk.After({.frame = frame, .track = lost, .camera = kCamera}, {}, none, {});
-  ASSERT_TRUE(after.record);
-  EXPECT_EQ(after.record->depth, kDepth);
+  const FrameToDecide next{.frame = frame, .track = lost, .camera = kCamera};
+  const auto recorded = walk.Take(walk.Decide(next, {}, none, {}), next);
+  ASSERT_TRUE(recorded);
+  EXPECT_EQ(recorded->depth, kDepth);
 }
 
 TEST(PosedPhotographs, ARequestForASubjectIsAnsweredInWords) {

@@ -1,6 +1,7 @@
 // Tests: coverage/session/record/recorded_views.
 #include "coverage/session/record/recorded_views.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 
 #include "core/light_field/folder/light_field_io.h"
@@ -95,6 +96,34 @@ TEST(RecordedViews, OneThatIsTakenBackIsGone) {
   EXPECT_TRUE(views.Remove(3));
   EXPECT_FALSE(views.Remove(3));
   EXPECT_THAT(views.Ids(), ElementsAre(7));
+}
+
+// Who follows hears of each change once, after it was made; earlier sessions' views are there before.
+TEST(RecordedViews, TellsFollowersOfEveryChange) {
+  struct Noted : RecordedViews::Follower {
+    std::vector<std::string> changes;
+    void Added(const RecordedViews::Entry& view, const Image& /*image*/) override {
+      changes.push_back(fmt::format("added {}", view.id));
+    }
+    void Removed(const RecordedViews::Entry& view) override {
+      changes.push_back(fmt::format("removed {}", view.id));
+    }
+    void Moved(const RecordedViews& views) override {
+      changes.push_back(fmt::format("moved {}", views.size()));
+    }
+  } noted;
+  RecordedViews views = AfterAnEarlierSession();
+  const std::size_t earlier = views.size();
+  views.Subscribe(noted);
+  const std::uint64_t before = views.revision();
+  views.Add({100, {}, Rigid3{}});
+  EXPECT_EQ(views.revision(), before) << "views that were there stay as they are";
+  views.MoveTo(views.Poses());
+  EXPECT_NE(views.revision(), before);
+  const std::uint64_t moved = views.revision();
+  EXPECT_TRUE(views.Remove(100));
+  EXPECT_NE(views.revision(), moved);
+  EXPECT_THAT(noted.changes, ElementsAre("added 100", fmt::format("moved {}", earlier + 1), "removed 100"));
 }
 
 // The map, the journal and what was recorded are of one mind, whatever was corrected and taken back.

@@ -123,7 +123,7 @@ TEST(Mistakes, ALensAndAShutterAreNamedFromTheMapOnceEachAndNotWhereTheyWereGive
   MistakeWatch other(FrameSource::kCamera);
   other.AtTheEnd(tracking::CalibrationCheck{}, contradicted);
   ASSERT_THAT(Kinds(other.noticed()), ElementsAre(Mistake::kRollingShutter));
-  EXPECT_THAT(other.noticed()[0].cure, HasSubstr("--readout-ms auto"));
+  EXPECT_THAT(other.noticed()[0].cure, HasSubstr("readout_ms auto"));
 }
 
 TEST(Mistakes, ALensThatTheTrackerTakesBackIsNoMistake) {

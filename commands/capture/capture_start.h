@@ -1,0 +1,75 @@
+// From the command line to a capture that can run (coverage/session/prepared_capture.h), or a refusal that
+// has written nothing.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "acquisition/calibration/intrinsics.h"
+#include "coverage/session/capture_options.h"
+#include "coverage/session/prepared_capture.h"
+#include "coverage/simulated_operator/simulated_operator.h"
+#include "tracking/sources/pose_source.h"
+#include "tracking/tracker/tracker_options.h"
+
+namespace ulf::commands {
+
+struct CaptureArgs {
+  std::string uri;
+  std::string dir;
+  std::string subject = "auto";
+  double subject_size = coverage::CaptureOptions{}.subject_size;
+  bool no_subject = false;
+  std::optional<double> parallax_deg;
+  bool keep_apart = false;
+  std::string bracket;
+  std::string until_covered;
+  std::string quality;
+  std::optional<double> threshold_px;
+  std::optional<int> coverage_width_px;
+  acquisition::IntrinsicsArgs intrinsics;
+  std::string poses_text = "features";
+  // The markers on which the subject turns, as --poses markers: has them; empty: the subject stands still.
+  std::string turntable;
+  tracking::ReadoutArgs readout;
+  tracking::LensUse lens = tracking::LensUse::kCheck;
+  int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
+  tracking::PosesSpec poses;
+  std::uint64_t frames = 0;
+  double max_seconds = 0;
+  std::optional<double> speed;
+  std::string keep_frames;
+  std::string person;
+  std::string requests;
+  bool headless = false;
+  bool offscreen = false;
+  std::string marker;
+  bool force_start = false;
+  bool no_geometry = false;
+  std::string cover = "bound";
+  bool deterministic = false;
+  bool resume = false;
+  bool raw = false;
+  bool json = false;
+  std::string overlay;
+  std::string map;
+  std::string error_map;
+  std::string truth;
+};
+
+// `--poses` and `--turntable` as one. Throws UsageError where they contradict each other.
+tracking::PosesSpec PosesFrom(const CaptureArgs& args);
+
+// The options that do not depend on the device. Throws UsageError.
+coverage::CaptureOptions OptionsFrom(const CaptureArgs& args);
+
+struct CaptureInHand : coverage::PreparedCapture {
+  std::shared_ptr<coverage::SimulatedOperator> person;  // who holds a simulated camera, if anybody
+};
+
+// As coverage::PrepareCapture().
+bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, CaptureInHand& hand);
+
+}  // namespace ulf::commands

@@ -1,0 +1,43 @@
+// What `ulf render` is asked for, and the values on which its pictures depend.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "commands/options/aperture_options.h"
+#include "commands/options/scene_options.h"
+#include "render/output/camera_path.h"
+#include "render/renderer/renderer.h"
+
+namespace ulf::commands {
+
+struct RenderArgs : SceneArgs {
+  std::string path = "orbit";
+  std::string field = "auto";
+  std::string proxy = "auto";
+  FieldArgs field_details;
+  std::string frames;
+  int width = 0, height = 0;
+  double focal_px = 0, fov_deg = 0;  // of the pictures; 0: the photographs' or the path's
+  double zoom = 0;                   // 0: FillingZoom() for named paths
+  double fps = 30;
+  ApertureArgs aperture;
+  std::string out;
+  std::string format;
+  std::string exr_compression = "zip";
+  double exposure_stops = 0;
+  bool weights = false;
+  bool overwrite = false;
+  std::string background;
+  bool show_field = false;
+  bool no_fill = false;
+  bool explain = false;
+  bool json = false;
+};
+
+// All values on which the pictures of the path depend, for render.json: the pictures of one folder have them
+// in common.
+std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
+                                              const render::CameraPath& path);
+
+}  // namespace ulf::commands

@@ -1,0 +1,35 @@
+// Why something was chosen, said in one form by all commands.
+#pragma once
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "core/base/model_choice.h"
+
+namespace ulf::commands {
+
+inline std::string ExplainedText(const std::vector<ModelChoice>& choices) {
+  std::string text;
+  for (const ModelChoice& choice : choices) text += ulf::ToText(choice);
+  return text;
+}
+
+// The key of a command's JSON report.
+template <typename Json>
+void AddExplained(Json& report, const std::vector<ModelChoice>& choices) {
+  Json& explained = report["explain"] = Json::array();
+  for (const ModelChoice& choice : choices) explained.push_back(Json(ulf::ToJson(choice)));
+}
+
+// `why`, one line of the log; with --explain all that was compared instead, beside the report, or with --json
+// in it (AddExplained()).
+inline void SayWhy(bool explain, bool json, const std::string& why, const std::vector<ModelChoice>& choices) {
+  if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);
+  if (explain && !json) fmt::print(stderr, "{}", ExplainedText(choices));
+}
+
+}  // namespace ulf::commands

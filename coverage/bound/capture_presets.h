@@ -1,0 +1,31 @@
+// What a capture takes where nothing else is asked for: one place for all who need a default, or explain it.
+#pragma once
+
+#include <string>
+
+namespace ulf::coverage {
+
+// The threshold of the bound by the name of a quality, pixels of the coverage image (docs/coverage_bound.md).
+inline constexpr double kHighThresholdPx = 7, kFastThresholdPx = 12;
+// "fast"; "high", or no name.
+inline double ThresholdOf(const std::string& quality) {
+  return quality == "fast" ? kFastThresholdPx : kHighThresholdPx;
+}
+
+// The width of the coverage image, pixels, to which thresholds refer.
+inline constexpr int kCoverageWidthPx = 640;
+
+// The image of the subject's sphere, as a share of the picture's width: of a subject that is found, and at
+// most. The second is the safety rectangle's share of width and height (thesis, section 3.2).
+inline constexpr double kSubjectSize = 0.28, kRectangleShare = 0.8;
+
+// The share of a cap that counts as all of it.
+inline constexpr double kUntilShare = 0.98;
+
+// Frames that are tracked in a row before a subject is found, or a first photograph is taken.
+inline constexpr int kStableFrames = 10;
+
+// Views that may wait for the disk.
+inline constexpr int kSpoolViews = 16;
+
+}  // namespace ulf::coverage

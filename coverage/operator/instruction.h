@@ -1,0 +1,48 @@
+// The one thing to do now: a value, which the display puts into a short line of words and a simulated
+// operator follows.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "coverage/bound/view_decision.h"
+#include "coverage/session/capture_state.h"
+
+namespace ulf::coverage {
+
+enum class ToDo {
+  kNothing,
+  kFinished,       // the capture is closing (CaptureState::ended)
+  kWaitForDevice,  // CaptureState::device_problem
+  kReturn,         // the pose was lost: go back to where it was known
+  kFindPose,       // there is no pose yet
+  kAwaitSubject,   // the subject's distance is being found
+  kFindSubject,    // it cannot be found: there are too few points
+  kPlaceSubject,   // the subject has moved
+  kAim,            // the subject cannot be recorded from here (Instruction::reason)
+  kMendChecks,     // what is wrong before the start
+  kBegin,          // recording, by request
+  kGoOn,           // recording was paused by request
+  kMendMistake,    // what keeps frames from being recorded (CaptureState::mistakes)
+  kMendFrames,     // frames are not recorded (Instruction::reason)
+  kWalkOn,         // there is no subject
+  kTurnTable,      // or move the camera: WayInWords()
+  kComeNearer,
+  kGoFarther,
+  kApproachRow,  // the last row is too far away
+  kLeaveRow,     // the last row is too near
+  kFollowArrow,
+};
+
+struct Instruction {
+  ToDo to_do = ToDo::kNothing;
+  bool urgent = false;                              // nothing is recorded until it is done
+  std::optional<Reason> reason = std::nullopt;      // of kAim and kMendFrames
+  std::optional<LengthToGo> length = std::nullopt;  // of kComeNearer and kGoFarther
+};
+
+Instruction InstructionFor(const CaptureState& state);
+// A short line; empty: nothing is to be done. `state`: of which `instruction` was made.
+std::string InWords(const Instruction& instruction, const CaptureState& state);
+
+}  // namespace ulf::coverage

@@ -1,0 +1,69 @@
+// From a device, a lens, a source of poses and a folder to a capture that can run (capture_session.h): they
+// fit together, or there is a refusal and nothing was written. Keeps photographs that a camera takes before
+// there is a light field.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/device/device.h"
+#include "acquisition/device/frame_recording.h"
+#include "core/base/stop_signal.h"
+#include "core/frames/frame.h"
+#include "core/geometry/camera_model.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "coverage/session/capture_options.h"
+#include "tracking/sources/pose_source.h"
+#include "tracking/tracker/tracker_options.h"
+
+namespace ulf::coverage {
+
+struct SessionArgs {
+  std::string uri;                                                  // of the device, as messages name it
+  std::string dir;                                                  // of the light field
+  std::function<std::unique_ptr<acquisition::Device>()> open = {};  // empty: OpenDevice(uri)
+  acquisition::IntrinsicsArgs intrinsics = {};
+  tracking::PosesSpec poses = {};
+  tracking::ReadoutArgs readout = {};
+  tracking::LensUse lens = tracking::LensUse::kCheck;
+  int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
+  bool resume = false;  // goes on with the light field in `dir`
+  bool raw = false;     // masters are the mosaics of a mosaic camera
+  // CaptureOptions::threshold_px, and its cap with until_share: false: a light field that is resumed has its
+  // own.
+  bool threshold_is_given = false, goal_is_given = false;
+  std::function<bool()> stop = StopOnSignal::Asked;
+};
+
+// Takes frames from a started device up to its first complete live frame, which is the last of `taken`;
+// photographs that are released on the body meanwhile come before it. False when a stop was asked for first.
+// Throws Error when no live frame comes; `taken` then holds the photographs.
+bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
+                     std::vector<Frame>& taken);
+
+// A capture that could not begin has photographs in hand: they, and those on their way, go to the light
+// field's unposed/ where there is one (`writer`), else beside `dir` (kept_photographs.h). Says where on
+// stderr, and what could not be kept. Stops the device.
+void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
+                     const std::filesystem::path& dir);
+
+struct PreparedCapture {
+  std::unique_ptr<acquisition::Device> device;
+  std::vector<Frame> first;                // what came until the first live frame, which is the last
+  CameraModel camera;                      // of live frames
+  acquisition::RecordingHeader recording;  // what a recording of the frames says of the session
+  std::unique_ptr<tracking::PoseSource> poses;
+  std::unique_ptr<LightFieldWriter> writer;
+};
+
+// False when a stop was asked for before the first frame: then nothing has been written. Photographs that
+// came before it, or before a refusal, are kept (KeepPhotographs). `options` is completed by what device and
+// folder say. Throws Refusal for what does not fit together, Error for what cannot be opened, read or
+// written.
+bool PrepareCapture(const SessionArgs& args, CaptureOptions* options, PreparedCapture& prepared);
+
+}  // namespace ulf::coverage

@@ -1,0 +1,78 @@
+// The coverage map of a running capture: painted from the recorded views and their poses as they are now, and
+// the directions that a correction of poses, or a view that was taken back, has opened again.
+//
+// The map is an immutable snapshot. A new view and corrected poses make a new one; whoever holds the old one
+// keeps it as it was.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/image/image.h"
+#include "core/light_field/light_field.h"
+#include "coverage/bound/capture_presets.h"
+#include "coverage/bound/coverage_map.h"
+#include "coverage/measured/cover_by.h"
+#include "coverage/measured/error_map.h"
+#include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/recorded_views.h"
+
+namespace ulf::coverage {
+
+// Was covered and is not any more.
+struct ReopenedDirection {
+  Eigen::Vector3d direction;
+  double share = 0;  // of the cap; without one, of what was covered
+};
+
+class CoveragePainter final : public RecordedViews::Follower {
+ public:
+  struct Options {
+    int coverage_width_px = kCoverageWidthPx;
+    CoverageMapOptions map;
+    CoverGoal cover;
+  };
+  // `views` and `lens` outlive it.
+  CoveragePainter(const RecordedViews& views, const CaptureLens& lens, const Options& options)
+      : views_(views), lens_(lens), options_(options) {}
+
+  const std::shared_ptr<const CoverageMap>& map() const { return map_; }  // null without a subject
+  const std::vector<ReopenedDirection>& reopened() const { return reopened_; }
+
+  // `errors`, which the map's thresholds follow: null where nothing is measured.
+  void PaintAnew(const Subject& subject, const ErrorMap* errors);
+  // Whether the map shows the views as they are now, each painted with the poses of all.
+  bool IsPaintedAnew() const { return painted_ == StateOf(views_); }
+  // Another subject: nothing was covered before.
+  void ForgetReopened() { reopened_.clear(); }
+  // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of
+  // what was covered). 0 without a map.
+  double Repaint(const Subject& subject, const ErrorMap* errors);
+  // The map's thresholds by the errors so far.
+  void FollowErrorsNow(const ErrorMap& errors);
+
+  void Added(const RecordedViews::Entry& view, const Image& image) override;
+  // Painted anew once all is changed: Repaint().
+  void Removed(const RecordedViews::Entry& /*view*/) override {}
+  void Moved(const RecordedViews& /*views*/) override {}
+
+ private:
+  struct ViewsState {
+    std::uint64_t revision = 0;
+    std::size_t size = 0;
+    bool operator==(const ViewsState&) const = default;
+  };
+  static ViewsState StateOf(const RecordedViews& views) { return {views.revision(), views.size()}; }
+  void DropCoveredAgain();
+
+  const RecordedViews& views_;
+  const CaptureLens& lens_;
+  const Options options_;
+  std::shared_ptr<const CoverageMap> map_;
+  std::vector<ReopenedDirection> reopened_;
+  ViewsState painted_;  // when all was painted last
+};
+
+}  // namespace ulf::coverage

@@ -1,0 +1,95 @@
+// The geometry of the recorded views while a capture goes on, and the errors that are measured over it:
+// follows the recorded views and the subject's sphere, and begins again under another lens where that moves
+// the pictures.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "core/frames/frame.h"
+#include "core/light_field/folder/opened_folder.h"
+#include "core/light_field/light_field.h"
+#include "coverage/measured/cover_by.h"
+#include "coverage/measured/error_map.h"
+#include "coverage/measured/error_meter.h"
+#include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/live_geometry.h"
+#include "coverage/session/record/recorded_views.h"
+#include "tracking/tracker/tracker.h"
+
+namespace ulf::coverage {
+
+class MeasuredGeometry final : public RecordedViews::Follower {
+ public:
+  struct Options {
+    std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
+    CoverGoal cover;
+    bool deterministic = false;
+    bool lens_may_change = false;
+  };
+  // Goes on with the views, the depth maps and the errors of `earlier` sessions. `lens` outlives it.
+  MeasuredGeometry(const LightField& earlier, const CaptureLens& lens, const Options& options,
+                   std::function<void(const std::string&)> say);
+
+  void Added(const RecordedViews::Entry& view, const Image& image) override;
+  void Removed(const RecordedViews::Entry& view) override;
+  void Moved(const RecordedViews& views) override;
+  // Another subject. `goes_on`: it is the one of the earlier session, about which that one measured.
+  void SetSubject(const Subject& subject, bool goes_on);
+  // The same one elsewhere: what was measured stays.
+  void MoveSubject(const Subject& subject);
+
+  enum class Attempt {
+    kNotPossible,
+    kMade,
+    kFailed
+  };  // kFailed: nothing is measured from now on, and that was said
+  struct Measurement {
+    Attempt attempt = Attempt::kNotPossible;
+    std::optional<MeasuredFrame> frame;  // none: there was no time
+  };
+  // What a frame whose pose is known shows of the error: noted in errors().
+  Measurement Measure(const Frame& frame, const CameraModel& camera, const tracking::Track& track);
+
+  bool IsMade() const { return geometry_ != nullptr; }
+  bool MeshMayCome() const { return geometry_ && !geometry_->HasFailed(); }
+  bool IsMeasured() const { return meter_ != nullptr; }
+  // The newest mesh; null: none yet, or none is made.
+  std::shared_ptr<const LiveMesh> mesh() const { return geometry_ ? geometry_->State().mesh : nullptr; }
+  const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
+  // For the light field; none: nothing has been measured, in this session and before.
+  std::optional<MeasuredErrors> ForLightField() const;
+  // At the end, for a light field that is closed: makes the mesh of all views with their depth maps and
+  // writes them. None: the mesh that is there stays. `closing` hears what is done, step by step.
+  std::optional<FinishedGeometry> Finish(const OpenedFolder& folder, const std::filesystem::path& root,
+                                         bool has_new_views,
+                                         const std::function<void(const std::string&)>& closing);
+
+ private:
+  void AddEarlierViews(const LightField& light_field);
+  void StartAgain(const RecordedViews& views);
+  void KeepSmall(int id, const Image& image);
+  void Note(const std::function<void(ErrorMap&)>& change);
+  void SayProblem();
+
+  const CaptureLens& lens_;
+  const Options options_;
+  const std::function<void(const std::string&)> say_;
+  const MeasuredErrors earlier_measured_;
+  std::uint64_t frames_measured_;
+  std::unique_ptr<LiveGeometry> geometry_;  // null: none is made
+  CameraModel geometry_lens_;               // under which geometry and meter have the views
+  std::unique_ptr<ErrorMeter> meter_;       // null: nothing is measured
+  std::map<int, cv::Mat> small_;            // the views' pictures, grey, for another lens of these two
+  std::shared_ptr<const ErrorMap> errors_;
+  std::optional<Subject> subject_;
+  std::shared_ptr<const LiveMesh> measured_over_;  // the mesh that the meter has; null: it is due
+};
+
+}  // namespace ulf::coverage
