@@ -42,9 +42,9 @@
 #include "core/light_field/points/point_tracks.h"
 #include "core/light_field/unposed_photographs.h"
 #include "core/light_field/view_numbers.h"
-#include "tracking/refine/light_field_input.h"
 #include "tracking/refine/locate_photographs.h"
 #include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 #include "tracking/refine/refine_truth.h"
 
 namespace ulf::commands {

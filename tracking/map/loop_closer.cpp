@@ -12,9 +12,9 @@
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "tracking/estimation/pose_graph.h"
-#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/estimation/sampling.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/pose_log_odds.h"
 
 namespace ulf::tracking {
 namespace {

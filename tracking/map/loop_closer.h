@@ -22,10 +22,10 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/map.h"
 #include "tracking/map/mapper_options.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/frame_locator.h"
 
 namespace ulf::tracking {
 

@@ -15,7 +15,7 @@
 #include "tracking/map/map_adjustment.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/map/map_rows.h"
-#include "tracking/tracker/readout_estimator.h"
+#include "tracking/map/readout_estimator.h"
 
 namespace ulf::tracking {
 namespace {

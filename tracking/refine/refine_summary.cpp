@@ -11,7 +11,7 @@
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_uncertainty.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 
 namespace ulf::tracking {
 namespace {

@@ -12,7 +12,7 @@
 #include "core/fiducials/board_detector.h"
 #include "core/fiducials/marker_detector.h"
 #include "core/geometry/small_matrices.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 #include "tracking/tracker/working_size.h"
 
 namespace ulf::tracking {

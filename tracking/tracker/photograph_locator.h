@@ -10,8 +10,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/frame_locator.h"
 
 namespace ulf::tracking {
 

@@ -6,8 +6,8 @@
 
 #include <optional>
 
-#include "tracking/estimation/row_motion.h"
 #include "tracking/map/mapper.h"
+#include "tracking/tracker/row_motion.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::tracking {

@@ -7,8 +7,8 @@
 
 #include "core/base/quantile.h"
 #include "tracking/estimation/focal_change.h"
-#include "tracking/estimation/pose_error.h"
 #include "tracking/map/map_matching.h"
+#include "tracking/map/pose_error.h"
 #include "tracking/tracker/tracker_state.h"
 
 namespace ulf::tracking {

@@ -12,8 +12,8 @@
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
 #include "core/geometry/angles.h"
-#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/map/map_matching.h"
+#include "tracking/map/pose_log_odds.h"
 #include "tracking/tracker/photograph_locator.h"
 
 namespace ulf::tracking {

@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
-#include "tracking/estimation/pose_error.h"
-#include "tracking/estimation/row_motion.h"
 #include "tracking/features/sharpness.h"
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/mapper.h"
+#include "tracking/map/pose_error.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/frame_locator.h"
 #include "tracking/tracker/initializer.h"
 #include "tracking/tracker/readout_search.h"
+#include "tracking/tracker/row_motion.h"
 #include "tracking/tracker/tracker.h"
 #include "tracking/tracker/turn_tracker.h"
 #include "tracking/tracker/working_size.h"

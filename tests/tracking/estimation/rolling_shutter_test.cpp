@@ -1,4 +1,4 @@
-// Tests: tracking/estimation/rolling_shutter, tracking/estimation/row_motion,
+// Tests: tracking/estimation/rolling_shutter, tracking/tracker/row_motion,
 // tracking/tracker/readout_search.
 #include "tracking/estimation/rolling_shutter.h"
 
@@ -16,7 +16,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/estimation/absolute_pose.h"
-#include "tracking/estimation/row_motion.h"
+#include "tracking/tracker/row_motion.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf {

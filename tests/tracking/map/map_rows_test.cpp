@@ -1,4 +1,4 @@
-// Tests: tracking/map/map_rows, tracking/map/map_adjustment, tracking/tracker/readout_estimator.
+// Tests: tracking/map/map_rows, tracking/map/map_adjustment, tracking/map/readout_estimator.
 #include "tracking/map/map_rows.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include "tests/tracking/scenes/mapped_wall.h"
 #include "tracking/map/loop_closer.h"
 #include "tracking/map/map_adjustment.h"
-#include "tracking/tracker/readout_estimator.h"
+#include "tracking/map/readout_estimator.h"
 
 namespace ulf {
 namespace {

@@ -1,4 +1,4 @@
-// Tests: tracking/estimation/pose_log_odds, tracking/map/map_matching, tracking/tracker/frame_locator.
+// Tests: tracking/map/pose_log_odds, tracking/map/map_matching, tracking/map/frame_locator.
 // Found again, at once and never wrong: after shakes and occlusions, and where things look alike.
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tests/tracking/scenes/tiled_wall.h"
-#include "tracking/estimation/pose_log_odds.h"
-#include "tracking/tracker/frame_locator.h"
+#include "tracking/map/frame_locator.h"
+#include "tracking/map/pose_log_odds.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf {

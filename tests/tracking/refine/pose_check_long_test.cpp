@@ -22,8 +22,8 @@
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
-#include "tracking/refine/light_field_input.h"
 #include "tracking/refine/pose_check.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf {
 namespace {

@@ -19,7 +19,7 @@
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tracking/estimation/row_motion.h"
+#include "tracking/tracker/row_motion.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "tracking/estimation/pose_log_odds.h"
+#include "tracking/map/pose_log_odds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "core/base/at.h"
 #include "tracking/features/matching.h"
-#include "tracking/tracker/frame_locator.h"
+#include "tracking/map/frame_locator.h"
 
 namespace ulf::tracking {
 namespace {

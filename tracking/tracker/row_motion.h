@@ -11,7 +11,7 @@
 #include <span>
 
 #include "tracking/estimation/rolling_shutter.h"
-#include "tracking/tracker/frame_locator.h"
+#include "tracking/map/frame_locator.h"
 #include "tracking/tracker/initializer.h"
 
 namespace ulf::tracking {

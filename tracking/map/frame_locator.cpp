@@ -1,4 +1,4 @@
-#include "tracking/tracker/frame_locator.h"
+#include "tracking/map/frame_locator.h"
 
 #include <spdlog/spdlog.h>
 
@@ -9,7 +9,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
-#include "tracking/estimation/pose_log_odds.h"
+#include "tracking/map/pose_log_odds.h"
 
 namespace ulf::tracking {
 

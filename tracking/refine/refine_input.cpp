@@ -1,4 +1,4 @@
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -6,7 +6,7 @@
 
 #include "core/base/at.h"
 #include "core/light_field/light_field_io.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 
 namespace ulf::tracking {
 

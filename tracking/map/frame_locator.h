@@ -14,9 +14,9 @@
 
 #include "core/base/stage_times.h"
 #include "core/geometry/camera_model.h"
-#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/map/mapper.h"
+#include "tracking/map/pose_log_odds.h"
 #include "tracking/map/relocalizer.h"
 #include "tracking/tracker/tracker_options.h"
 

@@ -1,4 +1,4 @@
-#include "tracking/tracker/readout_estimator.h"
+#include "tracking/map/readout_estimator.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
