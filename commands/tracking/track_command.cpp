@@ -35,8 +35,8 @@
 #include "core/base/thread_clock.h"
 #include "core/geometry/trajectory.h"
 #include "core/plot/gnuplot.h"
-#include "tracking/sources/pose_source.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::commands {
 namespace {

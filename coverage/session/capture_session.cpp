@@ -11,7 +11,7 @@
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "coverage/session/running_capture.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/capture_session.h"
 #include "coverage/simulated_operator/simulated_operator.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker_options.h"
 
 namespace ulf::coverage {

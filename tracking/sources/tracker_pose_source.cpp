@@ -1,4 +1,4 @@
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::tracking {
 namespace {

@@ -7,7 +7,7 @@
 #include "core/base/thread_clock.h"
 #include "core/geometry/angles.h"
 #include "tracking/map/map_matching.h"
-#include "tracking/tracker/tracker_state.h"
+#include "tracking/tracker/tracker_core.h"
 
 namespace ulf::tracking {
 

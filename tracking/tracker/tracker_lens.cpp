@@ -9,7 +9,7 @@
 #include "tracking/estimation/focal_change.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/map/pose_error.h"
-#include "tracking/tracker/tracker_state.h"
+#include "tracking/tracker/tracker_core.h"
 
 namespace ulf::tracking {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "tracking/tracker/tracker_state.h"
+#include "tracking/tracker/tracker_core.h"
 
 namespace ulf::tracking {
 

@@ -11,7 +11,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/criterion.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

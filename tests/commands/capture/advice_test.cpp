@@ -1,5 +1,5 @@
 // Tests: core/image/frame_source, coverage/session/watch/mistake_watch, coverage/session/preflight,
-// tracking/tracker/track_words, commands/capture/capture_report, commands/light_field/light_field_report.
+// tracking/tracker/track, commands/capture/capture_report, commands/light_field/light_field_report.
 //
 // Advice names only what can still be changed: everything that is said, of every kind of source. Nobody can move, set or
 // light what took pictures that are there already; the simulator has no `ulf features`.
@@ -24,7 +24,7 @@
 #include "coverage/session/turntable_watch.h"
 #include "coverage/session/watch/mistake_watch.h"
 #include "tests/support/floors.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf {
 namespace {

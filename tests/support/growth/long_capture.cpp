@@ -5,7 +5,7 @@
 #include "core/light_field/light_field_io.h"
 #include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::test {
 namespace {

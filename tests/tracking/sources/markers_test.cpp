@@ -19,7 +19,7 @@
 #include "tests/support/test_paths.h"
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf {
 namespace {

@@ -1,4 +1,4 @@
-// Tests: tracking/sources/outside_pose_source, tracking/sources/pose_history, tracking/sources/pose_source,
+// Tests: tracking/sources/outside_pose_source, tracking/sources/pose_history, tracking/sources/poses_spec,
 // tracking/sources/pose_stream, tracking/sources/sent_line.
 // Poses from outside, with the simulated hand as the truth: a trajectory file with gaps, and a stream that is
 // late, out of order, broken and cut. A fault each, and what is kept.
@@ -21,8 +21,8 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
-#include "tracking/sources/pose_source.h"
 #include "tracking/sources/pose_stream.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf {
 namespace {

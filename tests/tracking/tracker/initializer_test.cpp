@@ -1,4 +1,4 @@
-// Tests: tracking/tracker/initializer, tracking/tracker/start_progress, tracking/tracker/track_words,
+// Tests: tracking/tracker/initializer, tracking/tracker/start_progress, tracking/tracker/track,
 // tracking/tracker/tracker_options.
 #include "tracking/tracker/initializer.h"
 
@@ -6,7 +6,7 @@
 
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf {
 namespace {

@@ -1,4 +1,4 @@
-// Tests: tracking/tracker/turn_tracker, tracking/tracker/track_words.
+// Tests: tracking/tracker/turn_tracker, tracking/tracker/track.
 // How a camera is turned is known before a map starts and while the camera is lost.
 #include "tracking/tracker/turn_tracker.h"
 
@@ -8,7 +8,7 @@
 #include "core/geometry/angles.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {

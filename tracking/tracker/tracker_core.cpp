@@ -1,4 +1,4 @@
-#include "tracking/tracker/tracker_state.h"
+#include "tracking/tracker/tracker_core.h"
 
 #include <spdlog/spdlog.h>
 

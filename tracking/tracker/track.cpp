@@ -1,4 +1,4 @@
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 #include <fmt/core.h>
 

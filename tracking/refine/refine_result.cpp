@@ -1,4 +1,4 @@
-#include "tracking/refine/refine_summary.h"
+#include "tracking/refine/refine_result.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// The parts of a tracker and what it does with a frame: private to tracker.cpp and tracker_state.cpp.
+// The parts of a tracker and what it does with a frame: private to tracker.cpp and tracker_core.cpp.
 // Pixels are those of the working size; only frames and photographs are as they come.
 #pragma once
 
