@@ -7,9 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/base/at.h"
-#include "tracking/map/map.h"
-
 namespace ulf::tracking {
 namespace {
 
@@ -18,6 +15,7 @@ namespace {
 constexpr double kHeldBack = 1.5;
 
 }  // namespace
+
 CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
   CalibrationCheck check = *this;
   const double scale = resized.MeanFocalPx() / given_focal_px;
@@ -164,29 +162,6 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
       check.distortion_wrong &&
       std::abs(check.fitted_k1 - check.given_k1) * corner * corner > options.least_distortion;
   return check;
-}
-
-BundleProblem ProblemOf(const Map& map) {
-  BundleProblem problem;
-  std::vector<int> index(map.keyframes().size(), -1);
-  for (const Keyframe& keyframe : map.keyframes()) {
-    if (!keyframe.alive) continue;
-    index[At(keyframe.id)] = static_cast<int>(problem.cam_from_world.size());
-    problem.cam_from_world.push_back(keyframe.cam_from_world);
-  }
-  for (const MapPoint& point : map.points()) {
-    if (!point.alive) continue;
-    for (const Observation& o : point.observations)
-      problem.observations.push_back(
-          {index[At(o.keyframe)], static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
-    problem.points.push_back(point.position);
-  }
-  return problem;
-}
-
-std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
-                                                 const CalibrationCheckOptions& options) {
-  return CheckCalibration(given, ProblemOf(map), 0, options);
 }
 
 }  // namespace ulf::tracking

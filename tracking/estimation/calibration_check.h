@@ -81,11 +81,4 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
 // center_sigma_px, error_share, determined, no_lens_fits, wrong}; null without a check.
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);
 
-class Map;
-// The map's living keyframes and points.
-BundleProblem ProblemOf(const Map& map);
-// For a map: ProblemOf() it.
-std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
-                                                 const CalibrationCheckOptions& options = {});
-
 }  // namespace ulf::tracking

@@ -41,6 +41,11 @@ inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
   return scales;
 }();
 inline double LevelScale(int level) { return kLevelScales[At(level)]; }
+// One standard deviation, px, of a corner that was detected on a level, and of a point that was measured there by
+// aligning a patch (patch_alignment.h). Guessed; smaller ones for aligned patches made young maps worse
+// (docs/tracking_measured.md, "The map").
+inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
+inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
 // The level whose scale is nearest, by ratio.
 inline int NearestLevel(double scale) {
   constexpr double kHalfStep = 1.0954451150103321;  // square root of kPyramidFactor
@@ -66,6 +71,9 @@ struct Pyramid {
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
 };
 Pyramid BuildPyramid(const cv::Mat& gray);
+
+// Pixels of an image of this width for one pixel of an image 640 px wide.
+inline double PxAt640(int width) { return width / 640.0; }
 
 struct Feature {
   Eigen::Vector2d img;

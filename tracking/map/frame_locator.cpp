@@ -5,10 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <iterator>
-#include <limits>
 
 #include "core/base/at.h"
-#include "core/base/quantile.h"
 #include "tracking/map/pose_log_odds.h"
 
 namespace ulf::tracking {
@@ -59,22 +57,6 @@ std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const
 }
 
 }  // namespace
-
-std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
-  std::vector<PointMatch> inliers;
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (refined.inlier[i]) inliers.push_back(matches[i]);
-  return inliers;
-}
-
-double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world) {
-  std::vector<double> shifts;
-  for (const PointMatch& match : frame_pose.matches) {
-    if (const auto img = camera.ImgFromCam(cam_from_world * frame_pose.CandidateOf(match).position))
-      shifts.push_back((*img - match.img).norm());
-  }
-  return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
-}
 
 std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted, int part,
                                               double first_radius_px,

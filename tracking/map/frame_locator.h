@@ -14,37 +14,34 @@
 
 #include "core/base/stage_times.h"
 #include "core/geometry/camera_model.h"
+#include "tracking/estimation/absolute_pose.h"
+#include "tracking/map/frame_report.h"
+#include "tracking/map/map.h"
 #include "tracking/map/map_matching.h"
-#include "tracking/map/mapper.h"
 #include "tracking/map/pose_log_odds.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
 
-// A frame's pose and the matches with the map that support it.
-struct FramePose {
-  Rigid3 cam_from_world;
-  // With a rolling shutter: from the camera to the pose that explains the image best (Track::cam_from_world).
-  Rigid3 picture_from_cam;
-  Twist twist = Twist::Zero();  // and the camera's velocity while the rows were read
-  std::vector<Candidate> candidates;
-  std::vector<PointMatch> matches;  // that support the pose
-  std::vector<int> in_view;         // candidates that the pose should see
-  std::vector<int> looked_for;      // those of them that matching had a chance to find
-  double expected = 0;              // how many of `looked_for` should be found, by their find rates
-  double center_sigma = 0;          // one standard deviation of the camera's centre, world units
-
-  const Candidate& CandidateOf(const PointMatch& match) const {
-    return candidates[static_cast<std::size_t>(match.candidate)];
-  }
+// Finding a frame in the map.
+struct LocatorOptions {
+  // For so many corners of a frame one patch is tried where no corner was detected. Guessed.
+  int corners_per_patch = 5;
+  int min_matches = 12;  // that agree; fewer are not even a hint of a pose. Guessed
+  // Search radii: a pose that is good to a few pixels, and one that is not; descriptor distances for the
+  // frame before's points, and for all. Guessed.
+  double fine_radius_px = 4, wide_radius_px = 10;
+  int first_max_distance = 80, max_distance = 70;
+  RefinePoseOptions first_refinement = {.gate_sigmas = 3, .rounds = 2, .min_step = 1e-5};
+  // Relocalization: keyframes that are ranked, and tried until one shows where the camera is; other places
+  // that look alike and are asked whether the pose is ambiguous (a keyframe that shows less than this share
+  // of the points is another place). Guessed.
+  int ranked = 100, tried = 6, other_places = 5;
+  double other_place_share = 1.0 / 3;
+  // A detected corner this close (level pixels) to a point that its patch alone found is the same point.
+  // Guessed.
+  double shadow_px = 3;
 };
-
-// The matches that a refinement kept; it may have had more observations behind them.
-std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined);
-
-// The median distance of the matches from where a pose projects their points; infinite without matches.
-double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world);
 
 class FrameLocator {
  public:

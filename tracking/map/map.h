@@ -46,11 +46,6 @@ struct Observation {
   double sigma_px = 1;
 };
 
-// One standard deviation of a detected feature, and of one aligned with the point's patch, on a level.
-// Guessed; smaller ones for aligned patches made young maps worse (docs/tracking_measured.md, "The map").
-inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
-inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
-
 struct MapPoint {
   int id = -1;
   bool alive = true;

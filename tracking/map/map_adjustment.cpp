@@ -259,6 +259,24 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
 
 }  // namespace
 
+BundleProblem ProblemOf(const Map& map) {
+  BundleProblem problem;
+  std::vector<int> index(map.keyframes().size(), -1);
+  for (const Keyframe& keyframe : map.keyframes()) {
+    if (!keyframe.alive) continue;
+    index[At(keyframe.id)] = static_cast<int>(problem.cam_from_world.size());
+    problem.cam_from_world.push_back(keyframe.cam_from_world);
+  }
+  for (const MapPoint& point : map.points()) {
+    if (!point.alive) continue;
+    for (const Observation& o : point.observations)
+      problem.observations.push_back(
+          {index[At(o.keyframe)], static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
+    problem.points.push_back(point.position);
+  }
+  return problem;
+}
+
 BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options,
                         const GivenWorldOptions& given_world, bool rows_too) {

@@ -1,5 +1,5 @@
-// Bundle adjustment of a part of the map: copies keyframes and points out, adjusts them, and writes them
-// back.
+// Bundle adjustment of the map or of a part of it: copies keyframes and points out, adjusts them, and writes them back.
+// Lengths are in the world's unit, image points in pixels.
 #pragma once
 
 #include <vector>
@@ -10,6 +10,9 @@
 #include "tracking/map/mapper_options.h"
 
 namespace ulf::tracking {
+
+// A copy of all living keyframes and points, for checks that change nothing in the map.
+BundleProblem ProblemOf(const Map& map);
 
 // Adjusts the keyframes `free` and all points they see (the points of `held` where none is free). `held`,
 // pinned keyframes and, in an adjustment of a part, the map's first keyframe stay; when everything is free,

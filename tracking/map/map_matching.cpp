@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/at.h"
+#include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 
 namespace ulf::tracking {
@@ -226,6 +228,22 @@ std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedIm
     corner.img = image.pyramid->Global(corner.img, &in_cam);
   }
   return corners;
+}
+
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
+  std::vector<PointMatch> inliers;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (refined.inlier[i]) inliers.push_back(matches[i]);
+  return inliers;
+}
+
+double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world) {
+  std::vector<double> shifts;
+  for (const PointMatch& match : frame_pose.matches) {
+    if (const auto img = camera.ImgFromCam(cam_from_world * frame_pose.CandidateOf(match).position))
+      shifts.push_back((*img - match.img).norm());
+  }
+  return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
 }
 
 }  // namespace ulf::tracking

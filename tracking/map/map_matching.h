@@ -14,21 +14,14 @@
 
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/absolute_pose.h"
+#include "tracking/estimation/rolling_shutter.h"
 #include "tracking/features/features.h"
 #include "tracking/features/matching.h"
 #include "tracking/map/fiducial_observation.h"
 #include "tracking/map/map.h"
+#include "tracking/map/tracked_image.h"
 
 namespace ulf::tracking {
-
-// What the tracker keeps of a frame's image.
-struct TrackedImage {
-  double time_s = 0;
-  std::shared_ptr<const Pyramid> pyramid;
-  std::shared_ptr<const FeatureSet> features;
-  std::shared_ptr<const FeatureSet> detected = {};  // where a rolling shutter saw them; null: there, too
-  std::shared_ptr<const FiducialObservation> fiducials = {};  // corners of a given world, if it shows any
-};
 
 // A map point that could be in view.
 struct Candidate {
@@ -122,5 +115,29 @@ std::vector<PointObservation> ToObservations(std::span<const Candidate> candidat
 // not the one that the corners are given in.
 std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
                                         const Rigid3& cam_from_world);
+
+// A frame's pose and the matches with the map that support it.
+struct FramePose {
+  Rigid3 cam_from_world;
+  // With a rolling shutter: from the camera to the pose that explains the image best (Track::cam_from_world).
+  Rigid3 picture_from_cam;
+  Twist twist = Twist::Zero();  // and the camera's velocity while the rows were read
+  std::vector<Candidate> candidates;
+  std::vector<PointMatch> matches;  // that support the pose
+  std::vector<int> in_view;         // candidates that the pose should see
+  std::vector<int> looked_for;      // those of them that matching had a chance to find
+  double expected = 0;              // how many of `looked_for` should be found, by their find rates
+  double center_sigma = 0;          // one standard deviation of the camera's centre, world units
+
+  const Candidate& CandidateOf(const PointMatch& match) const {
+    return candidates[static_cast<std::size_t>(match.candidate)];
+  }
+};
+
+// The matches that a refinement kept; it may have had more observations behind them.
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined);
+
+// The median distance of the matches from where a pose projects their points; infinite without matches.
+double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world);
 
 }  // namespace ulf::tracking

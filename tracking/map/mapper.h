@@ -27,39 +27,15 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
 #include "tracking/estimation/bundle_adjustment.h"
+#include "tracking/map/anchored.h"
+#include "tracking/map/frame_report.h"
 #include "tracking/map/lens_watch.h"
 #include "tracking/map/map.h"
 #include "tracking/map/mapper_options.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/initializer.h"
+#include "tracking/map/tracked_image.h"
 
 namespace ulf::tracking {
-
-// A frame that should become a keyframe, with the points it saw; the observations do not name a keyframe yet.
-struct NewKeyframe {
-  Keyframe keyframe;
-  int joins = 0;  // of the map's parts when its pose was found: a later one has moved its world
-  struct Seen {
-    int point;
-    Observation observation;
-  };
-  std::vector<Seen> seen;
-};
-
-// What a tracked frame says of the map.
-struct FrameReport {
-  std::vector<int> expected = {};  // points that its pose should show
-  std::vector<int> found = {};     // points that support its pose
-  // The velocity of the keyframe taken at a time, from the frames before and after it, so that it belongs to
-  // the keyframe's own moment and tremor has no preferred sign. Dropped when the keyframe is not in the map
-  // yet.
-  struct KeyframeVelocity {
-    double time_s = 0;
-    Twist velocity = Twist::Zero();
-  };
-  std::optional<KeyframeVelocity> velocity = {};
-  std::optional<NewKeyframe> keyframe = {};
-};
 
 class LoopCloser;
 

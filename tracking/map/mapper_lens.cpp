@@ -13,7 +13,7 @@ void Mapper::CheckLens() {
   if (!options_.check_lens || !lens_.IsDue(keyframes)) return;
   CalibrationCheckOptions options;
   options.fit.stop = &cut_short_;
-  const auto check = CheckCalibration(camera_, map_, options);
+  const auto check = CheckCalibration(camera_, ProblemOf(map_), 0, options);
   if (cut_short_) return;
   lens_.Note(check, keyframes);
   if (options_.seek_lens && lens_.IsSought(keyframes)) owned_.shared.lens_is_due = true;
@@ -23,7 +23,7 @@ void Mapper::CheckLens() {
 
 bool Mapper::ContradictsLensBeyond(double log_ratio) {
   if (!options_.check_lens) return false;
-  const auto check = CheckCalibration(camera_, map_);
+  const auto check = CheckCalibration(camera_, ProblemOf(map_));
   if (!check || !(check->focal_wrong || check->no_lens_fits)) return false;
   // Keyframes that were taken before the zoom was noticed bend the map its way, and by less.
   constexpr double kMost = 2;  // guessed

@@ -6,7 +6,6 @@
 
 #include "core/base/at.h"
 #include "tracking/features/matching.h"
-#include "tracking/map/frame_locator.h"
 
 namespace ulf::tracking {
 namespace {

@@ -16,10 +16,9 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/features/features.h"
 #include "tracking/map/map.h"
+#include "tracking/map/map_matching.h"
 
 namespace ulf::tracking {
-
-struct FramePose;
 
 // Log odds that a pose must exceed: even odds where a prediction led to it, a thousand to one where the image
 // alone did.

@@ -16,7 +16,6 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/features/matching.h"
-#include "tracking/map/map.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/view_matching.h"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "core/geometry/rigid3.h"
-#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::tracking {
 

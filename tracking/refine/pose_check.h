@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
-#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::tracking {
 

@@ -13,7 +13,6 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
-#include "tracking/map/map.h"
 #include "tracking/refine/refine_result.h"
 #include "tracking/refine/refine_rows.h"
 #include "tracking/refine/refine_scene.h"
@@ -387,7 +386,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))
     throw Error("the views' positions do not determine a scale; give poses that differ");
-  result = Summarise(options, scene, std::move(result));
+  result = Summarise(scene, std::move(result));
   if (options.all_points) {
     const RefineStage all{options.progress, kEnd, 1};
     all.Show(0, "measuring all points");

@@ -31,28 +31,10 @@
 #include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/lens_evidence.h"
 #include "tracking/estimation/rolling_shutter.h"
+#include "tracking/refine/refine_input.h"
+#include "tracking/refine/refine_result.h"
 
 namespace ulf::tracking {
-
-struct RefineInput {
-  struct View {
-    std::string name;
-    int lens = 0;  // index into lenses
-    Rigid3 cam_from_world;
-    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0: nothing.
-    double center_error_share = 0;
-    std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
-    bool is_recorded = true;  // false: its pose has only just been found, and holds nothing of the world
-  };
-  std::vector<CameraModel> lenses;
-  std::vector<View> views;
-  std::function<Image(int view)> read;  // in any thread; throws Error
-  // What the photograph shows of the world of the poses: CV_8UC1 of its size, 0 elsewhere; empty: everything. None: no
-  // view has a mask. In any thread; throws Error.
-  std::function<cv::Mat(int view)> read_mask = {};
-  double readout_s =
-      0;  // of a rolling shutter: from the first row to the last, negative from the last; 0: global
-};
 
 struct RefineOptions {
   int features = 0;         // corners a view; 0: by the number of views
@@ -89,45 +71,6 @@ struct RefineOptions {
   double max_ratio = 0.85;
   // A view that keeps a smaller share of its observations is contradicted by most of them.
   double contradicted_share = 0.5;
-  int most_uncertainty_views = 200;  // whose uncertainty is predicted: the work grows with their third power
-};
-
-struct RefinedView {
-  Rigid3 cam_from_world;  // the start pose where it is not registered
-  bool registered = false;
-  std::string why;  // it is not
-  int points = 0;
-  double quality = 1;  // as of Track::quality; of views that are not recorded
-  // The camera when its middle row was read; none with a global shutter.
-  std::optional<Rigid3> middle_row_from_picture = {};
-};
-
-struct RefineResult {
-  std::vector<RefinedView> views;
-  // Under the new poses, with the views that show them; a track names a view by its index.
-  std::vector<ScenePoint> points;
-  std::vector<CameraModel> lenses;                  // changed with RefineOptions::intrinsics only
-  std::map<int, LensEstimate> lens_fits;            // that the evidence supports, by lens; sizes of the input
-  std::vector<std::vector<LensTrial>> lens_trials;  // how the given ones were left, lens by lens
-  std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
-  int registered = 0;
-  int groups = 0;  // of views that share points; between groups only the start poses say how they lie
-  std::size_t adjusted_points = 0, adjusted_observations = 0;  // of the adjustment
-  double start_error_px = 0;  // of epipolar lines by the start poses, one standard deviation
-  // Reprojection errors of the same observations, px; the points are fitted to each set of poses.
-  double rms_before_px = 0, rms_after_px = 0;
-  double median_before_px = 0, median_after_px = 0;
-  double rms_after_sigmas = 0;
-  bool settled = false;   // lens and last adjustment converged: more iterations would change little
-  int contradicted = -1;  // the view most of whose points contradict its pose; -1: none
-  // How far the registered views' centres moved, and by how much the views turned.
-  double moved_median = 0, moved_max = 0;
-  double turned_median_deg = 0, turned_max_deg = 0;
-  int moved_most = -1;  // the view
-  // One standard deviation of the registered views' centres; infinite where something can move freely. None
-  // for very many views, nor for several groups.
-  std::optional<double> center_sigma_median, center_sigma_max;
-  int least_sure = -1;  // the view
 };
 
 // Throws Error when nothing can be registered: fewer than two readable views, views that share nothing or

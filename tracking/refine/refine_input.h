@@ -1,12 +1,42 @@
-// Converts a light field's recorded views to the input of refining and triangulating, and the points back.
+// The input of refining and of triangulating: views with poses, and how to read their pictures. A light field's recorded
+// views are converted to it, and the points back.
+//
+// Poses are cam_from_world in any unit; image quantities are pixels of the input's images.
 #pragma once
 
+#include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/image/image.h"
 #include "core/light_field/light_field.h"
-#include "tracking/refine/refine.h"
+#include "tracking/estimation/rolling_shutter.h"
 
 namespace ulf::tracking {
+
+struct RefineInput {
+  struct View {
+    std::string name;
+    int lens = 0;  // index into lenses
+    Rigid3 cam_from_world;
+    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0: nothing.
+    double center_error_share = 0;
+    std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
+    bool is_recorded = true;  // false: its pose has only just been found, and holds nothing of the world
+  };
+  std::vector<CameraModel> lenses;
+  std::vector<View> views;
+  std::function<Image(int view)> read;  // in any thread; throws Error
+  // What the photograph shows of the world of the poses: CV_8UC1 of its size, 0 elsewhere; empty: everything. None: no
+  // view has a mask. In any thread; throws Error.
+  std::function<cv::Mat(int view)> read_mask = {};
+  double readout_s =
+      0;  // of a rolling shutter: from the first row to the last, negative from the last; 0: global
+};
 
 // Reads photographs from `light_field`, which must outlive it.
 RefineInput RefineInputOf(const LightField& light_field);

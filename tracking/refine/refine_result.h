@@ -1,21 +1,63 @@
-// What a refinement did to a scene, in numbers: errors before and after, how far views moved, and how sure they are.
+// What refining has found: views, points and lenses, and in numbers what became better.
+//
+// Poses are cam_from_world in the input's units, image quantities are pixels of the input's images, angles are degrees.
 #pragma once
 
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "core/geometry/camera_model.h"
-#include "tracking/refine/refine.h"
-#include "tracking/refine/refine_scene.h"
+#include "core/geometry/rigid3.h"
+#include "core/light_field/light_field.h"
+#include "tracking/estimation/calibration_check.h"
+#include "tracking/estimation/lens_evidence.h"
 
 namespace ulf::tracking {
 
-// Pixels of the given images for one pixel of the working resolution.
-double GivenByWorking(const CameraModel& given, const CameraModel& working);
+struct RefinedView {
+  Rigid3 cam_from_world;  // the start pose where it is not registered
+  bool registered = false;
+  std::string why;  // it is not
+  int points = 0;
+  double quality = 1;  // as of Track::quality; of views that are not recorded
+  // The camera when its middle row was read; none with a global shutter.
+  std::optional<Rigid3> middle_row_from_picture = {};
+};
 
-// By view, how many points it shows.
-std::vector<int> PointsByView(const RefineScene& scene);
+struct RefineResult {
+  std::vector<RefinedView> views;
+  // Under the new poses, with the views that show them; a track names a view by its index.
+  std::vector<ScenePoint> points;
+  std::vector<CameraModel> lenses;                  // changed with RefineOptions::intrinsics only
+  std::map<int, LensEstimate> lens_fits;            // that the evidence supports, by lens; sizes of the input
+  std::vector<std::vector<LensTrial>> lens_trials;  // how the given ones were left, lens by lens
+  std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
+  int registered = 0;
+  int groups = 0;  // of views that share points; between groups only the start poses say how they lie
+  std::size_t adjusted_points = 0, adjusted_observations = 0;  // of the adjustment
+  double start_error_px = 0;  // of epipolar lines by the start poses, one standard deviation
+  // Reprojection errors of the same observations, px; the points are fitted to each set of poses.
+  double rms_before_px = 0, rms_after_px = 0;
+  double median_before_px = 0, median_after_px = 0;
+  double rms_after_sigmas = 0;
+  bool settled = false;   // lens and last adjustment converged: more iterations would change little
+  int contradicted = -1;  // the view most of whose points contradict its pose; -1: none
+  // How far the registered views' centres moved, and by how much the views turned.
+  double moved_median = 0, moved_max = 0;
+  double turned_median_deg = 0, turned_max_deg = 0;
+  int moved_most = -1;  // the view
+  // One standard deviation of the registered views' centres; infinite where something can move freely. None
+  // for very many views, nor for several groups.
+  std::optional<double> center_sigma_median, center_sigma_max;
+  int least_sure = -1;  // the view
+};
+
+struct RefineScene;
 
 // Adds views, counts, errors, moves and certainty to `result`, whose lenses and groups are there.
-RefineResult Summarise(const RefineOptions& options, const RefineScene& scene, RefineResult result);
+RefineResult Summarise(const RefineScene& scene, RefineResult result);
 
 }  // namespace ulf::tracking

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "tracking/estimation/bundle_adjustment.h"
-#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 #include "tracking/refine/refine_scene.h"
 
 namespace ulf::tracking {

@@ -64,6 +64,12 @@ struct RefineScene {
   void DropShortTracks(int min_views);
 };
 
+// Pixels of the given images for one pixel of the working resolution.
+double GivenByWorking(const CameraModel& given, const CameraModel& working);
+
+// How many points each view shows.
+std::vector<int> PointsByView(const RefineScene& scene);
+
 // Distance of an observation from its point's projection, px; infinite where the point does not project.
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen);
 

@@ -8,7 +8,6 @@
 #include "core/base/parallel_for.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
-#include "tracking/map/map.h"
 
 namespace ulf::tracking {
 namespace {

@@ -7,7 +7,6 @@
 #include "core/base/at.h"
 #include "core/base/parallel_for.h"
 #include "core/geometry/angles.h"
-#include "tracking/map/map.h"
 
 namespace ulf::tracking {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/view_pairs.h"
 

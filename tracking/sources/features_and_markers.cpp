@@ -4,7 +4,7 @@
 #include "core/base/thread_clock.h"
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::tracking {
 namespace {

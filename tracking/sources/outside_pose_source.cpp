@@ -2,7 +2,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::tracking {
 namespace {

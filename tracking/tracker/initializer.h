@@ -14,21 +14,11 @@
 #include "tracking/estimation/rolling_shutter.h"
 #include "tracking/features/matching.h"
 #include "tracking/map/map_matching.h"
+#include "tracking/map/tracked_image.h"
 #include "tracking/tracker/start_progress.h"
 #include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
-
-struct TwoViewStart {
-  TrackedImage first, second;
-  Rigid3 second_from_first;
-  std::vector<FeatureMatch> matches;    // that gave a point
-  std::vector<Eigen::Vector3d> points;  // in the first view's frame, by match
-  // The matches' velocities in the image, px/s: after the first view and before the second; NaN: unknown.
-  std::vector<Eigen::Vector2d> first_flow, second_flow;
-  // The cameras' velocities that the flow shows (RowMotion::AtStart).
-  std::optional<Twist> first_velocity, second_velocity;
-};
 
 struct InitializerAttempt {
   StartProgress progress;

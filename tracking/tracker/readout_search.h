@@ -6,9 +6,11 @@
 
 #include <optional>
 
+#include "tracking/map/map.h"
 #include "tracking/map/mapper.h"
+#include "tracking/tracker/readout.h"
 #include "tracking/tracker/row_motion.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
 

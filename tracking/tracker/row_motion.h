@@ -11,8 +11,8 @@
 #include <span>
 
 #include "tracking/estimation/rolling_shutter.h"
-#include "tracking/map/frame_locator.h"
-#include "tracking/tracker/initializer.h"
+#include "tracking/map/map_matching.h"
+#include "tracking/map/tracked_image.h"
 
 namespace ulf::tracking {
 

@@ -51,16 +51,16 @@ std::vector<ExpectedPoint> ExpectedOf(const FramePose& frame_pose) {
 }  // namespace
 
 // None where frames are missing in between.
-std::optional<Twist> Tracker::State::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
-                                                   double time_s) const {
+std::optional<Twist> TrackerCore::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
+                                                double time_s) const {
   const double step_s = time_s - last.time_s;
   if (!(step_s > 0 && step_s < options.longest_step_s)) return std::nullopt;
   return TwistBetween(last_pose, pose, step_s);
 }
 
-std::optional<Readout> Tracker::State::Rolling() const { return readout_search.found(); }
+std::optional<Readout> TrackerCore::Rolling() const { return readout_search.found(); }
 
-std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
+std::optional<CalibrationCheck> TrackerCore::InOriginalPixels(
     const std::optional<CalibrationCheck>& working) const {
   if (!working) return std::nullopt;
   CalibrationCheck check = working->Of(size.original());
@@ -69,7 +69,7 @@ std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
   return check;
 }
 
-bool Tracker::State::Follow(TrackedImage& image, Track& track) {
+bool TrackerCore::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   int joins;
   {
@@ -134,7 +134,7 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
 }
 
 // Anchors a pose to the living keyframe that shares most points with its matches.
-Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
+Anchored TrackerCore::AnchorOf(const FramePose& frame_pose) const {
   const Map& map = shared.map;
   std::unordered_map<int, int> seen_with;
   for (const PointMatch& match : frame_pose.matches) {
@@ -152,8 +152,8 @@ Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
 }
 
 // How far the one pose that explains an image is from where the camera was when the middle row was read.
-double Tracker::State::RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between,
-                                 double distance) const {
+double TrackerCore::RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between,
+                              double distance) const {
   if (rows.rolls()) return frame_pose.picture_from_cam.OriginInSource().norm();
   if (!between) return 0;
   constexpr double kShare = 0.6;  // of the way during the readout. Measured on turns about all axes
@@ -161,8 +161,8 @@ double Tracker::State::RowsApart(const FramePose& frame_pose, const std::optiona
   return kShare * speed * readout_search.Suspected();
 }
 
-void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<Twist>& between,
-                              Track& track) const {
+void TrackerCore::Describe(const FramePose& frame_pose, const std::optional<Twist>& between,
+                           Track& track) const {
   track.cam_from_world = frame_pose.picture_from_cam * frame_pose.cam_from_world;
   if (rows.rolls()) {
     track.middle_row_from_picture = frame_pose.picture_from_cam.Inverse();
@@ -189,7 +189,7 @@ void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<T
 
 // Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were joined
 // since it was found (`joins`), so that it may be of another world.
-bool Tracker::State::Accept(double time_s, const FramePose& frame_pose, int joins, Track& track) {
+bool TrackerCore::Accept(double time_s, const FramePose& frame_pose, int joins, Track& track) {
   LastFrame now;
   now.time_s = time_s;
   now.joins = joins;
@@ -236,7 +236,7 @@ bool Tracker::State::Accept(double time_s, const FramePose& frame_pose, int join
   return true;
 }
 
-void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Track& track) {
+void TrackerCore::Initialize(TrackedImage& image, const Frame& frame_in, Track& track) {
   StageTimer timer(&track.stages.initialization_s);
   InitializerAttempt attempt = initializer.Step(image);
   timer.Stop();
@@ -274,7 +274,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   Abandon();
 }
 
-void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
+void TrackerCore::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   mapper.Drain();
   std::vector<double> depths;
   for (const Vector3d& point : start.points) depths.push_back(point.z());
@@ -286,7 +286,7 @@ void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
 }
 
 // Converts the state of the last frame to the new world, too.
-void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
+void TrackerCore::MoveWorld(const Similarity3& given_from_world) {
   mapper.Rest();
   mapper.MoveWorld(given_from_world);
   const double scale = given_from_world.scale;
@@ -305,12 +305,12 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   mapper.AdjustSoon();
 }
 
-void Tracker::State::AddWorldInformation(const TrackedImage& image) {
+void TrackerCore::AddWorldInformation(const TrackedImage& image) {
   if (image.fiducials && image.fiducials->center_sigma > 0)
     world_information += std::pow(image.fiducials->center_sigma, -2);
 }
 
-Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials) {
+Track TrackerCore::Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials) {
   const double start_s = ThreadCpuSeconds();
   mapping_cpu_s = 0;
   Track track;
@@ -399,13 +399,13 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   return track;
 }
 
-std::optional<Track> Tracker::State::LocatePhotograph(
+std::optional<Track> TrackerCore::LocatePhotograph(
     const Image& image, const CameraModel& photograph_camera, const std::optional<Rigid3>& near,
     const std::optional<FiducialObservation>& fiducials) const {
   // There is no map yet, or the photograph's lens is not its camera's.
   if (state == TrackState::kInitializing || zoom.IsMoved()) return std::nullopt;
-  const PhotographLocator photographs(camera, photograph_camera, shared, mapper.index(),
-                                      {.features = 2 * options.features, .seed = options.seed});
+  const PhotographLocator photographs(camera, photograph_camera, shared, mapper.index(), 2 * options.features,
+                                      options.seed);
   const auto frame_pose = photographs.Locate(GrayForTracking(image), near, fiducials);
   if (!frame_pose) return std::nullopt;
   Track track;

@@ -1,5 +1,5 @@
-// The parts of a tracker and what it does with a frame: private to tracker.cpp and tracker_core.cpp.
-// Pixels are those of the working size; only frames and photographs are as they come.
+// The parts of a tracker, and what they do with a frame: private to tracker*.cpp. Tracker converts to the pixels of the
+// images as they come; in here pixels are those of the working size, except in frames and photographs.
 #pragma once
 
 #include <memory>
@@ -8,15 +8,21 @@
 #include <utility>
 #include <vector>
 
+#include "core/image/frame.h"
+#include "core/image/image.h"
+#include "tracking/estimation/calibration_check.h"
 #include "tracking/features/sharpness.h"
 #include "tracking/map/frame_locator.h"
 #include "tracking/map/mapper.h"
 #include "tracking/map/pose_error.h"
 #include "tracking/map/relocalizer.h"
 #include "tracking/tracker/initializer.h"
+#include "tracking/tracker/readout.h"
 #include "tracking/tracker/readout_search.h"
 #include "tracking/tracker/row_motion.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/start_progress.h"
+#include "tracking/tracker/track.h"
+#include "tracking/tracker/tracker_options.h"
 #include "tracking/tracker/turn_tracker.h"
 #include "tracking/tracker/working_size.h"
 #include "tracking/tracker/zoom_watch.h"
@@ -49,9 +55,9 @@ inline ReadoutUse UseOf(const TrackerOptions& options) {
   return compensate ? ReadoutUse::kCompensate : ReadoutUse::kReport;
 }
 
-struct Tracker::State {
+struct TrackerCore {
   // Starts with `map`: empty, or one from a file.
-  State(const CameraModel& camera_in, const TrackerOptions& options_in, std::optional<Map> map = {})
+  TrackerCore(const CameraModel& camera_in, const TrackerOptions& options_in, std::optional<Map> map = {})
       : size(camera_in, options_in.max_side_px),
         camera(size.working()),
         options(options_in),

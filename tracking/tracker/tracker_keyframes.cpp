@@ -11,7 +11,7 @@
 
 namespace ulf::tracking {
 
-bool Tracker::State::WantsKeyframe(const FramePose& frame_pose, double time_s, int reference_points) const {
+bool TrackerCore::WantsKeyframe(const FramePose& frame_pose, double time_s, int reference_points) const {
   const int matched = static_cast<int>(frame_pose.matches.size());
   const MapperOptions& limits = options.mapping;
   if (frame == last_keyframe_frame + 1 && time_s - last_keyframe_s < limits.next_frame_after_s) return false;
@@ -27,8 +27,8 @@ bool Tracker::State::WantsKeyframe(const FramePose& frame_pose, double time_s, i
 }
 
 // The velocity about the frame before, where that became a keyframe.
-std::optional<FrameReport::KeyframeVelocity> Tracker::State::VelocityOfKeyframe(const TrackedImage& image,
-                                                                                const FramePose& frame_pose) {
+std::optional<FrameReport::KeyframeVelocity> TrackerCore::VelocityOfKeyframe(const TrackedImage& image,
+                                                                             const FramePose& frame_pose) {
   const std::optional<BeforeKeyframe> before = std::exchange(before_keyframe, std::nullopt);
   if (!before || image.time_s - before->time_s >= 2 * options.longest_step_s) return std::nullopt;
   const MapLock lock(shared);
@@ -37,8 +37,8 @@ std::optional<FrameReport::KeyframeVelocity> Tracker::State::VelocityOfKeyframe(
                                             image.time_s - before->time_s)};
 }
 
-std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image, const Frame& frame_in,
-                                                      const FramePose& frame_pose, StageTimes& stages) const {
+std::optional<NewKeyframe> TrackerCore::KeyframeOf(const TrackedImage& image, const Frame& frame_in,
+                                                   const FramePose& frame_pose, StageTimes& stages) const {
   const StageTimer timer(&stages.keyframe_s);
   {
     const MapLock lock(shared);
@@ -63,8 +63,8 @@ std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image,
 }
 
 // Tells the mapper which points the frame should have shown and did show, and offers it as a keyframe.
-void Tracker::State::Report(const TrackedImage& image, const Frame& frame_in, const FramePose& frame_pose,
-                            Track& track) {
+void TrackerCore::Report(const TrackedImage& image, const Frame& frame_in, const FramePose& frame_pose,
+                         Track& track) {
   FrameReport report;
   for (const int i : frame_pose.in_view) report.expected.push_back(frame_pose.candidates[At(i)].id);
   for (const PointMatch& match : frame_pose.matches) report.found.push_back(frame_pose.CandidateOf(match).id);

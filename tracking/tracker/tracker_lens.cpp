@@ -23,19 +23,19 @@ CameraModel Zoomed(const CameraModel& lens, double log_ratio) {
 
 }  // namespace
 
-std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
+std::optional<RefinedLens> TrackerCore::RefinedLensInOriginalPixels() const {
   if (!refined_lens) return std::nullopt;
   const double scale = size.original().MeanFocalPx() / size.working().MeanFocalPx();
   return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale, refined_lens->center_is_found};
 }
 
-bool Tracker::State::ContradictsLens() const {
+bool TrackerCore::ContradictsLens() const {
   const MapLock lock(shared);
   return shared.wrong_lens.has_value();
 }
 
 // Between frames. The mapper rests meanwhile, so a live camera's next frame waits.
-bool Tracker::State::RefineLens() {
+bool TrackerCore::RefineLens() {
   mapper.Rest();
   std::optional<RefinedLens> refined = mapper.RefineLens();
   if (!refined) return false;
@@ -54,7 +54,7 @@ bool Tracker::State::RefineLens() {
 }
 
 // Frames to come, of the map's lens or of that with its zoom moved; the map keeps its own.
-void Tracker::State::FollowWith(const CameraModel& lens) {
+void TrackerCore::FollowWith(const CameraModel& lens) {
   camera = lens;
   extractor.SetCamera(camera);
   locator.SetCamera(camera);
@@ -64,7 +64,7 @@ void Tracker::State::FollowWith(const CameraModel& lens) {
 }
 
 // Before a frame.
-void Tracker::State::PrepareLens() {
+void TrackerCore::PrepareLens() {
   if (zoom.IsMoved()) {
     // Whoever has lost his place with a moved zoom may have put it back.
     if (state == TrackState::kLost)
@@ -78,7 +78,7 @@ void Tracker::State::PrepareLens() {
 }
 
 // After a frame that has a pose.
-void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track& track) {
+void TrackerCore::WatchZoom(double time_s, const FramePose& frame_pose, Track& track) {
   if (options.lens == LensUse::kFixed) return;
   if (!zoom.IsMoved() && track.wrong_lens) return zoom.Forget();        // which bends the map ever anew
   if (zoom.IsMoved() && camera.fx == size.working().fx) zoom.Forget();  // found again without it
@@ -118,7 +118,7 @@ void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track
 
 // One standard deviation of what a rolling shutter adds to a frame's focal length: a camera that pitches while its rows
 // are read sees them stretched. Compensated rows leave a part of that.
-double Tracker::State::ZoomByRows() const {
+double TrackerCore::ZoomByRows() const {
   if (!last.between) return 0;
   constexpr double kStretch = 0.5, kLeft = 0.3;  // of both axes; guessed
   const double readout_s = std::max(kLeft * std::abs(rows.readout_s()), readout_search.Suspected());

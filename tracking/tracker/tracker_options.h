@@ -8,12 +8,10 @@
 
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/mapper_options.h"
 
 namespace ulf::tracking {
-
-// Pixels of an image of this width for one pixel of an image 640 px wide.
-inline double PxAt640(int width) { return width / 640.0; }
 
 // Starting a map (initializer.h).
 struct InitializerOptions {
@@ -47,42 +45,6 @@ struct TurnOptions {
   double keyframe_turned_deg = 8;  // from the nearest
   int keyframes_tried = 3, keyframes_tried_after_miss = 10;
   std::size_t most_keyframes = 200;
-};
-
-// Finding a frame in the map (frame_locator.h).
-struct LocatorOptions {
-  // For so many corners of a frame one patch is tried where no corner was detected. Guessed.
-  int corners_per_patch = 5;
-  int min_matches = 12;  // that agree; fewer are not even a hint of a pose. Guessed
-  // Search radii: a pose that is good to a few pixels, and one that is not; descriptor distances for the
-  // frame before's points, and for all. Guessed.
-  double fine_radius_px = 4, wide_radius_px = 10;
-  int first_max_distance = 80, max_distance = 70;
-  RefinePoseOptions first_refinement = {.gate_sigmas = 3, .rounds = 2, .min_step = 1e-5};
-  // Relocalization: keyframes that are ranked, and tried until one shows where the camera is; other places
-  // that look alike and are asked whether the pose is ambiguous (a keyframe that shows less than this share
-  // of the points is another place). Guessed.
-  int ranked = 100, tried = 6, other_places = 5;
-  double other_place_share = 1.0 / 3;
-  // A detected corner this close (level pixels) to a point that its patch alone found is the same point.
-  // Guessed.
-  double shadow_px = 3;
-};
-
-// Locating a photograph of another camera (photograph_locator.h).
-struct PhotographOptions {
-  int features = 2000;
-  unsigned seed = 1;
-  // Search radii about the expected pose, tried in turn: the hand moves on after the release. Guessed.
-  double near_radius_px = 15, far_radius_px = 60;
-  int max_distance = 70;   // bits. Guessed
-  double gate_sigmas = 3;  // of the first refinement. Guessed
-  // A pose refined in the full photograph is kept where at least this share of the points agrees: a
-  // photograph that is sharp only when it is small keeps the pose of the small one. Guessed.
-  double min_sharp_share = 0.5;
-  // Points farther than this from where the expected pose has them (median): it does not say which of several
-  // like things this is. Guessed.
-  double unmoved_px = 4;
 };
 
 // Deciding whether the shutter rolls (readout_search.h).

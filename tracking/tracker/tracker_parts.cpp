@@ -8,7 +8,7 @@
 
 namespace ulf::tracking {
 
-bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
+bool TrackerCore::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   std::optional<FramePose> found;
   const int joins = shared.joins;
@@ -19,7 +19,7 @@ bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   return found && GoOnFrom(std::move(*found), joins, image, track);
 }
 
-bool Tracker::State::ReturnToMainPart(TrackedImage& image, Track& track) {
+bool TrackerCore::ReturnToMainPart(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   const int joins = shared.joins;
   std::optional<FramePose> found = locator.FindInMainPart(image, mapper.index(), SeedOfFrame());
@@ -27,7 +27,7 @@ bool Tracker::State::ReturnToMainPart(TrackedImage& image, Track& track) {
 }
 
 // From a pose that does not follow from the frame before.
-bool Tracker::State::GoOnFrom(FramePose found, int joins, TrackedImage& image, Track& track) {
+bool TrackerCore::GoOnFrom(FramePose found, int joins, TrackedImage& image, Track& track) {
   last = {};
   rows.Forget();
   frame_pose_ = std::move(found);
@@ -48,7 +48,7 @@ bool Tracker::State::GoOnFrom(FramePose found, int joins, TrackedImage& image, T
 }
 
 // From the last frame that had a pose, or from the first frame.
-void Tracker::State::FollowTurn(const TrackedImage& image, Track& track) {
+void TrackerCore::FollowTurn(const TrackedImage& image, Track& track) {
   if (track.cam_from_world) {
     turns.Forget();
     last_features_ = image.features;
@@ -60,13 +60,13 @@ void Tracker::State::FollowTurn(const TrackedImage& image, Track& track) {
   track.turn = turns.Step(image.features);
 }
 
-bool Tracker::State::MayBeginPart(double time_s) const {
+bool TrackerCore::MayBeginPart(double time_s) const {
   return options.begin_parts && !shared.world_given && !zoom.IsMoved() && lost_since_s &&
          time_s - *lost_since_s >= options.begin_part_after_s;
 }
 
 // Something lies in its world: recorded views, or poses that were given.
-bool Tracker::State::IsMainPartHeld() const {
+bool TrackerCore::IsMainPartHeld() const {
   const Map& map = shared.map;
   const int main = map.main_part();
   return std::ranges::any_of(map.living(),
@@ -79,7 +79,7 @@ bool Tracker::State::IsMainPartHeld() const {
 }
 
 // A part that has been followed for longer takes the main one's place, where nothing lies in its world.
-void Tracker::State::ChooseMainPart() {
+void TrackerCore::ChooseMainPart() {
   {
     const MapLock lock(shared);
     const int main = shared.map.main_part();
@@ -89,7 +89,7 @@ void Tracker::State::ChooseMainPart() {
 }
 
 // The part in work was lost within its first frames.
-void Tracker::State::Abandon() {
+void TrackerCore::Abandon() {
   spdlog::debug("frame {}: lost at once, starting again", frame);
   mapper.Rest();
   mapper.RemovePart(part);
