@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/base/error.h"
+
 namespace ulf::tracking {
 namespace {
 
@@ -37,8 +39,8 @@ std::string CalibrationCheck::Advice(FrameSource source) const {
         "{}; a rolling shutter can look like that, and the reverse: {}, then see which of the two is still "
         "reported",
         Text(), calibrate);
-  return fmt::format("{}: {}, give --intrinsics refine, or run ulf refine --intrinsics afterwards", Text(),
-                     calibrate);
+  return fmt::format("{}: {}, give {} refine, or run ulf refine --intrinsics afterwards", Text(), calibrate,
+                     Parameter("intrinsics"));
 }
 
 std::string CalibrationCheck::Text() const {

@@ -1,11 +1,14 @@
 #include "tracking/map/map_file.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstring>
 #include <optional>
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/base/error.h"
 #include "core/geometry/byte_stream.h"
 #include "core/geometry/digest.h"
 
@@ -124,6 +127,10 @@ bool GetPoint(ByteReader& in, Map& map) {
 
 }  // namespace
 
+std::string MapOfOthers() {
+  return fmt::format("views, poses or {} have changed since", Parameter("tracking_side"));
+}
+
 std::string MapToBytes(const Map& map, std::uint64_t key) {
   ByteWriter out;
   out.Put(kMagic);
@@ -150,7 +157,7 @@ std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const Camera
   bytes.remove_prefix(sizeof kMagic);
   ByteReader in(bytes);
   map.SetMainPart(map.BeginPart());
-  if (in.Get<std::uint64_t>() != key) return kMapOfOthers;
+  if (in.Get<std::uint64_t>() != key) return MapOfOthers();
   constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 48;
   const std::string inconsistent = "the kept map contradicts itself";
   const std::size_t keyframes = in.Count(kKeyframeBytes);

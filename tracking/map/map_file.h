@@ -20,8 +20,8 @@
 
 namespace ulf::tracking {
 
-// What RestoreMap() says of a map with another key.
-inline constexpr char kMapOfOthers[] = "views, poses or --tracking-side have changed since";
+// What MapFromBytes() returns for a map with another key.
+std::string MapOfOthers();
 
 std::string MapToBytes(const Map& map, std::uint64_t key);
 

@@ -341,7 +341,7 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
   ASSERT_TRUE(plain.rolling);
   EXPECT_NEAR(plain.rolling->readout_s, kReadout_s, 0.2 * kReadout_s);
   EXPECT_FALSE(plain.rolling->compensated);
-  EXPECT_NE(plain.rolling->InWords().find("--readout-ms"), std::string::npos);
+  EXPECT_NE(plain.rolling->InWords().find("readout_ms"), std::string::npos);
 
   const Outcome told = Follow(kReadout_s, {.deterministic = true, .readout = {.readout_s = kReadout_s}});
   EXPECT_LT(told.error_m, 2.5 * global.error_m);

@@ -77,13 +77,13 @@ TEST(MarkerSpec, WhatCannotBeReadIsSaid) {
     try {
       MarkerSpec::Parse(text);
       ADD_FAILURE() << "accepted " << text;
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
     }
   }
   EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50:7").id, 7);
   EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50").kind, MarkerSpec::Kind::kSeveral);
-  EXPECT_THROW(PosesSpec::Parse("markers:dots"), UsageError);
+  EXPECT_THROW(PosesSpec::Parse("markers:dots"), Refusal);
 }
 
 // A board in a hand, behind lenses with and without distortion: metric from the first frame, a fraction of a

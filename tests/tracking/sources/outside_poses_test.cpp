@@ -174,7 +174,7 @@ TEST(OutsidePoses, WhatCannotBeReadIsSaid) {
   EXPECT_THROW(PosesSpec::Parse("tum:" + empty + "?hand_eye=" + bad), Error);
   for (const char* text :
        {"tum:x?speed=2", "tcp:port", "tcp:70000", "tcp:5000?clock=sundial", "tcp:5000?wait_s=-1"})
-    EXPECT_THROW(PosesSpec::Parse(text), UsageError) << text;
+    EXPECT_THROW(PosesSpec::Parse(text), Refusal) << text;
 }
 
 struct Streamed {
