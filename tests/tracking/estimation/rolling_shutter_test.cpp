@@ -1,5 +1,5 @@
-// Tests: tracking/estimation/rolling_shutter, tracking/tracker/row_motion,
-// tracking/tracker/readout_search.
+// Tests: tracking/estimation/rolling_shutter, tracking/tracker/readout, tracking/tracker/readout_search,
+// tracking/tracker/row_motion.
 #include "tracking/estimation/rolling_shutter.h"
 
 #include <gtest/gtest.h>

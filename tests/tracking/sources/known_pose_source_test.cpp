@@ -1,4 +1,4 @@
-// Tests: tracking/sources/known_pose_source, tracking/sources/tracker_pose_source.
+// Tests: tracking/sources/known_pose_source, tracking/sources/pose_sources, tracking/tracker/pose_source.
 #include <gtest/gtest.h>
 
 #include "tests/support/floors.h"

@@ -1,5 +1,5 @@
 // Tests: tracking/sources/outside_pose_source, tracking/sources/pose_history, tracking/sources/poses_spec,
-// tracking/sources/pose_stream, tracking/sources/sent_line.
+// tracking/sources/pose_stream.
 // Poses from outside, with the simulated hand as the truth: a trajectory file with gaps, and a stream that is
 // late, out of order, broken and cut. A fault each, and what is kept.
 #include <arpa/inet.h>

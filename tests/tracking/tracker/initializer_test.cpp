@@ -1,5 +1,5 @@
 // Tests: tracking/tracker/initializer, tracking/tracker/start_progress, tracking/tracker/track,
-// tracking/tracker/tracker_options.
+// tracking/tracker/tracker_options, tracking/map/tracked_image.
 #include "tracking/tracker/initializer.h"
 
 #include <gmock/gmock.h>
