@@ -6,21 +6,37 @@
 
 namespace ulf::tracking {
 
+namespace {
+
+// Guessed.
+constexpr int kFirstLensCheck = 8;         // with which the first check is made
+constexpr double kLensCheckGrowth = 1.25;  // of the keyframes from check to check
+// Share of the focal length by which two checks that agree differ, at most
+constexpr double kLensMostApart = 0.02;
+constexpr double kLensMostApartK1 = 0.3;       // the same of the distortion's difference from the given one
+constexpr double kLensMostApartCenter = 0.01;  // and of the principal point's, of the focal length
+// A lens that nobody has calibrated is sought when the map has so many keyframes, again each time it has
+// grown by this, and no longer once its focal length has changed by less than this share.
+constexpr int kLensSoughtKeyframes = 20;
+constexpr double kLensSoughtGrowth = 1.6;
+constexpr double kLensSettled = 0.005;
+
+}  // namespace
+
 bool LensWatch::Agree(const CalibrationCheck& earlier, const CalibrationCheck& later) const {
   if (later.no_lens_fits) return earlier.no_lens_fits;
   if (later.focal_wrong && earlier.focal_wrong)
-    return std::abs(later.fitted_focal_px - earlier.fitted_focal_px) <
-           options_.most_apart * later.given_focal_px;
+    return std::abs(later.fitted_focal_px - earlier.fitted_focal_px) < kLensMostApart * later.given_focal_px;
   if (later.distortion_wrong && earlier.distortion_wrong)
     return std::abs(later.fitted_k1 - earlier.fitted_k1) <
-           options_.most_apart_k1 * std::abs(later.fitted_k1 - later.given_k1);
+           kLensMostApartK1 * std::abs(later.fitted_k1 - later.given_k1);
   return later.center_wrong && earlier.center_wrong &&
          (later.fitted_center_px - earlier.fitted_center_px).norm() <
-             options_.most_apart_center * later.given_focal_px;
+             kLensMostApartCenter * later.given_focal_px;
 }
 
 void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes) {
-  next_ = std::max(keyframes + 1, static_cast<int>(std::lround(keyframes * options_.growth)));
+  next_ = std::max(keyframes + 1, static_cast<int>(std::lround(keyframes * kLensCheckGrowth)));
   const bool agree = check && before_ && Agree(*before_, *check);
   if (agree)
     contradiction_ = check;
@@ -41,15 +57,15 @@ void LensWatch::Restart(int keyframes) {
 
 void LensWatch::NoteSought(int keyframes, double focal_px_before, double focal_px) {
   const bool settled =
-      keyframes >= options_.sought_keyframes && std::abs(focal_px / focal_px_before - 1) < options_.settled;
-  sought_at_ = settled ? std::numeric_limits<int>::max()
-                       : std::max(options_.sought_keyframes,
-                                  static_cast<int>(std::lround(keyframes * options_.sought_growth)));
+      keyframes >= kLensSoughtKeyframes && std::abs(focal_px / focal_px_before - 1) < kLensSettled;
+  sought_at_ =
+      settled ? std::numeric_limits<int>::max()
+              : std::max(kLensSoughtKeyframes, static_cast<int>(std::lround(keyframes * kLensSoughtGrowth)));
 }
 
 void LensWatch::Reset() {
-  next_ = options_.first_keyframes;
-  sought_at_ = options_.sought_keyframes;
+  next_ = kFirstLensCheck;
+  sought_at_ = kLensSoughtKeyframes;
   before_.reset();
   contradiction_.reset();
 }

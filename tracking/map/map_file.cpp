@@ -17,14 +17,14 @@ namespace {
 
 constexpr char kMagic[8] = {'u', 'l', 'f', 'm', 'a', 'p', '\0', 2};  // the last byte is the version
 
-// Of the main part: recorded views are in its world.
+// The file keeps the main part, because recorded views are in its world.
 bool IsKept(const Map& map, const Keyframe& keyframe) {
   return keyframe.alive && keyframe.part == map.main_part();
 }
 
 void PutKeyframe(const Map& map, const Keyframe& keyframe, ByteWriter& out) {
   out.Put(IsKept(map, keyframe));
-  // A removed one is only asked where it was.
+  // A removed keyframe is only asked for its pose.
   out.Put(map.PoseOf(keyframe.id));
   out.Put(keyframe.time_s);
   if (!IsKept(map, keyframe)) return;
@@ -88,7 +88,7 @@ void PutPoint(const MapPoint& point, ByteWriter& out) {
   out.Put(*point.patch);
 }
 
-// False when it names what is not there.
+// Returns false when the point refers to a keyframe or feature that does not exist.
 bool GetPoint(ByteReader& in, Map& map) {
   const int keyframes = static_cast<int>(map.keyframes().size());
   const int id = map.AddPoint(in.Get3());

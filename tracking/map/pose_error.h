@@ -1,10 +1,11 @@
 // Predicts a pose's error, and its quality from that.
 //
-// The error has three parts. What the matches leave open: the covariance of the pose and its residuals (RefinePose).
-// What the map's points leave open: a point whose parallax is small has an uncertain depth, and the map bends as noise,
-// lens and shutter would have it, which a frame cannot see because it fits the map it was found in. And what the map is
-// known to be off by: how far later adjustments have moved the last keyframes since their poses were given. Checked
-// against truth in docs/tracking_measured.md, "What the quality value says".
+// The error has three parts. The first is what the matches leave open: the covariance of the pose and its
+// residuals (RefinePose). The second is what the map's points leave open: a point whose parallax is small has
+// an uncertain depth, and noise, lens and shutter bend the map, which a frame cannot see because it fits the
+// map it was found in. The third is the error that the map is known to have: how far later adjustments have
+// moved the last keyframes since their poses were given. Checked against truth in docs/tracking_measured.md,
+// "What the quality value says".
 #pragma once
 
 #include <deque>
@@ -18,24 +19,17 @@ namespace ulf::tracking {
 // 0 to 1: one half where the camera's centre is predicted to be off by a hundredth of the distance of what it
 // sees, near 1 where by less.
 double QualityOf(double center_sigma, double distance);
-// The other way round: the predicted error of the centre as a share of the distance.
+// The inverse of QualityOf(): the predicted error of the centre as a share of the distance.
 double ErrorShareOf(double quality);
 
-// The share of the pose's own standard deviation that the map may be bent by, as seen from one frame: inversely
-// proportional to the parallax of the points in view (median, radians). Measured on simulated scenes and drawn rooms.
+// How far the map may be bent where a frame sees it, as a share of the pose's own standard deviation:
+// inversely proportional to the parallax of the points in view (median, radians). Measured on simulated
+// scenes and drawn rooms.
 double MapBend(double parallax);
 
-// Guessed.
-struct MapDriftOptions {
-  std::size_t keyframes = 10;  // the newest, whose moves are measured: fewer jump, more report old moves
-  // Before the map has been adjusted: the expected move, as a share of the distance, and the number of
-  // keyframes that it counts as.
-  double young_share = 0.00015, young_counts = 2;
-};
-
+// Estimates the map's error from how far the poses of its last keyframes have moved.
 class MapDriftEstimate {
  public:
-  explicit MapDriftEstimate(const MapDriftOptions& options = {}) : options_(options) {}
   // Adds a keyframe's pose as it was given.
   void Add(const Anchored& anchor, const Rigid3& cam_from_world);
   // Call it when a loop has moved everything at once, for good.
@@ -49,7 +43,6 @@ class MapDriftEstimate {
     Anchored anchor;
     Rigid3 cam_from_world;
   };
-  MapDriftOptions options_;
   std::deque<Given> given_;
 };
 

@@ -24,8 +24,8 @@ struct TrackedImage {
   std::shared_ptr<const FiducialObservation> fiducials = {};  // null: the image shows none
 };
 
-// Two views whose relative pose and points were found from their matches alone (relative_pose.h). The world is the first
-// view's camera, the translation has unit length.
+// Two views whose relative pose and points were found from their matches alone (relative_pose.h). The world
+// is the first view's camera, the translation has unit length.
 struct TwoViewStart {
   TrackedImage first, second;
   Rigid3 second_from_first;
@@ -33,7 +33,7 @@ struct TwoViewStart {
   std::vector<Eigen::Vector3d> points;  // by match
   // The matches' velocities in the image, px/s: after the first view and before the second; NaN: unknown.
   std::vector<Eigen::Vector2d> first_flow, second_flow;
-  // The cameras' velocities that explain the flow (RowMotion::AtStart).
+  // The cameras' velocities that explain the flow (RowMotion::InitializeFrom).
   std::optional<Twist> first_velocity, second_velocity;
 };
 

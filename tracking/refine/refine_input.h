@@ -1,5 +1,5 @@
-// The input of refining and of triangulating: views with poses, and how to read their pictures. A light field's recorded
-// views are converted to it, and the points back.
+// The input of refining and of triangulating: views with poses, and how to read their pictures. A light
+// field's recorded views are converted to it, and the points back.
 //
 // Poses are cam_from_world in any unit; image quantities are pixels of the input's images.
 #pragma once
@@ -23,7 +23,8 @@ struct RefineInput {
     std::string name;
     int lens = 0;  // index into lenses
     Rigid3 cam_from_world;
-    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0: nothing.
+    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0:
+    // nothing.
     double center_error_share = 0;
     std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
     bool is_recorded = true;  // false: its pose has only just been found, and holds nothing of the world
@@ -31,8 +32,8 @@ struct RefineInput {
   std::vector<CameraModel> lenses;
   std::vector<View> views;
   std::function<Image(int view)> read;  // in any thread; throws Error
-  // What the photograph shows of the world of the poses: CV_8UC1 of its size, 0 elsewhere; empty: everything. None: no
-  // view has a mask. In any thread; throws Error.
+  // What the photograph shows of the world of the poses: CV_8UC1 of its size, 0 elsewhere; empty: everything.
+  // None: no view has a mask. In any thread; throws Error.
   std::function<cv::Mat(int view)> read_mask = {};
   double readout_s =
       0;  // of a rolling shutter: from the first row to the last, negative from the last; 0: global
@@ -44,7 +45,7 @@ RefineInput RefineInputOf(const LightField& light_field);
 // Makes the points' tracks name views by id instead of by index.
 std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightField& light_field);
 
-// Without observations in pixels that masks exclude, and without points of which these leave fewer than two.
+// Removes observations in pixels that masks exclude, and points of which these leave fewer than two.
 // Throws Error for a mask that is missing or of another aspect.
 std::vector<ScenePoint> WithoutMasked(std::vector<ScenePoint> points, const LightField& light_field);
 

@@ -1,6 +1,7 @@
 // What refining has found: views, points and lenses, and in numbers what became better.
 //
-// Poses are cam_from_world in the input's units, image quantities are pixels of the input's images, angles are degrees.
+// Poses are cam_from_world in the input's units, image quantities are pixels of the input's images, angles
+// are degrees.
 #pragma once
 
 #include <cstddef>

@@ -92,7 +92,7 @@ void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene)
   scene.DropShortTracks(min_views);
 }
 
-void DropSliding(RefineScene& scene, double most_times_usual) {
+void DropSlidingPoints(RefineScene& scene, double most_times_usual) {
   std::vector<double> by_track, all;
   for (const SceneTrack& track : scene.tracks) {
     std::vector<double> errors;

@@ -14,7 +14,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Corner {
+// Largest between two of a track's views; less leaves its depth open. Guessed
+constexpr double kTrackMinParallaxDeg = 1;
+constexpr int kTrackColumns = 10,
+              kTrackRows = 8;         // of that grid: more spread the tracks more evenly. Guessed
+constexpr int kTrackTriedPairs = 12;  // of observations, where not all agree: more cost time. Guessed
+
+struct TrackCorner {
   int view = 0, feature = 0;
 };
 
@@ -29,14 +35,14 @@ class TrackSets {
     members_.resize(parent_.size());
   }
 
-  void Join(const Corner& a, const Corner& b) {
+  void Join(const TrackCorner& a, const TrackCorner& b) {
     int to = RootOf(a), from = RootOf(b);
     if (to == from) return;
     if (Members(to).size() < Members(from).size()) std::swap(to, from);
-    std::vector<Corner>& kept = Members(to);
-    std::vector<Corner>& gone = Members(from);
-    std::vector<Corner> merged(kept.size() + gone.size());
-    const auto by_view = [](const Corner& x, const Corner& y) { return x.view < y.view; };
+    std::vector<TrackCorner>& kept = Members(to);
+    std::vector<TrackCorner>& gone = Members(from);
+    std::vector<TrackCorner> merged(kept.size() + gone.size());
+    const auto by_view = [](const TrackCorner& x, const TrackCorner& y) { return x.view < y.view; };
     std::merge(kept.begin(), kept.end(), gone.begin(), gone.end(), merged.begin(), by_view);
     for (std::size_t i = 1; i < merged.size(); ++i)
       if (merged[i].view == merged[i - 1].view) return;
@@ -45,17 +51,17 @@ class TrackSets {
     parent_[At(from)] = to;
   }
 
-  std::vector<std::vector<Corner>> Sets() {
-    std::vector<std::vector<Corner>> sets;
-    for (std::vector<Corner>& set : members_)
+  std::vector<std::vector<TrackCorner>> Sets() {
+    std::vector<std::vector<TrackCorner>> sets;
+    for (std::vector<TrackCorner>& set : members_)
       if (set.size() > 1) sets.push_back(std::move(set));
     return sets;
   }
 
  private:
-  int RootOf(const Corner& corner) {
+  int RootOf(const TrackCorner& corner) {
     int node = first_[At(corner.view)] + corner.feature;
-    std::vector<Corner>& own = members_[At(node)];
+    std::vector<TrackCorner>& own = members_[At(node)];
     if (parent_[At(node)] == node && own.empty()) own.push_back(corner);
     while (parent_[At(node)] != node) {
       int& above = parent_[At(node)];
@@ -64,10 +70,10 @@ class TrackSets {
     }
     return node;
   }
-  std::vector<Corner>& Members(int root) { return members_[At(root)]; }
+  std::vector<TrackCorner>& Members(int root) { return members_[At(root)]; }
 
   std::vector<int> first_, parent_;
-  std::vector<std::vector<Corner>> members_;
+  std::vector<std::vector<TrackCorner>> members_;
 };
 
 // About: from the first centre to the farthest, and from there to the farthest again.
@@ -99,12 +105,12 @@ RayObservation RayOf(const RefineScene& scene, const TrackObservation& seen) {
 
 // Keeps tracks, the longest first, while one of their views has room in the cell that shows them.
 void SelectTracks(const TrackOptions& options, RefineScene& scene) {
-  const int cells = options.columns * options.rows;
+  const int cells = kTrackColumns * kTrackRows;
   const int per_cell = std::max(1, options.per_view / cells);
   std::vector<std::uint16_t> crowd(scene.views.size() * At(cells), 0);
   const auto cell_of = [&](const TrackObservation& o) {
     const CameraModel& lens = scene.LensOf(scene.view(o.view));
-    return At(o.view * cells) + CellOf(o.img, lens, options.columns, options.rows);
+    return At(o.view * cells) + CellOf(o.img, lens, kTrackColumns, kTrackRows);
   };
   std::vector<SceneTrack> chosen;
   for (const int t : scene.LongestFirst()) {
@@ -145,7 +151,7 @@ bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, 
   for (const TrackObservation& o : all) rays.push_back(RayOf(scene, o));
   offer(TriangulatePoint(rays));
   // Where not all agree, try pairs that are far apart in the order of views.
-  for (int k = 0; k < std::min(count, options.tried_pairs) && static_cast<int>(best.size()) < count; ++k) {
+  for (int k = 0; k < std::min(count, kTrackTriedPairs) && static_cast<int>(best.size()) < count; ++k) {
     const auto a = At(k), b = At((k + count / 2) % count);
     if (a != b)
       offer(TriangulatePoint(rays[a].cam_from_world, rays[a].ray_in_cam, rays[b].cam_from_world,
@@ -159,7 +165,7 @@ bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, 
   }
   track.observations = std::move(best);
   track.position = position;
-  return LargestParallax(scene, track) > Radians(options.min_parallax_deg);
+  return LargestParallax(scene, track) > Radians(kTrackMinParallaxDeg);
 }
 
 void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& options, RefineScene& scene) {
@@ -175,10 +181,10 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
   TrackSets sets(scene);
   for (const auto& [pair, match] : links) sets.Join({pair->first, match.first}, {pair->second, match.second});
   scene.tracks.clear();
-  for (const std::vector<Corner>& corners : sets.Sets()) {
+  for (const std::vector<TrackCorner>& corners : sets.Sets()) {
     if (static_cast<int>(corners.size()) < options.min_views) continue;
     SceneTrack track;
-    for (const Corner& corner : corners) {
+    for (const TrackCorner& corner : corners) {
       const RefineView& view = scene.view(corner.view);
       const Feature& feature = view.features[corner.feature];
       track.observations.push_back(

@@ -10,12 +10,9 @@
 namespace ulf::tracking {
 
 struct TrackOptions {
-  double gate_px = 4;           // of reprojection; grows with the pyramid level. Guessed
-  int min_views = 3;            // fewer agree by chance
-  double min_parallax_deg = 1;  // largest between two of a track's views; less leaves its depth open. Guessed
-  int per_view = 400;           // about so many tracks a view, evenly over a grid of cells
-  int columns = 10, rows = 8;   // of that grid: more spread the tracks more evenly. Guessed
-  int tried_pairs = 12;         // of observations, where not all agree: more cost time. Guessed
+  double gate_px = 4;  // reprojection error of an inlier, at most; grows with the pyramid level. Guessed
+  int min_views = 3;   // views of a track, at least: fewer agree by chance
+  int per_view = 400;  // about so many tracks a view, evenly over a grid of cells
 };
 
 // Joins matches, those with the nearest descriptors first, except where a track would get two corners of one

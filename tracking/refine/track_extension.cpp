@@ -13,6 +13,18 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr int kExtensionColumns = 16,
+              kExtensionRows = 12;  // of that grid: more cells spread the points more evenly. Guessed
+constexpr double kExtensionMaxViewChangeDeg = 45;  // from where the reference patch was taken. Guessed
+constexpr double kExtensionNearest = 0.4,
+                 kExtensionFarthest = 2.5;  // distances, of the reference view's. Guessed
+constexpr double kExtensionBorderPx = 12;   // at the image's edge, without room for a patch
+// Patches tried for one that is found, in a cell that is not full. Guessed.
+constexpr int kExtensionTries = 3;
+constexpr PatchAlignmentOptions kExtensionAlignment = {};
+// A patch without a corner match must look more alike than one with it. Guessed.
+constexpr double kExtensionMinNewCorrelation = 0.9;
+
 struct Reference {
   int observation = -1;                   // index into the track's
   Vector3d direction = Vector3d::Zero();  // unit, from its camera to the point
@@ -78,13 +90,13 @@ struct Wanted {
 
 // Points that the view should show, in the order given.
 std::vector<Wanted> WantedIn(const RefineScene& scene, int v, const std::vector<Reference>& references,
-                             const std::vector<int>& order, const ExtensionOptions& options) {
+                             const std::vector<int>& order) {
   const RefineView& view = scene.view(v);
   const CameraModel& lens = scene.LensOf(view);
   const Vector3d center = view.cam_from_world.OriginInSource();
   const Eigen::Matrix3d rotation = view.cam_from_world.RotationMatrix();
-  const double min_cosine = std::cos(Radians(options.max_view_change_deg));
-  const double border = options.border_px;
+  const double min_cosine = std::cos(Radians(kExtensionMaxViewChangeDeg));
+  const double border = kExtensionBorderPx;
   std::vector<Wanted> wanted;
   for (const int t : order) {
     const Reference& reference = references[At(t)];
@@ -92,7 +104,8 @@ std::vector<Wanted> WantedIn(const RefineScene& scene, int v, const std::vector<
     const Vector3d towards = scene.tracks[At(t)].position - center;
     const double distance = towards.norm();
     if (towards.dot(reference.direction) < min_cosine * distance) continue;
-    if (distance > options.farthest * reference.distance || distance < options.nearest * reference.distance)
+    if (distance > kExtensionFarthest * reference.distance ||
+        distance < kExtensionNearest * reference.distance)
       continue;
     const auto img = lens.ImgFromCam(rotation * towards);
     if (!img || img->x() < border || img->y() < border || img->x() > lens.width - border ||
@@ -105,19 +118,18 @@ std::vector<Wanted> WantedIn(const RefineScene& scene, int v, const std::vector<
 
 std::vector<std::pair<int, TrackObservation>> Measure(const RefineScene& scene, int v,
                                                       const std::vector<Reference>& references,
-                                                      const std::vector<Wanted>& wanted,
-                                                      const ExtensionOptions& options) {
+                                                      const std::vector<Wanted>& wanted, int per_view) {
   const RefineView& view = scene.view(v);
   const CameraModel& lens = scene.LensOf(view);
   const Pyramid pyramid = BuildPyramid(view.gray);
-  const int cells = options.columns * options.rows, per_cell = 1 + options.per_view / cells;
+  const int cells = kExtensionColumns * kExtensionRows, per_cell = 1 + per_view / cells;
   std::vector<int> found(At(cells), 0), tried(At(cells), 0);
   std::vector<std::pair<int, TrackObservation>> measured;
   for (const Wanted& want : wanted) {
     const SceneTrack& track = scene.tracks[At(want.track)];
     const Reference& reference = references[At(want.track)];
     const TrackObservation& origin = track.observations[At(reference.observation)];
-    const std::size_t cell = CellOf(want.img, lens, options.columns, options.rows);
+    const std::size_t cell = CellOf(want.img, lens, kExtensionColumns, kExtensionRows);
     const auto measure = [&](int feature, const Eigen::Vector2d& img, double sigma_px) {
       measured.push_back({want.track, {v, feature, img, sigma_px}});
       ++found[cell];
@@ -127,14 +139,14 @@ std::vector<std::pair<int, TrackObservation>> Measure(const RefineScene& scene, 
       measure(origin.feature, feature.img, AlignedSigmaPx(feature.level));
       continue;
     }
-    if (found[cell] >= per_cell || tried[cell] >= options.tries * per_cell) continue;
+    if (found[cell] >= per_cell || tried[cell] >= kExtensionTries * per_cell) continue;
     ++tried[cell];
     const auto aligned = AlignPatch(lens, *reference.patch, reference.axes, track.position,
-                                    view.cam_from_world, pyramid, want.img, options.alignment);
+                                    view.cam_from_world, pyramid, want.img, kExtensionAlignment);
     const auto before = std::find_if(track.observations.begin(), track.observations.end(),
                                      [&](const TrackObservation& o) { return o.view == v; });
     const bool seen_before = before != track.observations.end();
-    if (aligned && (seen_before || aligned->correlation >= options.min_new_correlation)) {
+    if (aligned && (seen_before || aligned->correlation >= kExtensionMinNewCorrelation)) {
       measure(-1, aligned->img, AlignedSigmaPx(aligned->level));
     } else if (seen_before && before->feature >= 0) {  // keep the corner that two descriptors agreed on
       const Feature& feature = view.features[before->feature];
@@ -146,14 +158,14 @@ std::vector<std::pair<int, TrackObservation>> Measure(const RefineScene& scene, 
 
 }  // namespace
 
-void ExtendTracks(const ExtensionOptions& options, RefineScene& scene) {
+void ExtendTracks(int per_view, RefineScene& scene) {
   const std::vector<Reference> references = CutReferences(scene);
   const std::vector<int> order = scene.LongestFirst();
   std::vector<std::vector<std::pair<int, TrackObservation>>> measured(scene.views.size());
   ParallelFor(scene.views.size(), [&](std::size_t i) {
     const int v = static_cast<int>(i);
     if (scene.views[i].registered)
-      measured[i] = Measure(scene, v, references, WantedIn(scene, v, references, order, options), options);
+      measured[i] = Measure(scene, v, references, WantedIn(scene, v, references, order), per_view);
   });
   for (SceneTrack& track : scene.tracks) track.observations.clear();
   for (const auto& view : measured)

@@ -11,19 +11,7 @@
 
 namespace ulf::tracking {
 
-struct ExtensionOptions {
-  int per_view = 500;                    // about so many points a view, evenly over a grid, long tracks first
-  int columns = 16, rows = 12;           // of that grid: more cells spread the points more evenly. Guessed
-  double max_view_change_deg = 45;       // from where the reference patch was taken. Guessed
-  double nearest = 0.4, farthest = 2.5;  // distances, of the reference view's. Guessed
-  double border_px = 12;                 // at the image's edge, without room for a patch
-  // Patches tried for one that is found, in a cell that is not full. Guessed.
-  int tries = 3;
-  PatchAlignmentOptions alignment = {};
-  // A patch without a corner match must look more alike than one with it. Guessed.
-  double min_new_correlation = 0.9;
-};
-
-void ExtendTracks(const ExtensionOptions& options, RefineScene& scene);
+// `per_view`: about how many points each view shows afterwards, evenly over a grid, long tracks first.
+void ExtendTracks(int per_view, RefineScene& scene);
 
 }  // namespace ulf::tracking

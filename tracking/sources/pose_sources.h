@@ -22,14 +22,14 @@ inline std::unique_ptr<PoseSource> MakeTrackerSource(const CameraModel& camera,
   return std::make_unique<Tracker>(camera, options);
 }
 
-// Gives the frames' own poses (Frame::known_cam_from_world); a frame without one is lost. The image's motion is measured
-// at the subject's distance, and is unknown without a subject. `metric`: the poses are in metres.
+// Gives the frames' own poses (Frame::known_cam_from_world); a frame without one is lost. The image's motion
+// is measured at the subject's distance, and is unknown without a subject. `metric`: the poses are in metres.
 std::unique_ptr<PoseSource> MakeKnownPoseSource(const CameraModel& camera,
                                                 const std::optional<Subject>& subject = {},
                                                 bool metric = false);
 
-// Gives poses by markers alone, in metres (marker_locator.h); or by markers and a map of features, which gets its world
-// and its unit from the markers and gives poses where they are out of sight.
+// Gives poses by markers alone, in metres (marker_locator.h); or by markers and a map of features, which gets
+// its world and its unit from the markers and gives poses where they are out of sight.
 std::unique_ptr<PoseSource> MakeMarkerSource(const CameraModel& camera, const MarkerSpec& spec);
 std::unique_ptr<PoseSource> MakeFeaturesAndMarkersSource(const CameraModel& camera, const MarkerSpec& spec,
                                                          const TrackerOptions& options);
@@ -39,7 +39,8 @@ struct TrajectoryOptions {
   double max_gap_s = 0.2;  // between poses that are farther apart there is none
   Rigid3 tool_from_cam;    // the camera's pose on the tool whose poses the file has
 };
-// Interpolates between the poses of a TUM file at the frames' device times. Throws Error where the file holds none.
+// Interpolates between the poses of a TUM file at the frames' device times. Throws Error where the file holds
+// none.
 std::unique_ptr<PoseSource> MakeTrajectorySource(const CameraModel& camera, const std::filesystem::path& file,
                                                  const TrajectoryOptions& options,
                                                  const std::optional<Subject>& subject = {});

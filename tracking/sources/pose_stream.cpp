@@ -53,7 +53,7 @@ int PortOf(int fd) {
   return ntohs(address.sin_port);
 }
 
-// For messages: replaces what cannot be printed by dots.
+// A line as messages show it: characters that cannot be printed become dots.
 std::string Shown(const std::string& line) {
   std::string shown = line.substr(0, kShown);
   std::replace_if(

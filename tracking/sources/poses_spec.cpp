@@ -45,7 +45,8 @@ void WarnOfLargePictures(const CameraModel& camera, const TrackerOptions& option
 
 double AtLeastZero(const DeviceUri& uri, const char* key, double otherwise) {
   const double value = uri.Number(key).value_or(otherwise);
-  if (value < 0) throw Refusal(Parameter("poses"), uri.Text(), fmt::format("{}={:g} is below 0", key, value), "");
+  if (value < 0)
+    throw Refusal(Parameter("poses"), uri.Text(), fmt::format("{}={:g} is below 0", key, value), "");
   return value;
 }
 
@@ -84,7 +85,8 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
     uri.AllowOnly({"offset_s", "hand_eye", "max_gap_s"});
     spec.kind_ = Kind::kFile;
     spec.file_ = uri.path;
-    if (spec.file_.empty()) throw Refusal(Parameter("poses"), text, "write tum:FILE, a trajectory in TUM format", "");
+    if (spec.file_.empty())
+      throw Refusal(Parameter("poses"), text, "write tum:FILE, a trajectory in TUM format", "");
     read_common(uri, spec.trajectory_);
   } else if (text.starts_with("tcp:")) {
     const DeviceUri uri = DeviceUri::Parse(text);
@@ -110,10 +112,11 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
 
 void PosesSpec::RequireFor(LensUse lens) const {
   if (lens == LensUse::kRefine && kind_ != Kind::kFeatures)
-    throw Refusal(Parameter("intrinsics"), fmt::format("refine with {} {}", Parameter("poses"), text_),
-                  "the lens is found from tracked features alone",
-                  fmt::format("leave out {} to find it, then use these poses with the calibration that {} writes",
-                              Parameter("poses"), Parameter("calibration_out")));
+    throw Refusal(
+        Parameter("intrinsics"), fmt::format("refine with {} {}", Parameter("poses"), text_),
+        "the lens is found from tracked features alone",
+        fmt::format("leave out {} to find it, then use these poses with the calibration that {} writes",
+                    Parameter("poses"), Parameter("calibration_out")));
 }
 
 std::unique_ptr<PoseSource> PosesSpec::Open(const CameraModel& camera,

@@ -1,4 +1,5 @@
-// The choice of a source of poses as text: "features", "markers:SPEC", "tum:FILE" and so on (docs/tracking.md).
+// The choice of a source of poses as text: "features", "markers:SPEC", "tum:FILE" and so on
+// (docs/tracking.md).
 #pragma once
 
 #include <filesystem>
@@ -47,8 +48,8 @@ class PosesSpec {
   bool ChoosesWorldAnew() const {
     return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
   }
-  // A lens is found from a map of features alone (LensUse::kRefine). Throws Refusal where these poses have more than
-  // that, or none.
+  // A lens is found from a map of features alone (LensUse::kRefine). Throws Refusal where these poses have
+  // more than that, or none.
   void RequireFor(LensUse lens) const;
   // The source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }

@@ -16,7 +16,6 @@
 #include "tracking/map/map_matching.h"
 #include "tracking/map/tracked_image.h"
 #include "tracking/tracker/start_progress.h"
-#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
 
@@ -32,8 +31,7 @@ struct InitializerAttempt {
 
 class Initializer {
  public:
-  Initializer(const CameraModel& camera, const InitializerOptions& options, unsigned seed)
-      : camera_(camera), options_(options), seed_(seed) {}
+  Initializer(const CameraModel& camera, unsigned seed) : camera_(camera), seed_(seed) {}
   InitializerAttempt Step(const TrackedImage& image);
   void Restart() { reference_.reset(); }
   // Another lens, the same image size.
@@ -45,7 +43,6 @@ class Initializer {
  private:
   void SetReference(const TrackedImage& image);
   CameraModel camera_;
-  InitializerOptions options_;
   unsigned seed_;
   std::optional<TrackedImage> reference_;
   std::vector<Eigen::Vector2d> expected_;  // by reference feature: where it was last seen

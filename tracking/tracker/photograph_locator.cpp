@@ -7,16 +7,16 @@
 namespace ulf::tracking {
 namespace {
 
-// Search radii about the expected pose, tried in turn, because the hand moves on after the release. Pixels here are for
-// images 640 px wide. Guessed.
+// Search radii about the expected pose, tried in turn, because the hand moves on after the release. Pixels
+// here are for images 640 px wide. Guessed.
 constexpr double kNearRadiusPx = 15, kFarRadiusPx = 60;
 constexpr int kPhotographMaxDistance = 70;   // bits of a match's descriptors. Guessed
 constexpr double kPhotographGateSigmas = 3;  // of the first refinement. Guessed
-// A pose that was refined in the full photograph is kept where at least this share of the points agrees: a photograph
-// that is sharp only when it is small keeps the pose of the small one. Guessed.
+// A pose that was refined in the full photograph is kept where at least this share of the points agrees: a
+// photograph that is sharp only when it is small keeps the pose of the small one. Guessed.
 constexpr double kMinSharpShare = 0.5;
-// Where the points lie farther (median) from where the expected pose projects them, that pose does not say which of
-// several like things the photograph shows. Guessed.
+// Where the points lie farther (median) from where the expected pose projects them, that pose does not say
+// which of several like things the photograph shows. Guessed.
 constexpr double kUnmovedPx = 4;
 
 CameraModel Reduced(const CameraModel& camera, double focal_px) {
@@ -90,7 +90,7 @@ std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image
   FramePose frame_pose;
   {
     const MapLock lock(shared_);
-    frame_pose.candidates = GatherCandidates(shared_.map, small_, near, {.part = shared_.map.main_part()});
+    frame_pose.candidates = GatherCandidates(shared_.map, small_, near, shared_.map.main_part());
   }
   for (const double radius_px : {kNearRadiusPx * unit, kFarRadiusPx * unit}) {
     const MapMatches coarse = MatchMap(small_, image, frame_pose.candidates, {}, near,
@@ -102,7 +102,7 @@ std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image
     std::optional<FramePose> found = locator_.RefineTwice(image, frame_pose);
     if (!found) continue;
     // The camera may have moved since `near`: then only unambiguous points tell similar things apart.
-    LeftOut left_out;
+    ExcludedCandidates left_out;
     if (MedianShiftPx(small_, *found, near) > kUnmovedPx * unit)
       ExcludeAmbiguousMatches(small_, *image.features, *found, left_out);
     if (PoseLogOdds(small_, *found, left_out) > kRelocalizedLogOdds) return found;

@@ -1,9 +1,9 @@
-// The interface of all sources of frames' poses: the tracker (tracker.h), the frame's own pose (the simulator's truth, a
-// replayed light field), markers, or a system outside the camera (tracking/sources/). `ulf track` and `ulf capture` know
-// this interface alone.
+// The interface of all sources of frames' poses: the tracker (tracker.h), the frame's own pose (the
+// simulator's truth, a replayed light field), markers, or a system outside the camera (tracking/sources/).
+// `ulf track` and `ulf capture` know this interface alone.
 //
-// A live pose is the best known at its frame; adjustments of a map may move it later. To keep a pose, keep its anchor (a
-// keyframe and the rigid transform from it) and ask PoseOf() again at the end.
+// A live pose is the best known at its frame; adjustments of a map may move it later. To keep a pose, keep
+// its anchor (a keyframe and the rigid transform from it) and ask PoseOf() again at the end.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +49,8 @@ struct TrackerStatistics {
   int parts_joined = 0;        // parts of the map that began by themselves and were joined to another
   int parts = 0;               // of the map; more than one: apart from each other
   double longest_wait_s = 0;   // for the mapper to release the map
-  // After Finish(), where the map is large enough; before, from the moment on at which the map contradicts the lens.
+  // After Finish(), where the map is large enough; before, from the moment on at which the map contradicts
+  // the lens.
   std::optional<CalibrationCheck> calibration = {};
   // The lens that replaced the given one, for the images as they come.
   std::optional<RefinedLens> refined_lens = {};
@@ -62,11 +63,12 @@ struct TrackerStatistics {
 class PoseSource {
  public:
   virtual ~PoseSource() = default;
-  // Finds one frame's pose. Frames come in the order of their times. Throws Error when the image has another size than
-  // the camera.
+  // Finds one frame's pose. Frames come in the order of their times. Throws Error when the image has another
+  // size than the camera.
   virtual Track Step(const Frame& frame) = 0;
-  // Finds where another camera took a photograph of the same scene (a tethered camera's full resolution beside its live
-  // view). `near`: the expected pose, where it is known. None when the pose is not certain. Frames' poses stay.
+  // Finds where another camera took a photograph of the same scene (a tethered camera's full resolution
+  // beside its live view). `near`: the expected pose, where it is known. None when the pose is not certain.
+  // Frames' poses stay.
   virtual std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                                       const std::optional<Rigid3>& near) const = 0;
   // The pose that an anchor means now. Every anchor stays valid.
@@ -81,25 +83,26 @@ class PoseSource {
   virtual std::vector<VisiblePoint> VisiblePoints() const { return {}; }
   // Those, and the ones that the last frame should have shown and did not.
   virtual std::vector<ExpectedPoint> ExpectedPoints() const { return {}; }
-  // Notes that the image of `track` was recorded as a view, so that Points() lists what it shows. Call it before the
-  // next Step().
+  // Notes that the image of `track` was recorded as a view, so that Points() lists what it shows. Call it
+  // before the next Step().
   virtual void NoteView(int /*view_id*/, const Track& /*track*/) {}
   // All points of the map's main part, with their colours and the recorded views that show them.
   virtual std::vector<ScenePoint> Points() const { return {}; }
-  // Builds a map from views with known poses (at least two that see the same things), in their world, before the first
-  // Step(). Returns false, and changes nothing, when too few points could be triangulated.
+  // Builds a map from views with known poses (at least two that see the same things), in their world, before
+  // the first Step(). Returns false, and changes nothing, when too few points could be triangulated.
   virtual bool SeedMap(std::span<const SeedView> /*views*/, const SeedProgress& /*progress*/ = {}) {
     return true;
   }
-  // Writes the map to a file (map_file.h) for another session, whole or not at all; `key` says what it belongs to.
-  // Writes nothing while there is no map. Throws as WriteFileAtomically does.
+  // Writes the map to a file (map_file.h) for another session, whole or not at all; `key` says what it
+  // belongs to. Writes nothing while there is no map. Throws as WriteFileAtomically does.
   virtual void SaveMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) const {}
-  // Takes such a file instead of SeedMap(). Where the file does not fit it returns what is wrong, and changes nothing.
+  // Takes such a file instead of SeedMap(). Where the file does not fit it returns what is wrong, and changes
+  // nothing.
   virtual std::string RestoreMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) {
     return "these poses need no map";
   }
-  // Called after the last frame: waits for the mapper, adjusts the whole map and checks the lens against it. Frames may
-  // follow; call it again then.
+  // Called after the last frame: waits for the mapper, adjusts the whole map and checks the lens against it.
+  // Frames may follow; call it again then.
   virtual void Finish() {}
   virtual TrackerStatistics Statistics() const { return {}; }
   // How many poses came from outside, and how many frames got one: names and counts, in the order to show.

@@ -27,8 +27,8 @@ std::string Readout::InWords() const {
   const std::string size =
       fmt::format("rolling shutter of about {:.0f} ms (measured, +- {:.1f}): ", ms, 1000 * *sigma_s);
   if (compensated) return size + "compensated from then on";
-  return size + fmt::format("poses suffer where the camera moves fast; {} {:.0f} compensates", Parameter("readout_ms"),
-                            ms);
+  return size + fmt::format("poses suffer where the camera moves fast; {} {:.0f} compensates",
+                            Parameter("readout_ms"), ms);
 }
 
 nlohmann::ordered_json ToJson(const std::optional<Readout>& rolling) {

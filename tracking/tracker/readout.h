@@ -1,5 +1,5 @@
-// A rolling shutter as the user is told of it. Readout times run from the first row to the last; negative ones from the
-// last row to the first.
+// A rolling shutter as the user is told of it. Readout times run from the first row to the last; negative
+// ones from the last row to the first.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,5 +1,5 @@
-// Tells the operator why a map has not started yet: how much parallax there is, how much is needed, and what prevents
-// the start. Angles are degrees, medians over the matched features.
+// Tells the operator why a map has not started yet: how much parallax there is, how much is needed, and what
+// prevents the start. Angles are degrees, medians over the matched features.
 #pragma once
 
 #include <string>
@@ -27,7 +27,8 @@ inline constexpr int kFewestFeatures = 80;
 struct StartProgress {
   StartObstacle obstacle = StartObstacle::kFirstView;
   double parallax_deg = 0;
-  // The parallax that suffices at this frame's noise, as far as is known: at least the smallest that is accepted.
+  // The parallax that suffices at this frame's noise, as far as is known: at least the smallest that is
+  // accepted.
   double parallax_needed_deg = 0;
   int matches = 0;  // where features are too few: their number
   int matches_needed = 0;

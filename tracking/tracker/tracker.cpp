@@ -10,6 +10,11 @@
 #include "tracking/tracker/tracker_core.h"
 
 namespace ulf::tracking {
+namespace {
+
+constexpr int kMinSeedPoints = 60;  // of a map that is made from recorded views. Guessed
+
+}  // namespace
 
 Tracker::Tracker(const CameraModel& camera, const TrackerOptions& options) {
   camera.Validate("tracker");
@@ -65,7 +70,7 @@ Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
 std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
   if (!track.anchor) return track.cam_from_world;
   const Rigid3 anchored = PoseOf(*track.anchor);
-  // Where rows roll, a frame's points are not where one pose shows them.
+  // Under a rolling shutter a frame's points are not where one pose projects them.
   if (track.lens_revision == core_->lens_revision || !track.seen || core_->rows.rolls()) return anchored;
   std::vector<PointObservation> seen;
   {
@@ -79,7 +84,7 @@ std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
   // A point's number may have been given to another point since.
   constexpr double kFewest = 0.6;  // share of the points that must agree. Guessed
   const double fewest =
-      std::max<double>(core_->options.locator.min_matches, kFewest * static_cast<double>(track.seen->size()));
+      std::max<double>(kMinLocatedMatches, kFewest * static_cast<double>(track.seen->size()));
   const auto solved = RefinePose(core_->size.original(), seen, anchored);
   return solved && solved->inliers >= fewest ? solved->cam_from_world : anchored;
 }
@@ -135,9 +140,9 @@ bool Tracker::SeedMap(std::span<const SeedView> views, const SeedProgress& progr
     seeded->mapper.AddSeed(std::move(offered));
     if (progress) progress(static_cast<std::size_t>(&view - views.data()) + 1);
   }
-  if (!seeded->mapper.FinishSeeds(core.options.min_seed_points)) return false;
+  if (!seeded->mapper.FinishSeeds(kMinSeedPoints)) return false;
   seeded->state = TrackState::kLost;
-  seeded->frames_tracked = core.options.proven_frames;  // a given map is proven
+  seeded->frames_tracked = kProvenFrames;  // a given map is proven
   seeded->readout_search.MapIsGiven();
   core_ = std::move(seeded);
   return true;
@@ -163,7 +168,7 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
   }
   auto restored = std::make_unique<TrackerCore>(core.size.original(), core.options, std::move(map));
   restored->state = TrackState::kLost;
-  restored->frames_tracked = core.options.proven_frames;
+  restored->frames_tracked = kProvenFrames;
   restored->readout_search.MapIsGiven();
   core_ = std::move(restored);
   return {};

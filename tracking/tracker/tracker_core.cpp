@@ -23,6 +23,13 @@ using Eigen::Vector3d;
 
 namespace {
 
+// Search radii about the predicted pose, again about it, and about the last pose, px in images 640 px wide.
+// Guessed.
+constexpr double kNearPx = 12, kFarPx = 30, kLastPosePx = 40;
+// A camera that is followed in another part of the map is looked for in the main part every so many frames.
+// Guessed.
+constexpr int kTryMainPartEvery = 5;
+
 // Where the image shows the points that support a pose. `in_picture`: converts a match's image point, given
 // its point in the camera; `px`: of the picture, for one that the matches count.
 template <typename InPicture>
@@ -50,11 +57,11 @@ std::vector<ExpectedPoint> ExpectedOf(const FramePose& frame_pose) {
 
 }  // namespace
 
-// None where frames are missing in between.
+// The velocity since the last frame; none where frames are missing in between.
 std::optional<Twist> TrackerCore::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
                                                 double time_s) const {
   const double step_s = time_s - last.time_s;
-  if (!(step_s > 0 && step_s < options.longest_step_s)) return std::nullopt;
+  if (!(step_s > 0 && step_s < kLongestStepS)) return std::nullopt;
   return TwistBetween(last_pose, pose, step_s);
 }
 
@@ -92,10 +99,10 @@ bool TrackerCore::Follow(TrackedImage& image, Track& track) {
   if (rows.rolls()) {
     std::vector<Vector3d> points;
     for (const VisiblePoint& point : last.visible) points.push_back(point.position_in_world);
-    rows.Expect(image, predicted, points);
+    rows.RemoveExpectedShift(image, predicted, points);
   }
   const double unit = PxAt640(camera.width);
-  const double near_px = options.near_px * unit;
+  const double near_px = kNearPx * unit;
   std::optional<FramePose> frame_pose;
   double evidence = 0;
   const auto try_from = [&](const Rigid3& pose, double radius_px) {
@@ -103,13 +110,13 @@ bool TrackerCore::Follow(TrackedImage& image, Track& track) {
     evidence = frame_pose ? PoseLogOdds(camera, *frame_pose) : 0;
     return evidence > kFollowedLogOdds;
   };
-  const bool followed = try_from(predicted, near_px) || try_from(predicted, options.far_px * unit) ||
-                        (last.velocity && try_from(last_pose, options.last_pose_px * unit));
-  // Far from the prediction, whose candidates these are, the pose is looked for again with those that it should see itself,
-  // and only unambiguous points tell similar places apart.
+  const bool followed = try_from(predicted, near_px) || try_from(predicted, kFarPx * unit) ||
+                        (last.velocity && try_from(last_pose, kLastPosePx * unit));
+  // Far from the prediction, whose candidates these are, the pose is looked for again with those that it
+  // should see itself, and only unambiguous points tell similar places apart.
   if (followed && MedianShiftPx(camera, *frame_pose, predicted) > near_px) {
     const auto unambiguous = [&](const FramePose& pose) {
-      LeftOut left_out;
+      ExcludedCandidates left_out;
       ExcludeAmbiguousMatches(camera, *image.features, pose, left_out);
       return PoseLogOdds(camera, pose, left_out) - kRelocalizedLogOdds;
     };
@@ -128,8 +135,9 @@ bool TrackerCore::Follow(TrackedImage& image, Track& track) {
   }
   frame_pose_ = std::move(frame_pose);
   if (rows.rolls())
-    rows.Settle(image, *frame_pose_, VelocitySince(last_pose, frame_pose_->cam_from_world, image.time_s),
-                shared.world_given);
+    rows.RefineWithRows(image, *frame_pose_,
+                        VelocitySince(last_pose, frame_pose_->cam_from_world, image.time_s),
+                        shared.world_given);
   return Accept(image.time_s, *frame_pose_, joins, track);
 }
 
@@ -187,8 +195,8 @@ void TrackerCore::Describe(const FramePose& frame_pose, const std::optional<Twis
   track.quality = QualityOf(std::hypot(*track.PictureSigma(), track.lens_error_share * distance), distance);
 }
 
-// Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were joined
-// since it was found (`joins`), so that it may be of another world.
+// Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were
+// joined since it was found (`joins`), so that it may be of another world.
 bool TrackerCore::Accept(double time_s, const FramePose& frame_pose, int joins, Track& track) {
   LastFrame now;
   now.time_s = time_s;
@@ -248,7 +256,7 @@ void TrackerCore::Initialize(TrackedImage& image, const Frame& frame_in, Track& 
       frame, attempt.progress.matches, Name(attempt.outcome), attempt.progress.parallax_deg,
       attempt.direction_sigma_deg, attempt.evidence.runner_up);
   if (!attempt.start) return;
-  rows.AtStart(*attempt.start);
+  rows.InitializeFrom(*attempt.start);
   image = attempt.start->second;
   StartMap(*attempt.start, size.Reduced(Srgb8(frame_in.image)));
   // The map is kept only if this frame can be tracked on it.
@@ -350,7 +358,7 @@ Track TrackerCore::Step(const Frame& frame_in, const std::optional<FiducialObser
       Initialize(image, frame_in, track);
       break;
     case TrackState::kTracking:
-      if (IsApart() && frame % options.try_main_part_every == 0 && ReturnToMainPart(image, track)) break;
+      if (IsApart() && frame % kTryMainPartEvery == 0 && ReturnToMainPart(image, track)) break;
       if (!Follow(image, track) && !Relocalize(image, track)) {
         state = TrackState::kLost;
         lost_since_s = last.time_s;
@@ -373,7 +381,7 @@ Track TrackerCore::Step(const Frame& frame_in, const std::optional<FiducialObser
       return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
     });
   if (frame_pose_) Report(image, frame_in, *frame_pose_, track);
-  if (state == TrackState::kLost && frames_tracked < options.proven_frames) Abandon();
+  if (state == TrackState::kLost && frames_tracked < kProvenFrames) Abandon();
   if (state == TrackState::kTracking) ChooseMainPart();
   track.state = state;
   {

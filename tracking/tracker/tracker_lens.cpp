@@ -1,5 +1,5 @@
-// What becomes of the lens while frames are tracked: another one, where the map's images ask for it, and a zoom that is
-// moved.
+// What becomes of the lens while frames are tracked: another one, where the map's images ask for it, and a
+// zoom that is moved.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ bool TrackerCore::ContradictsLens() const {
   return shared.wrong_lens.has_value();
 }
 
-// Between frames. The mapper rests meanwhile, so a live camera's next frame waits.
+// Replaces the lens between two frames. The mapper rests meanwhile, so a live camera's next frame waits.
 bool TrackerCore::RefineLens() {
   mapper.Rest();
   std::optional<RefinedLens> refined = mapper.RefineLens();
@@ -53,7 +53,7 @@ bool TrackerCore::RefineLens() {
   return true;
 }
 
-// Frames to come, of the map's lens or of that with its zoom moved; the map keeps its own.
+// Tracks the frames to come with this lens: the map's, or that with its zoom moved. The map keeps its own.
 void TrackerCore::FollowWith(const CameraModel& lens) {
   camera = lens;
   extractor.SetCamera(camera);
@@ -63,10 +63,10 @@ void TrackerCore::FollowWith(const CameraModel& lens) {
   rows.SetCamera(camera);
 }
 
-// Before a frame.
+// Is called before each frame.
 void TrackerCore::PrepareLens() {
   if (zoom.IsMoved()) {
-    // Whoever has lost his place with a moved zoom may have put it back.
+    // A camera that was lost with its zoom moved may come back with the zoom where it was.
     if (state == TrackState::kLost)
       FollowWith(frame % 2 == 0 ? size.working() : Zoomed(size.working(), zoom.log_ratio()));
     return;
@@ -77,7 +77,7 @@ void TrackerCore::PrepareLens() {
     spdlog::warn("images contradict the given lens, and no other explains them better yet");
 }
 
-// After a frame that has a pose.
+// Is called after each frame that has a pose.
 void TrackerCore::WatchZoom(double time_s, const FramePose& frame_pose, Track& track) {
   if (options.lens == LensUse::kFixed) return;
   if (!zoom.IsMoved() && track.wrong_lens) return zoom.Forget();        // which bends the map ever anew
@@ -85,8 +85,8 @@ void TrackerCore::WatchZoom(double time_s, const FramePose& frame_pose, Track& t
   std::vector<double> depths;
   for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
   const double distance = std::max(1e-9, Median(std::move(depths)));
-  // What a map is off by, a focal length may be, too: a share of the pose's deviation. Where that is large, nothing is told.
-  // Guessed.
+  // What a map is off by, a focal length may be, too: a share of the pose's deviation. Where that is large,
+  // nothing is told. Guessed.
   constexpr double kMapShare = 0.15, kLeastQuality = 0.4;
   const double by_map = kMapShare * track.center_sigma.value_or(0) / distance;
   std::optional<FocalChange> change;
@@ -106,8 +106,8 @@ void TrackerCore::WatchZoom(double time_s, const FramePose& frame_pose, Track& t
   }
   if (zoom.log_ratio() != before) FollowWith(Zoomed(size.working(), zoom.log_ratio()));
   if (zoom.IsMoved()) track.focal_ratio = std::exp(zoom.log_ratio());
-  // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom was moved is
-  // measured against a map that it does not fit: a jump may be told as a tenth of itself.
+  // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom
+  // was moved is measured against a map that it does not fit: a jump may be told as a tenth of itself.
   constexpr double kLeast = 0.02;  // of a moved one; guessed
   const double off = std::hypot(zoom.Disagrees() && change ? change->log_ratio : 0,
                                 zoom.IsMoved() ? std::max(kLeast, std::abs(zoom.log_ratio())) : 0);
@@ -116,8 +116,8 @@ void TrackerCore::WatchZoom(double time_s, const FramePose& frame_pose, Track& t
   track.quality = std::min(track.quality, QualityOf(*track.center_sigma, distance));
 }
 
-// One standard deviation of what a rolling shutter adds to a frame's focal length: a camera that pitches while its rows
-// are read sees them stretched. Compensated rows leave a part of that.
+// One standard deviation of what a rolling shutter adds to a frame's focal length: a camera that pitches
+// while its rows are read sees them stretched. Compensated rows leave a part of that.
 double TrackerCore::ZoomByRows() const {
   if (!last.between) return 0;
   constexpr double kStretch = 0.5, kLeft = 0.3;  // of both axes; guessed

@@ -155,7 +155,7 @@ TEST(RowMotionTest, ThePicturesPoseExplainsItsPixelsAndTheMiddleRowsIsWhereTheCa
                                .sigma_px = 0.4});
   }
   RowMotion motion(camera, kReadout_s);
-  motion.Settle(image, located, QuickTurn(), false);
+  motion.RefineWithRows(image, located, QuickTurn(), false);
   EXPECT_LT(located.cam_from_world.OriginInSource().norm(), 1e-3);
   const Rigid3 picture = located.picture_from_cam * located.cam_from_world;
   EXPECT_GT(picture.OriginInSource().norm(), 3e-3);

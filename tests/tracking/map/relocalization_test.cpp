@@ -26,7 +26,7 @@ using test::TexturedRoom;
 using test::TiledWall;
 
 // A pose that sees 30 points in each cell of its grid, of which `found(cell)` were.
-double EvidenceOf(const std::function<int(int)>& found, const LeftOut& left_out = {}) {
+double EvidenceOf(const std::function<int(int)>& found, const ExcludedCandidates& left_out = {}) {
   const CameraModel camera = test::SceneCamera();
   FramePose located;
   for (int cell = 0; cell < 12; ++cell)
@@ -57,11 +57,11 @@ TEST(PoseLogOddsTest, AHandCostsLittleAndThinSupportEverywhereIsNoSupport) {
 }
 
 TEST(PoseLogOddsTest, WhatRepeatsDoesNotCount) {
-  LeftOut repeats(12 * 30, false);
+  ExcludedCandidates repeats(12 * 30, false);
   for (std::size_t i = 0; i < repeats.size(); ++i) repeats[i] = i % 30 < 20;
   EXPECT_GT(EvidenceOf([](int) { return 28; }, repeats), kRelocalizedLogOdds) << "the rest is found";
   EXPECT_LT(EvidenceOf([](int) { return 20; }, repeats), kFollowedLogOdds) << "the rest is not";
-  EXPECT_LT(EvidenceOf([](int) { return 24; }, LeftOut(12 * 30, true)), kRelocalizedLogOdds)
+  EXPECT_LT(EvidenceOf([](int) { return 24; }, ExcludedCandidates(12 * 30, true)), kRelocalizedLogOdds)
       << "nothing is left";
 }
 

@@ -112,7 +112,7 @@ TEST(Refine, PointsThatSlideAreDropped) {
     }
     track.rgb[0] = t % 10;
   }
-  DropSliding(scene);
+  DropSlidingPoints(scene);
   EXPECT_EQ(scene.tracks.size(), 180u);
   for (const SceneTrack& track : scene.tracks) EXPECT_NE(track.rgb[0], 0);
 }

@@ -28,7 +28,7 @@ class InitializerTest : public ::testing::Test {
 
   const TexturedRoom room_{{}};
   FeatureExtractor extractor_{TexturedRoom::Camera()};
-  Initializer initializer_{TexturedRoom::Camera(), {}, 1};
+  Initializer initializer_{TexturedRoom::Camera(), 1};
   int frame_ = 0;
 };
 

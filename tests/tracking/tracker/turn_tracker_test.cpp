@@ -125,7 +125,7 @@ TEST(TurnTrackerTest, NothingInCommonIsNoTurn) {
     const Frame frame = room.Take(TexturedRoom::TurningAt(0), 0, kTurnCamera);
     return std::make_shared<const FeatureSet>(extractor.Extract(BuildPyramid(frame.image.pixels), 500));
   };
-  TurnTracker turns(kTurnCamera, {}, 1);
+  TurnTracker turns(kTurnCamera, 1);
   EXPECT_TRUE(turns.Step(features_of(1)));
   EXPECT_TRUE(turns.Step(features_of(1)));
   EXPECT_FALSE(turns.Step(features_of(2)));
