@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// The search for another pose that explains the matches about as well. Guessed.
+// The next constants are of the search for another pose that explains the matches about as well. Guessed.
 // Poses are clearly different whose turns differ by more, or whose centres do, as a share of the distance.
 constexpr double kDifferentTurnDeg = 5, kDifferentShift = 0.05;
 // Samples that are drawn, those of the largest area that propose poses, and rivals that are refined: more
@@ -31,7 +31,7 @@ constexpr std::size_t kRivalsDrawn = 60, kRivalsUsed = 8, kRivalsRefined = 6;
 // A rival counts whose cost is worse by less than this many variances of the noise, or than this many an
 // inlier; more refuses more poses, less accepts more wrong ones.
 constexpr double kRivalLeastMargin = 60, kRivalMarginPerInlier = 0.25;
-constexpr double kLeastNoisePx = 0.1;
+constexpr double kLeastNoisePx = 0.1;  // one standard deviation of the matches, at least
 
 // Squared error that counts for a point that cannot be projected: a smaller one makes steps that lose
 // points look cheap. Guessed.

@@ -24,10 +24,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // These are guessed, except where a line says so.
-constexpr int kMinReconstructed = 60;        // triangulated, in front of both views
-constexpr double kMaxDirectionSigmaDeg = 4;  // of the translation's direction
-
-constexpr int kMinPairs = 20;         // fewer give no motion
+constexpr int kMinReconstructed = 60;        // points in front of both views
+constexpr double kMaxDirectionSigmaDeg = 4;  // standard deviation of the translation's direction
+constexpr int kMinPairs = 20;                // fewer give no motion
 constexpr double kDifferentDeg = 10;  // motions are clearly different whose translations' axes differ by more
 // Samples that are drawn for each model at most. The last are for a rival of the essential matrix: most
 // samples lead to either, so a few find the other.
@@ -39,18 +38,19 @@ constexpr double kFlatShare = 0.85;
 // more than this share of the matches and leaves less than this share of the parallax that is needed, the
 // search, which costs more than tracking a frame, cannot end well.
 constexpr double kEarlyRotationShare = 0.9, kLeastLeftOver = 0.1;
-// Of the matches that a motion explains: a rotation that explains more wins
+// A rotation that explains more than this share of the matches that a motion explains is preferred to it.
 constexpr double kRotationShare = 0.9;
-constexpr int kSettlingPairs = 200;  // on which far starts are refined before all pairs take part
-constexpr double kSurelyBehind = 5;  // times the noise: rays that meet behind a camera by more are outliers
-constexpr double kLeastNoiseRad = 1e-6;  // of the epipolar error
+constexpr int kSettlingPairs = 200;  // pairs on which far starts are refined before all take part
+// rays that meet behind a camera by more times the noise are outliers
+constexpr double kSurelyBehind = 5;
+constexpr double kLeastNoiseRad = 1e-6;  // standard deviation of the epipolar error, at least
 // The best other motion must be worse by so many variances of the noise, by this many a pair (unmodelled
 // errors make some percent), and by what outliers make that lie in a motion's band by chance, with this
 // probability.
 constexpr double kLeastMotionMargin = 60, kMarginPerPair = 0.25, kChanceInBand = 0.03;
-constexpr double kMostGrowth = 100;  // of that excess, when the parallax that would suffice is predicted
+constexpr double kMostGrowth = 100;  // of that excess, where the parallax that would suffice is predicted
 
-constexpr double kWider = 1.5;  // thresholds: the gate of refinements, beyond what the sampler counts
+constexpr double kWider = 1.5;  // the gate of refinements over the sampler's threshold
 
 std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
   Matrix3d correlation = Matrix3d::Zero();

@@ -8,15 +8,16 @@ namespace ulf::tracking {
 
 namespace {
 
+// The lens is checked when the map has so many keyframes, and again each time it has grown by this factor.
 // Guessed.
-constexpr int kFirstLensCheck = 8;         // with which the first check is made
-constexpr double kLensCheckGrowth = 1.25;  // of the keyframes from check to check
-// Share of the focal length by which two checks that agree differ, at most
-constexpr double kLensMostApart = 0.02;
-constexpr double kLensMostApartK1 = 0.3;       // the same of the distortion's difference from the given one
-constexpr double kLensMostApartCenter = 0.01;  // and of the principal point's, of the focal length
+constexpr int kFirstLensCheck = 8;
+constexpr double kLensCheckGrowth = 1.25;
+// Two checks agree whose focal lengths differ by a smaller share, or whose distortions by a smaller share of
+// the difference from the given one, or whose principal points by a smaller share of the focal length.
+// Guessed.
+constexpr double kLensMostApart = 0.02, kLensMostApartK1 = 0.3, kLensMostApartCenter = 0.01;
 // A lens that nobody has calibrated is sought when the map has so many keyframes, again each time it has
-// grown by this, and no longer once its focal length has changed by less than this share.
+// grown by this, and no longer once its focal length has changed by less than this share. Guessed.
 constexpr int kLensSoughtKeyframes = 20;
 constexpr double kLensSoughtGrowth = 1.6;
 constexpr double kLensSettled = 0.005;

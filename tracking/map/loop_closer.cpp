@@ -31,7 +31,7 @@ constexpr int kLoopRanked = 30, kLoopCandidates = 3;
 // Points to verify a candidate by: matched descriptors, matches that fit one similarity, points that guided
 // matching finds, and pairs that tell the scale. Fewer prove nothing. Guessed.
 constexpr int kLoopMinMatches = 20, kLoopMinSampled = 15, kLoopMinPoints = 40, kLoopMinScalePairs = 15;
-// The same of two parts of the map, of which the younger one knows few points yet. Guessed.
+// The same for two parts of the map, of which the younger one knows few points yet. Guessed.
 constexpr int kLoopMinJoinPoints = 20, kLoopMinJoinScalePairs = 10;
 constexpr double kLoopMaxLogScaleSpread = 0.1;  // median deviation; above it the pairs tell no scale. Guessed
 constexpr int kLoopMaxDistance = 70;            // bits, of matched descriptors
@@ -39,9 +39,9 @@ constexpr double kLoopMaxRatio = 0.85;
 constexpr double kLoopSampledSigmas = 4;  // within which a match fits a similarity. Guessed
 constexpr int kLoopSamples = 300;
 // Larger corrections are no drift, but another place. Guessed.
-constexpr double kLoopMaxDrift = 0.25;     // the correction's length, of the way since the old part was seen
-constexpr double kLoopMaxTurnDeg = 35;     // of the correction
-constexpr double kLoopMaxScaleChange = 2;  // of the correction, either way
+constexpr double kLoopMaxDrift = 0.25;     // the correction's length over the way since the old part was seen
+constexpr double kLoopMaxTurnDeg = 35;     // the correction's rotation
+constexpr double kLoopMaxScaleChange = 2;  // the correction's scale, either way
 // The pose graph: each keyframe's ties to earlier ones that share at least so many points, or that lie so
 // many keyframes back (earlier loops); the weight of keyframes that share none; the weight of the new loop,
 // which must hold against many parallel ties. Guessed.
@@ -56,7 +56,7 @@ struct PointPair {
   double recent_sigma_px, old_sigma_px;
 };
 
-constexpr int kKeyframeCorners = 1000;       // of a keyframe, about: they limit the locator's patches
+constexpr int kKeyframeCorners = 1000;       // about so many a keyframe has: they limit the locator's patches
 constexpr double kPointsOfUnitWeight = 100;  // a tie by so many shared points has weight 1
 
 double ErrorSigmas2(const CameraModel& camera, const Vector3d& in_cam, const Vector2d& img, double sigma_px) {

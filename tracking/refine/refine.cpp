@@ -17,7 +17,6 @@
 #include "tracking/refine/refine_rows.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/track_building.h"
-#include "tracking/refine/track_extension.h"
 #include "tracking/refine/triangulate.h"
 #include "tracking/refine/view_matching.h"
 
@@ -29,7 +28,8 @@ namespace {
 constexpr int kRefineCornersOfFew = 4000, kRefineCornersOfMany = 1500;
 constexpr int kRefinePerViewOfFew = 1500, kRefinePerView = 500, kRefinePerViewRoughly = 400;
 constexpr int kRefineMinViewPoints = 20;  // a view with fewer points is not registered. Guessed
-constexpr int kRefineMinPairs = 10;       // whose matches the views share at least, to be compared. Guessed
+// the matches of fewer pairs are too few to compare the views. Guessed
+constexpr int kRefineMinPairs = 10;
 // Relative change of the cost that ends all adjustments but the last ones, for which they are starts and
 // need not reach their minimum. Guessed.
 constexpr double kRefineRoughTolerance = 1e-4;

@@ -9,7 +9,8 @@ namespace {
 // One standard deviation of a recorded velocity: of a trembling hand, radians and median depths per second,
 // and as a share of the velocity. As in the tracker's map (map_adjustment.cpp).
 constexpr double kRowsTremorTurn = 0.01, kRowsTremorShift = 0.003, kRowsVelocityShare = 0.1;
-// Of the velocity of a view without a recorded one, radians and median depths per second. Guessed.
+// One standard deviation of the velocity of a view without a recorded one, radians and median depths per
+// second. Guessed.
 constexpr double kRowsUnknown = 0.3;
 
 // Median depth of the points that each view shows.

@@ -1,5 +1,10 @@
-// Makes points from pairwise matches: joins the matches over all views, triangulates, and keeps as many
-// points as the views need.
+// Makes points from pairwise matches, and measures them in every view that shows them.
+//
+// Building joins the matches over all views, triangulates, and keeps as many points as the views need. But
+// corner detection repeats for about half of the corners only, and wanders by half a pixel. So with poses
+// good to a pixel each point's reference patch (from the middle one of its views) is warped into every view
+// in which it should appear and aligned to a fraction of a pixel. These measurements replace the detected
+// corners.
 #pragma once
 
 #include <vector>
@@ -22,5 +27,9 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
 // Finds the point that most observations agree on, and keeps only those; false where fewer than min_views do,
 // or the parallax is too small.
 bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, SceneTrack& track);
+
+// Measures the tracks in every view by their patches, and keeps those that two views show at least.
+// `per_view`: about how many points each view shows afterwards, evenly over a grid, long tracks first.
+void ExtendTracks(int per_view, RefineScene& scene);
 
 }  // namespace ulf::tracking

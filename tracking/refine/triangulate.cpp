@@ -7,7 +7,6 @@
 #include "core/base/quantile.h"
 #include "core/light_field/points/point_fit.h"
 #include "tracking/refine/track_building.h"
-#include "tracking/refine/track_extension.h"
 #include "tracking/refine/view_matching.h"
 
 namespace ulf::tracking {

@@ -20,8 +20,8 @@ namespace {
 // more wrong matches, a narrower one misses right ones. Guessed.
 constexpr double kBandErrors = 4, kLeastBandPx = 2;
 
-// Of the pyramid: the views of a set differ more in distance than frames that follow each other. Measured:
-// docs/tracking_measured.md, "Published sets".
+// Levels of the pyramid on which corners are detected: the views of a set differ more in distance than frames
+// that follow each other. Measured: docs/tracking_measured.md, "Published sets".
 constexpr int kReadingLevels = kPyramidLevels;
 // Neighbouring views whose corners share one adapting threshold, whatever the number of threads: more look
 // less alike, fewer give each processor less to do. Guessed.

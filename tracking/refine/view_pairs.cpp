@@ -21,21 +21,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kPoseErrorPairs = 24,
-                      kPoseErrorMinMatches =
-                          20;  // pairs that are examined, and matches that each needs. Guessed
-constexpr double kPoseErrorPairsWithin = 0.8;  // share of the pairs whose error the result covers. Guessed
+// MeasurePoseErrorPx(): pairs that are examined, matches that each needs, and the share of the pairs whose
+// error the result covers. Guessed.
+constexpr std::size_t kPoseErrorPairs = 24, kPoseErrorMinMatches = 20;
+constexpr double kPoseErrorPairsWithin = 0.8;
 
-constexpr std::size_t kOnePlacePairs = 24,
-                      kOnePlaceMinMatches =
-                          30;  // pairs that are examined, and matches that each needs. Guessed
+// IsOnePlace(): pairs that are examined, and matches that each needs. Guessed.
+constexpr std::size_t kOnePlacePairs = 24, kOnePlaceMinMatches = 30;
 // A rotation explains a match within this distance, a pair by this share of its matches, because some are
 // wrong, and all by this share of the pairs, because neighbours may lie very close together. Guessed.
 constexpr double kOnePlaceTurnedPx = 2, kOnePlaceMatchShare = 0.7, kOnePlacePairShare = 0.9;
 
-// Guessed, all of it.
-constexpr double kAgreementWideErrors = 3,
-                 kAgreementNarrowPx = 2.5;  // half widths of the two bands, in errors and in pixels
+// MatchAroundPose() uses these, which are all guessed: the half widths of its two bands, in errors and in
+// pixels.
+constexpr double kAgreementWideErrors = 3, kAgreementNarrowPx = 2.5;
 // The matches that agree must exceed those by chance this many times, and by so many.
 constexpr double kAgreementChanceTimes = 3, kAgreementChanceMore = 10;
 // The prior of the relative pose: standard deviations of its turn, in errors, and of its translation, as a
@@ -51,11 +50,11 @@ constexpr MatchOptions kEpipolarDescriptors = {.max_distance = 60, .max_ratio = 
 // A second best this close to the best (pixels of level 0, growing with the level) is the same corner on
 // another level, and no rival.
 constexpr double kEpipolarSamePlacePx = 3;
-constexpr int kEpipolarLevelsApart = 2;  // of a match; more is another thing
+constexpr int kEpipolarLevelsApart = 2;  // between the corners of a match; more is another thing
 
 // Views that differ more, in parallax or direction, share too little. Guessed.
 constexpr double kPairMaxApartDeg = 60;
-constexpr double kPairTurnWeight = 0.3;  // of the directions' angle beside the parallax. Guessed
+constexpr double kPairTurnWeight = 0.3;  // the weight of the axes' angle beside the parallax. Guessed
 
 // The scene's distance, about: the cameras' distance from where their axes meet, else their spread.
 double SceneDistance(const RefineScene& scene) {

@@ -10,13 +10,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kBoardMostPairs = 400, kBoardLeastPairs = 4;  // guessed
+constexpr std::size_t kBoardMostPairs = 400, kBoardLeastPairs = 4;  // of poses. Guessed
 // One standard deviation of the scale; above it the map's adjustment would have too far to go. Guessed.
 constexpr double kBoardMaxScaleError = 0.05;
-// Of a board's distance: no board is better, whatever its corners say. Guessed
+// The least standard deviation of a board's pose, as a share of its distance, whatever its corners say.
+// Guessed.
 constexpr double kBoardLeastSigma = 1e-4;
-constexpr int kBoardRounds = 3;         // of weighing. Guessed
-constexpr double kBoardGateSigmas = 3;  // pairs farther off weigh less. Guessed
+constexpr int kBoardRounds = 3;         // the fit is weighted anew so many times. Guessed
+constexpr double kBoardGateSigmas = 3;  // pairs with larger errors weigh less. Guessed
 
 }  // namespace
 

@@ -24,7 +24,7 @@ constexpr int kMarkerMapRounds = 5,
               kMarkerMapRoundsAfterGrowth = 20;  // of refinement for a keyframe. Guessed
 constexpr double kMarkerMapCornerSigmaPx = 0.5;  // beyond 2.45 of it a corner weighs less. Guessed
 constexpr double kMarkerMapHuberPx = 1;          // the same for a marker's pose. Guessed
-constexpr int kMarkerMapMinCorners = 8;          // that refine a marker: two views'
+constexpr int kMarkerMapMinCorners = 8;          // corners that refine a marker's pose: two views'
 
 // The proposal that most others agree with, and how many do.
 std::pair<Rigid3, std::size_t> Consensus(const std::vector<Rigid3>& proposals, double agree_m,

@@ -13,15 +13,14 @@
 namespace ulf::tracking {
 namespace {
 
-// Starting a map (initializer.h).
-// Median over the two views that start the map. Smaller angles leave the depths open, larger ones make the
-// operator wait. Guessed.
+// The median parallax of the two views that start a map, at least. Smaller angles leave the depths open,
+// larger ones make the operator wait. Guessed.
 constexpr double kStartMinParallaxDeg = 0.8;
-// Between the two views; fewer start again from a new reference. Guessed
+// Matches between the two views; fewer start again from a new reference. Guessed.
 constexpr int kStartMinMatches = 60;
-// Share of the matches that give points. Measured: 0.98 and more where a scene stands still; less than 0.75
-// where half of it moves, or tiles are taken for their neighbours (docs/tracking_measured.md, "How a map
-// starts").
+// Share of the matches that give points, at least. Measured: 0.98 and more where a scene stands still; less
+// than 0.75 where half of it moves, or tiles are taken for their neighbours (docs/tracking_measured.md, "How
+// a map starts").
 constexpr double kStartMinPointShare = 0.85;
 // A match lies within this share of the image's width of where its feature was last seen. Guessed.
 constexpr double kStartSearchRadius = 0.08;

@@ -16,15 +16,19 @@ using Eigen::Vector2d;
 
 namespace {
 
-// Following turns alone (turn_tracker.h). Guessed.
-constexpr int kTurnMinDirections = 30;  // that agree, and
-constexpr double kTurnMinShare = 0.5;   // their share of the matches
-constexpr double kTurnThresholdPx = 6;  // agree to within this: as much parallax as a map starts with
-// Share of the width, about where a direction is expected; after a frame in which nothing fitted.
+// All constants here are guessed.
+// A rotation needs so many directions that agree, and this share of the matches.
+constexpr int kTurnMinDirections = 30;
+constexpr double kTurnMinShare = 0.5;
+// Directions agree to within this, px in images 640 px wide: as much parallax as a map starts with.
+constexpr double kTurnThresholdPx = 6;
+// The search radius about where a direction is expected, as a share of the width, and after a frame without a
+// fit.
 constexpr double kTurnSearchRadius = 0.12, kTurnSearchRadiusAfterMiss = 0.5;
-constexpr int kTurnMaxDistance = kSureDistance + 10;  // bits
-constexpr double kTurnMaxRatio = 0.85;
-constexpr double kTurnKeyframeTurnedDeg = 8;  // from the nearest
+constexpr int kTurnMaxDistance = kSureDistance + 10;  // bits of a match's descriptors
+constexpr double kTurnMaxRatio = 0.85;                // best distance / second best
+constexpr double kTurnKeyframeTurnedDeg = 8;          // a frame that is turned farther becomes a keyframe
+// Keyframes that a frame is compared with, and after a frame without a fit; keyframes that are kept.
 constexpr int kTurnKeyframesTried = 3, kTurnKeyframesTriedAfterMiss = 10;
 constexpr std::size_t kTurnMostKeyframes = 200;
 

@@ -14,7 +14,6 @@ namespace {
 // Logarithms of the focal length: 0.01 is 1 %. Measured on recordings and simulated scenes with right lenses,
 // with lenses 5 and 15 % off, and with rolling shutters that turn fast (docs/tracking_measured.md, "A zoom
 // that is moved").
-
 // A frame that differs by more is no keyframe, nor are those that follow it closely; by so many times the
 // size of the differences before, where a map disagrees all the time.
 constexpr double kZoomSuspicious = 0.006, kZoomSuspiciousTimes = 2.5;
@@ -24,9 +23,9 @@ constexpr double kZoomBack = 0.005;  // it is back where the focal length follow
 // A smaller difference may be chance, or what neighbouring points and the map are off by together; of a moved
 // zoom, once it is known, chance alone counts.
 constexpr double kZoomSigmas = 10, kZoomOtherSigmas = 5, kZoomFollowedSigmas = 2;
-// A frame that leaves more open, before a wall, counts less by as much
+// A frame whose own deviation is larger, before a wall for example, counts less by as much.
 constexpr double kZoomUncertain = 0.0015;
-// Against the median of the frames of so long before them, and at least so many
+// The last frames are compared with the median of the frames of so long before them, and at least so many.
 constexpr double kZoomBeforeS = 2;
 constexpr std::size_t kZoomFewestBefore = 15;
 

@@ -1,6 +1,6 @@
 // Tests: commands/tracking/refine_command, tracking/estimation/calibration_check,
 // tracking/estimation/lens_evidence, tracking/refine/refine_input, tracking/refine/refine, tracking/refine/refine_result,
-// tracking/refine/refine_truth, tracking/refine/track_extension, tracking/refine/triangulate.
+// tracking/refine/refine_truth, tracking/refine/track_building, tracking/refine/triangulate.
 // Poses that are a little off come back, and what cannot be refined is named.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

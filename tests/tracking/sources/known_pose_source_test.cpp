@@ -3,7 +3,7 @@
 
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::known_pose_source {
 namespace {

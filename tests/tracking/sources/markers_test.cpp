@@ -20,6 +20,7 @@
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"
 #include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf {
 namespace {

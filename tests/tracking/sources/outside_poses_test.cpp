@@ -21,8 +21,10 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
+#include "tracking/sources/pose_sources.h"
 #include "tracking/sources/pose_stream.h"
 #include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf {
 namespace {

@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf {
 namespace {
