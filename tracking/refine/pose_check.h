@@ -28,7 +28,8 @@ namespace ulf::tracking {
 // A view whose neighbours' pictures contradict its pose. `view` and `by` are indices of the input.
 struct ContradictedView {
   int view = 0;
-  double error_px = 0;  // median, of its corners from where its neighbours put them; pixels of the photograph
+  // The median distance of its corners from where the neighbours' points project; pixels of the photograph.
+  double error_px = 0;
   // The change from the recorded pose to the one that explains these corners; the move as a share of their
   // distance (median).
   double turned_deg = 0, moved_share = 0;
@@ -47,9 +48,9 @@ struct PoseCheck {
   int agree = 0;  // views whose neighbours confirm their poses
   // Median distance from the epipolar lines in most pairs of views that fit; pixels of the photographs.
   double error_px = 0;
-  // The poses are wrong as a whole (IsPoor of all pairs), whatever the tests of single views say.
+  // The poses are wrong as a whole (IsPoor() of all pairs), whatever the tests of single views say.
   bool fits_poorly = false;
-  double fit_error_px = 0;      // of all pairs, as error_px
+  double fit_error_px = 0;      // the same as error_px for all pairs
   bool looks_away = false;      // most of what the photographs show lies behind their cameras
   std::string convention = {};  // PoseConvention() of poses that fit poorly; empty: none
 };

@@ -23,23 +23,25 @@ struct RefineInput {
     std::string name;
     int lens = 0;  // index into lenses
     Rigid3 cam_from_world;
-    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0:
-    // nothing.
+    // The predicted error of the camera's centre, as a share of the distance of what it sees; 0: unknown.
     double center_error_share = 0;
     std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
-    bool is_recorded = true;  // false: its pose has only just been found, and holds nothing of the world
+    // False: the pose has only just been found (LocatePhotographs) and does not hold the world where it is.
+    bool is_recorded = true;
   };
   std::vector<CameraModel> lenses;
   std::vector<View> views;
-  std::function<Image(int view)> read;  // in any thread; throws Error
-  // What the photograph shows of the world of the poses: CV_8UC1 of its size, 0 elsewhere; empty: everything.
-  // None: no view has a mask. In any thread; throws Error.
+  // Reads a view's picture; is called in any thread, throws Error.
+  std::function<Image(int view)> read;
+  // Reads a view's mask: CV_8UC1 of the picture's size, 0 where it shows nothing of the world of the poses;
+  // empty: everything is of that world. None: no view has a mask. Is called in any thread, throws Error.
   std::function<cv::Mat(int view)> read_mask = {};
-  double readout_s =
-      0;  // of a rolling shutter: from the first row to the last, negative from the last; 0: global
+  // The readout time of a rolling shutter, from the first row to the last; negative: from the last; 0:
+  // global.
+  double readout_s = 0;
 };
 
-// Reads photographs from `light_field`, which must outlive it.
+// The views of a light field. The input reads photographs from `light_field`, which must outlive it.
 RefineInput RefineInputOf(const LightField& light_field);
 
 // Makes the points' tracks name views by id instead of by index.
