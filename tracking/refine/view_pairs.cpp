@@ -80,8 +80,7 @@ struct Neighbour {
   int direction = 0;  // the image's quadrant in which its centre lies
 };
 
-std::vector<Neighbour> NeighboursOf(const RefineScene& scene, int index, double distance,
-                                    const PairOptions& options) {
+std::vector<Neighbour> NeighboursOf(const RefineScene& scene, int index, double distance) {
   const RefineView& view = scene.view(index);
   const Vector3d axis = view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
   std::vector<Neighbour> neighbours;
@@ -178,7 +177,7 @@ std::vector<std::pair<int, int>> ChoosePairs(const RefineScene& scene, const Pai
   std::set<std::pair<int, int>> pairs;
   for (int i = 0; i < static_cast<int>(scene.views.size()); ++i) {
     if (!scene.view(i).registered) continue;
-    std::vector<Neighbour> neighbours = NeighboursOf(scene, i, distance, options);
+    std::vector<Neighbour> neighbours = NeighboursOf(scene, i, distance);
     std::stable_sort(neighbours.begin(), neighbours.end(),
                      [](const Neighbour& a, const Neighbour& b) { return a.apart < b.apart; });
     const auto take = [&](int j) { pairs.insert({std::min(i, j), std::max(i, j)}); };

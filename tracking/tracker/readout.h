@@ -11,6 +11,7 @@ namespace ulf::tracking {
 // A readout that changes by a smaller share of itself is the same one. Guessed.
 inline constexpr double kSettledReadoutShare = 0.05;
 
+// The readout that was given, or that the tracker has measured (readout_search.h).
 struct Readout {
   double readout_s = 0;
   std::optional<double> sigma_s = {};  // one standard deviation, where the tracker measured the readout
