@@ -28,9 +28,6 @@ constexpr double kMarkerUsualWeight = 10;
 // Neighbouring corners share errors (lens, light, print) that no number of them averages out: a board
 // counts as so many independent corners. Guessed.
 constexpr double kMarkerIndependentCorners = 8;
-// One of a plane's two poses is sure when the other's sum of squared errors, in sigmas, is larger by this:
-// odds of 1000 : 1.
-constexpr double kMarkerSureDifference = 14;
 constexpr double kMarkerSameRad = 1e-3;  // two poses that differ by less are one
 // Centres this close, of the distance: it does not matter which pose is chosen. Guessed.
 constexpr double kMarkerCloseShare = 0.01;
@@ -113,8 +110,8 @@ std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const Poin
 
 }  // namespace
 
-MarkerLocator::MarkerLocator(const CameraModel& camera, const MarkerSpec& spec)
-    : camera_(camera), spec_(spec), map_(camera, spec.side_m) {
+MarkerLocator::MarkerLocator(const CameraModel& camera, const MarkerSpec& spec, double sure_difference)
+    : camera_(camera), spec_(spec), sure_difference_(sure_difference), map_(camera, spec.side_m) {
   camera.Validate("markers");
   if (spec_.kind == MarkerSpec::Kind::kOne) map_.Begin(spec_.id);
 }
@@ -223,7 +220,7 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
     };
     const Rigid3 &first = candidates[0].refined.cam_from_world,
                  &second = candidates[1].refined.cam_from_world;
-    const bool sure = candidates[1].error - candidates[0].error > kMarkerSureDifference * worse;
+    const bool sure = candidates[1].error - candidates[0].error > sure_difference_ * worse;
     if (!sure && apart(first, second) > kMarkerSameRad)
       between = 0.5 * (first.OriginInSource() - second.OriginInSource()).norm();
     // Where the centres are close, either pose will do: the predicted error covers both.

@@ -46,8 +46,12 @@ Frame WithPose(const Frame& frame, const std::optional<MarkerPose>& pose);
 
 class MarkerLocator {
  public:
+  // One of a plane's two poses is sure when the other's sum of squared errors, in sigmas, is larger by this:
+  // odds of 1000 : 1.
+  static constexpr double kSureDifference = 14;
+
   // Throws Error when the camera's intrinsics are out of range.
-  MarkerLocator(const CameraModel& camera, const MarkerSpec& spec);
+  MarkerLocator(const CameraModel& camera, const MarkerSpec& spec, double sure_difference = kSureDifference);
 
   // `gray`: CV_8UC1 of the camera's size, display-encoded (GrayForTracking).
   std::optional<MarkerPose> Locate(const cv::Mat& gray, double time_s);
@@ -81,6 +85,7 @@ class MarkerLocator {
 
   CameraModel camera_;
   MarkerSpec spec_;
+  double sure_difference_;
   MarkerMap map_;  // of markers that are learnt
   std::optional<cv::Rect> last_seen_;
   int frames_near_ = 0;  // since the whole image was searched

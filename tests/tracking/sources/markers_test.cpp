@@ -174,7 +174,7 @@ TEST(Markers, OfTwoEquallyLikelyPosesNoneIsGuessed) {
     const Rigid3 truth = Rigid3{turn, 0.001 * place};  // the marker's own frame begins in its middle
     const cv::Mat gray = Picture(scene, cam_from_board, i);
     const auto sure = MarkerLocator(options.camera, spec).Locate(gray, 0);
-    const auto guess = MarkerLocator(options.camera, spec, {.sure_difference = 0}).Locate(gray, 0);
+    const auto guess = MarkerLocator(options.camera, spec, 0).Locate(gray, 0);
     constexpr double kOtherPoseDeg = 12;
     seen += guess.has_value();
     guessed_wrong += guess && TurnDeg(guess->cam_from_world, truth) > kOtherPoseDeg;
