@@ -11,7 +11,7 @@
 #include "coverage/session/capture_options.h"
 #include "coverage/session/prepared_capture.h"
 #include "coverage/simulated_operator/simulated_operator.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker_options.h"
 
 namespace ulf::commands {

@@ -18,7 +18,7 @@
 #include "core/base/stop_signal.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 #include "tracking/refine/triangulate.h"
 
 namespace ulf::commands {

@@ -47,7 +47,7 @@ void CheckPoses(LightField& light_field) {
     const std::string fit =
         fmt::format("the photographs fit the poses of {} to {:.1f} px",
                     Counted(static_cast<std::size_t>(check.agree), "view"), check.error_px);
-    const std::string untold = tracking::UntoldInWords(check, names);
+    const std::string untold = tracking::UndecidedInWords(check, names);
     fmt::print("{}{}{}\n", fit, untold.empty() ? "" : "; ", untold);
   } else if (check.contradicted.empty()) {
     fmt::print("whether the photographs fit the poses cannot be told: they show too little in common\n");

@@ -11,8 +11,8 @@
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "tracking/refine/light_field_input.h"
 #include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::commands {
 namespace {

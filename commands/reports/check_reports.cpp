@@ -14,7 +14,7 @@
 #include "core/light_field/findings.h"
 #include "core/light_field/folder/folder_check.h"
 #include "core/light_field/folder/kept_findings.h"
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::commands {
 
@@ -23,9 +23,9 @@ PoseReport CheckedPoses(LightField& light_field, bool silent) {
   PoseReport report;
   {
     Progress progress("check", silent);
-    tracking::PoseCheckOptions options;
-    options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
-    report.check = tracking::CheckPoses(tracking::RefineInputOf(light_field), options);
+    report.check =
+        tracking::CheckPoses(tracking::RefineInputOf(light_field),
+                             [&](double share, const std::string& stage) { progress.Show(share, stage); });
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   LightField doubted = light_field;
@@ -55,7 +55,7 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
           ? fmt::format("poses          {} ({:.1f} s)\n", FitInWords(check), report.seconds)
           : fmt::format(
                 "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n",
-                check.agree, check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
+                check.agree, check.error_px, check.contradicted.size(), check.undecided.size(), report.seconds);
   if (!report.lapsed.empty()) text += fmt::format("               no longer: {}\n", report.lapsed);
   if (!report.not_withdrawn.empty())
     text += fmt::format("               other commands go on repeating what was found before: {}\n",
@@ -71,7 +71,7 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
         "distance away (by {})\n",
         name(view.view), view.error_px, view.turned_deg, 100 * view.moved_share, by);
   }
-  for (const tracking::UntoldView& view : check.untold)
+  for (const tracking::UndecidedView& view : check.undecided)
     text += fmt::format("not judged     {}: {}\n", name(view.view), view.why);
   if (check.contradicted.empty()) return text;
   const std::string dir = ShellWord(light_field.root.string());
@@ -115,7 +115,7 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
     for (const int neighbour : view.by) one["by"].push_back(view_json(neighbour));
     json["contradicted"].push_back(std::move(one));
   }
-  for (const tracking::UntoldView& view : check.untold) {
+  for (const tracking::UndecidedView& view : check.undecided) {
     nlohmann::json one = view_json(view.view);
     one["why"] = view.why;
     json["not_judged"].push_back(std::move(one));

@@ -21,6 +21,7 @@
 #include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"
 #include "render/viewpoints/viewpoint_mesh.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::commands {
 namespace {

@@ -40,9 +40,9 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/unposed_photographs.h"
 #include "core/light_field/points/point_tracks.h"
-#include "tracking/refine/light_field_input.h"
 #include "tracking/refine/locate_photographs.h"
 #include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 #include "tracking/refine/refine_truth.h"
 
 namespace ulf::commands {

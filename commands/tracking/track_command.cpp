@@ -31,8 +31,9 @@
 #include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/trajectory.h"
-#include "tracking/sources/pose_source.h"
-#include "tracking/tracker/track_words.h"
+#include "tests/charts/plot/gnuplot.h"
+#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::commands {
 namespace {

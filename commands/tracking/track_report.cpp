@@ -11,7 +11,7 @@
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 
 namespace ulf::commands {
 namespace {

@@ -14,7 +14,7 @@
 #include "coverage/session/capture_state.h"
 #include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/posed_photographs.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

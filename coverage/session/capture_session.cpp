@@ -11,6 +11,7 @@
 #include "core/base/quantile.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/running_capture.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 

@@ -34,7 +34,7 @@
 #include "coverage/session/record/posed_photographs.h"
 #include "coverage/session/record/still_capture.h"
 #include "coverage/session/record/view_spool.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

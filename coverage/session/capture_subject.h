@@ -18,7 +18,7 @@
 #include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/subject_anchors.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::coverage {

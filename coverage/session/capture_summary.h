@@ -21,7 +21,7 @@
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/still_capture.h"
 #include "coverage/session/watch/mistake_watch.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

@@ -128,8 +128,8 @@ tracking::ReadoutArgs ReadoutOf(const SessionArgs& args, const LightField* resum
   if (readout.readout_s) {
     // As much as the tracker takes for a change, or five deviations of the measured one.
     const double apart_s = std::abs(*readout.readout_s - known.readout_s);
-    if (apart_s > std::max(tracking::ReadoutSearchOptions{}.settled_share * std::abs(known.readout_s),
-                           5 * known.sigma_s.value_or(0)))
+    if (apart_s >
+        std::max(tracking::kSettledReadoutShare * std::abs(known.readout_s), 5 * known.sigma_s.value_or(0)))
       spdlog::warn("{} {:g}: the sessions before {} {:.1f} ms; {:g} is used", Parameter("readout_ms"),
                    1000 * *readout.readout_s, known.sigma_s ? "measured" : "were given", known_ms,
                    1000 * *readout.readout_s);

@@ -17,7 +17,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "coverage/session/capture_options.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker_options.h"
 
 namespace ulf::coverage {

@@ -7,7 +7,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/geometry/angles.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 

@@ -35,7 +35,7 @@ inline constexpr double kThere_deg = 4;  // a small part of any picture. Guessed
 bool OnlyTurns(tracking::TrackState state, const std::optional<tracking::StartProgress>& start,
                const std::optional<CameraTurn>& turned);
 
-// Why there is no pose, and what to do: tracking/tracker/track_words.h with what is known of the turn, to
+// Why there is no pose, and what to do: tracking/tracker/track.h with what is known of the turn, to
 // which nobody can turn back in pictures that are taken already.
 std::string InWords(const tracking::Track& track, const std::optional<CameraTurn>& turned,
                     FrameSource source);

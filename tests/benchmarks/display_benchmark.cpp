@@ -17,7 +17,7 @@
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf {
 namespace {

@@ -14,7 +14,7 @@
 #include "coverage/session/record/live_geometry.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf {
 namespace {

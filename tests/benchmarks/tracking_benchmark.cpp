@@ -10,9 +10,9 @@
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/map.h"
 #include "tracking/map/map_matching.h"
-#include "tracking/tracker/frame_locator.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf {

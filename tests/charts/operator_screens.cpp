@@ -10,7 +10,7 @@
 #include "coverage/session/preflight.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::test {
 namespace {

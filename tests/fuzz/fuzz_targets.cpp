@@ -39,7 +39,7 @@
 #include "tests/fuzz/fuzz_device_doors.h"
 #include "tests/fuzz/fuzz_files.h"
 #include "tracking/map/map_file.h"
-#include "tracking/sources/sent_line.h"
+#include "tracking/sources/pose_stream.h"
 
 namespace ulf::test {
 namespace {

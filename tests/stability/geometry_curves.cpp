@@ -11,7 +11,7 @@
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/estimation/bundle_uncertainty.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 
 namespace ulf::test {
 namespace {

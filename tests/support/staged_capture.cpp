@@ -5,7 +5,7 @@
 
 #include "coverage/session/preflight.h"
 #include "tests/support/floors.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::test {
 namespace {

@@ -22,6 +22,25 @@ using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+// The next constants are of the search for another pose that explains the matches about as well. Guessed.
+// Poses are clearly different whose turns differ by more, or whose centres do, as a share of the distance.
+constexpr double kDifferentTurnDeg = 5, kDifferentShift = 0.05;
+// Samples that are drawn, those of the largest area that propose poses, and rivals that are refined: more
+// find more rivals and cost time.
+constexpr std::size_t kRivalsDrawn = 60, kRivalsUsed = 8, kRivalsRefined = 6;
+// A rival counts whose cost is worse by less than this many variances of the noise, or than this many an
+// inlier; more refuses more poses, less accepts more wrong ones.
+constexpr double kRivalLeastMargin = 60, kRivalMarginPerInlier = 0.25;
+constexpr double kLeastNoisePx = 0.1;  // one standard deviation of the matches, at least
+
+// Squared error that counts for a point that cannot be projected: a smaller one makes steps that lose
+// points look cheap. Guessed.
+constexpr double kLostPointSigmas2 = 1e4;
+// PoseRefinement::center_sigma is scaled by the true error over the one that independent errors of the
+// residuals' size would make (measured: docs/tracking_measured.md, "What the quality value says"), and the
+// least residual, in sigmas, because few residuals can be small by chance (guessed).
+constexpr double kCommonError = 1.5, kLeastResidual = 0.1;
+
 struct NormalEquations {
   Matrix6d hessian = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
@@ -44,7 +63,7 @@ NormalEquations Linearize(const CameraModel& camera, std::span<const PointObserv
     Eigen::Matrix<double, 2, 3> img_by_point;
     const auto img = camera.ImgFromCam(point, &img_by_point);
     if (!img) {
-      cost += HuberCost(options.lost_point_sigmas2, huber);
+      cost += HuberCost(kLostPointSigmas2, huber);
       continue;
     }
     const double inverse_variance = 1 / (observations[i].sigma_px * observations[i].sigma_px);
@@ -184,22 +203,22 @@ class PoseSearch {
   }
 
   bool ClearlyDifferent(const Rigid3& a, const Rigid3& b, double distance) const {
-    return RotationAngle(a.rotation * b.rotation.conjugate()) > Radians(options_.rivals.different_turn_deg) ||
-           (a.OriginInSource() - b.OriginInSource()).norm() > options_.rivals.different_shift * distance;
+    return RotationAngle(a.rotation * b.rotation.conjugate()) > Radians(kDifferentTurnDeg) ||
+           (a.OriginInSource() - b.OriginInSource()).norm() > kDifferentShift * distance;
   }
 
   // The poses of samples of three inliers that lie far apart in the image, and are therefore accurate.
   std::vector<ScoredPose> RivalPoses(const std::vector<int>& inliers) const {
     std::mt19937 random(options_.seed);
     std::vector<std::pair<double, std::vector<int>>> samples;  // by falling area
-    for (std::size_t k = 0; k < options_.rivals.drawn; ++k) {
+    for (std::size_t k = 0; k < kRivalsDrawn; ++k) {
       std::vector<int> sample(3);
       internal::DrawSample(random, static_cast<int>(inliers.size()), sample);
       for (int& i : sample) i = inliers[At(i)];
       const auto ray = [&](std::size_t at) { return rays_[At(sample[at])]; };
       samples.emplace_back(-(ray(1) - ray(0)).cross(ray(2) - ray(0)).norm(), sample);
     }
-    const std::size_t used = options_.rivals.used;
+    const std::size_t used = kRivalsUsed;
     std::partial_sort(samples.begin(), samples.begin() + static_cast<long>(used), samples.end());
     std::vector<ScoredPose> rivals;
     for (std::size_t k = 0; k < used; ++k)
@@ -218,7 +237,7 @@ class PoseSearch {
       return !ClearlyDifferent(rival.pose, found.model, distance);
     });
     std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-    if (rivals.size() > options_.rivals.refined) rivals.resize(options_.rivals.refined);
+    if (rivals.size() > kRivalsRefined) rivals.resize(kRivalsRefined);
     ScoredPose best{found.cost, found.model};
     rivals.push_back(best);
     for (ScoredPose& rival : rivals) {
@@ -229,12 +248,10 @@ class PoseSearch {
     }
     std::vector<double> errors;
     for (const int i : Inliers(best.pose)) errors.push_back(std::sqrt(Residual2(best.pose, i)));
-    const double noise_px =
-        std::max(options_.rivals.least_noise_px, Median(std::move(errors)) / kMedianLength);
+    const double noise_px = std::max(kLeastNoisePx, Median(std::move(errors)) / kMedianLength);
     // Noise, and unmodelled errors of some percent, make a smaller difference between two that are as good.
     const double margin =
-        std::max(options_.rivals.least_margin,
-                 options_.rivals.margin_per_inlier * static_cast<double>(found.inliers.size())) *
+        std::max(kRivalLeastMargin, kRivalMarginPerInlier * static_cast<double>(found.inliers.size())) *
         noise_px * noise_px;
     for (const ScoredPose& rival : rivals)
       if (rival.cost - best.cost < margin && ClearlyDifferent(rival.pose, best.pose, distance))
@@ -297,7 +314,7 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
   // The centre is -R^T t; under a twist of the camera frame it moves by -R^T v. Residuals scale the sigmas,
   // but do not show the error that neighbouring points, and the map, have in common.
   const double residual_sigmas = std::sqrt(equations.cost / std::max(1, 2 * result.inliers - 6));
-  result.center_sigma = options.common_error * std::max(options.least_residual, residual_sigmas) *
+  result.center_sigma = kCommonError * std::max(kLeastResidual, residual_sigmas) *
                         std::sqrt(std::max(0.0, result.covariance.bottomRightCorner<3, 3>().trace()));
   return result;
 }

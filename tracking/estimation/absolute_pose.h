@@ -21,6 +21,8 @@ namespace ulf::tracking {
 // are shorter than the median.
 inline constexpr double kSigmas95 = 2.45;
 inline constexpr double kMedianLength = 1.1774;
+// Half of the errors of unit variance in one dimension are smaller.
+inline constexpr double kMedianOfNormal = 0.6745;
 inline constexpr double kChi2 = 5.99;  // 95 % quantile of their squares
 
 // Huber's loss of a squared error, quadratic up to `limit`.
@@ -40,13 +42,6 @@ struct RefinePoseOptions {
   int rounds = 3;                   // of refining and gating. Guessed
   int max_iterations = 8;           // in a round. Guessed
   double min_step = 1e-6;  // a smaller step (radians plus share of the distance) ends a round. Guessed
-  // Squared error that counts for a point that cannot be projected: a smaller one makes steps that lose
-  // points look cheap. Guessed.
-  double lost_point_sigmas2 = 1e4;
-  // For center_sigma: the true error over the one that independent errors of the residuals' size would make
-  // (measured: docs/tracking_measured.md, "What the quality value says"), and the least residual, in sigmas,
-  // because few residuals can be small by chance (guessed).
-  double common_error = 1.5, least_residual = 0.1;
 };
 
 struct PoseRefinement {
@@ -65,25 +60,11 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
                                          const Rigid3& initial_cam_from_world,
                                          const RefinePoseOptions& options = {});
 
-// The search for another pose that explains the matches about as well. Guessed.
-struct RivalPoseOptions {
-  // Poses are clearly different whose turns differ by more, or whose centres do, as a share of the distance.
-  double different_turn_deg = 5, different_shift = 0.05;
-  // Samples that are drawn, those of the largest area that propose poses, and rivals that are refined: more
-  // find more rivals and cost time.
-  std::size_t drawn = 60, used = 8, refined = 6;
-  // A rival counts whose cost is worse by less than this many variances of the noise, or than this many an
-  // inlier; more refuses more poses, less accepts more wrong ones.
-  double least_margin = 60, margin_per_inlier = 0.25;
-  double least_noise_px = 0.1;
-};
-
 struct AbsolutePoseOptions {
   double threshold_px = 4;
   int min_inliers = 12;
   int max_iterations = 500;
   unsigned seed = 1;
-  RivalPoseOptions rivals = {};
 };
 
 struct AbsolutePoseResult {

@@ -16,6 +16,10 @@ namespace {
 
 using Eigen::Vector3d;
 
+// The least scale of the errors over their sigmas: perfect measurements must not make the loss infinitely
+// narrow. Guessed.
+constexpr double kLeastErrorScale = 0.03;
+
 class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const BundleOptions& options, int before) : options_(options), count_(before) {}
@@ -96,7 +100,7 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
   std::unique_ptr<ceres::LossFunction> loss = std::make_unique<ceres::HuberLoss>(options.huber_sigmas);
   if (options.cauchy_scales > 0)
     loss = std::make_unique<ceres::CauchyLoss>(
-        options.cauchy_scales * std::clamp(ErrorScale(lenses, problem), options.least_scale, 1.0));
+        options.cauchy_scales * std::clamp(ErrorScale(lenses, problem), kLeastErrorScale, 1.0));
   PoseManifold manifold;
   std::vector<IntrinsicsManifold> lens_manifolds;
   for (const CameraModel& lens : lenses) lens_manifolds.emplace_back(lens, options.free);
@@ -166,8 +170,8 @@ int MarkOutliers(const std::vector<CameraModel>& lenses, BundleProblem& problem,
                  const BundleOptions& options) {
   double gate_sigmas = options.gate_sigmas;
   if (options.gate_scales > 0)
-    gate_sigmas = std::min(gate_sigmas,
-                           options.gate_scales * std::max(options.least_scale, ErrorScale(lenses, problem)));
+    gate_sigmas =
+        std::min(gate_sigmas, options.gate_scales * std::max(kLeastErrorScale, ErrorScale(lenses, problem)));
   int outliers = 0;
   for (BundleObservation& seen : problem.observations) {
     seen.outlier = SquaredErrorSigmas(lenses, problem, seen) > gate_sigmas * gate_sigmas;

@@ -39,8 +39,8 @@ struct BundleObservation {
   bool outlier = false;  // set by AdjustBundle: left out of the last solution
 };
 
-// How a camera with a rolling shutter moved while its rows were read (rolling_shutter.h): an unknown that is held to
-// what is known otherwise.
+// How a camera with a rolling shutter moved while its rows were read (rolling_shutter.h): an unknown that is
+// held to what is known otherwise.
 struct RowsMotion {
   Twist twist = Twist::Zero();
   Twist prior = Twist::Zero(), prior_sigma = Twist::Ones();
@@ -53,8 +53,8 @@ struct BundleProblem {
   std::vector<Eigen::Vector3d> points;
   std::vector<bool> known;  // by point: it stays; points beyond the end are free
   std::vector<BundleObservation> observations;
-  // Of a rolling shutter. By camera; none, or beyond the end: its image points were taken at once. The others' image
-  // points are where the sensor saw them. Not where intrinsics are free.
+  // Of a rolling shutter. By camera; none, or beyond the end: its image points were taken at once. The
+  // others' image points are where the sensor saw them. Not where intrinsics are free.
   double readout_s = 0;
   std::vector<std::optional<RowsMotion>> rows = {};
 };
@@ -75,9 +75,6 @@ struct BundleOptions {
   // Drop observations that are off by more than so many times the errors' own scale, too. 0: only
   // gate_sigmas.
   double gate_scales = 0;
-  // The least scale of the errors over their sigmas: perfect measurements must not make the loss infinitely
-  // narrow. Guessed.
-  double least_scale = 0.03;
   const std::atomic<bool>* stop = nullptr;  // when set, ends early and keeps what was reached
   FreeIntrinsics free = {};                 // of every lens
   BundleSolver solver = BundleSolver::kBySize;

@@ -1,14 +1,15 @@
-// Checks whether the images contradict the given lens: its focal length, the first coefficient of its distortion, and
-// its principal point.
+// Checks whether the images contradict the given lens: its focal length, the first coefficient of its
+// distortion, and its principal point.
 //
-// A wrong lens bends the whole world and leaves residuals that look like noise. The check frees the focal length in an
-// adjustment, and reports it when the result differs by a share that matters and by many standard deviations, with
-// distortion held and with distortion free; in the latter it judges the distortion as well, and with the principal
-// point free that. Flat scenes and sideways
-// motion leave the lens undetermined; then its standard deviation is large and nothing is reported.
+// A wrong lens bends the whole world and leaves residuals that look like noise. The check frees the focal
+// length in an adjustment, and reports it when the result differs by a share that matters and by many
+// standard deviations, with distortion held and with distortion free; in the latter it judges the distortion
+// as well, and with the principal point free that. Flat scenes and sideways motion leave the lens
+// undetermined; then its standard deviation is large and nothing is reported.
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -18,20 +19,6 @@
 #include "tracking/estimation/lens_evidence.h"
 
 namespace ulf::tracking {
-
-struct CalibrationCheckOptions {
-  std::size_t min_cameras = 5, min_points = 200;  // fewer are too little evidence. Guessed
-  double least_difference = 0.015;  // share of the focal length; smaller ones are not reported. Guessed
-  double sigmas = 5;                // a difference of fewer may be chance. Guessed
-  // Of the corner's distance from the centre: less distortion is not reported, nor what differs by fewer deviations.
-  // Guessed; handheld_kitchen's right lens, with a rolling shutter, has shown 0.022 in young maps.
-  double least_distortion = 0.04, distortion_sigmas = 10;
-  // A principal point that is nearer to the given one, in shares of the width, is not reported, nor one that is fewer
-  // deviations away: a turn of the camera looks much like it. Guessed.
-  double least_center = 0.02, center_sigmas = 10;
-  double most_uncertain = 0.005;  // sigma's share of the focal length: above it that is undetermined. Guessed
-  LensEvidenceOptions fit = {.max_cameras = 30, .max_points = 1000, .iterations = 30};
-};
 
 struct CalibrationCheck {
   double given_focal_px = 0;
@@ -45,18 +32,19 @@ struct CalibrationCheck {
   // What would fit the images is no lens (IsPlausible()); then no value is reported.
   bool no_lens_fits = false;
   bool Wrong() const { return focal_wrong || distortion_wrong || center_wrong || no_lens_fits; }
-  // By what share of the distance of what they see the cameras' centres are wrong: how far they move when the lens is freed
-  // that the images ask for, and half as far again, because a map that was made under the given lens holds them back.
+  // The error of the cameras' centres as a share of the distance of what they see: how far they move when the
+  // lens is freed that the images ask for, and half as far again, because a map that was made under the given
+  // lens holds them back.
   double error_share = 0;
   // A rolling shutter was found and not compensated: it stretches images as another focal length does, and
   // the other way round.
   bool rows_uncompensated = false;
 
-  // The same for a camera whose images are the given ones, resized.
+  // Converts the check to a camera whose images are the given ones, resized.
   CalibrationCheck Of(const CameraModel& resized) const;
-  // "images fit a focal length of 551.2 px (± 1.3) or more, 5.0 % above the 525.0 given", "images fit a distortion k1 of
-  // -0.280 (± 0.004) where 0.000 is given"; empty unless wrong. "or more", because a map that was made under the given
-  // lens holds the fit back.
+  // "images fit a focal length of 551.2 px (± 1.3) or more, 5.0 % above the 525.0 given", "images fit a
+  // distortion k1 of -0.280 (± 0.004) where 0.000 is given"; empty unless wrong. "or more", because a map
+  // that was made under the given lens holds the fit back.
   std::string Text() const;
   // Text() and what can be done about it.
   std::string Advice(FrameSource source) const;
@@ -73,19 +61,13 @@ struct RefinedLens {
 // {focal_px, focal_sigma_px, cx, cy, k1, k2}; null where the given lens stayed.
 nlohmann::ordered_json ToJson(const std::optional<RefinedLens>& lens);
 
-// None where there is too little evidence.
+// Checks the given lens of an adjusted problem. None where there is too little evidence. `stop`: when set,
+// the fits end early and mean nothing.
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
-                                                 int lens = 0, const CalibrationCheckOptions& options = {});
+                                                 int lens = 0, const std::atomic<bool>* stop = nullptr);
 
-// {given_focal_px, fitted_focal_px, sigma_px, given_k1, fitted_k1, k1_sigma, given_center_px, fitted_center_px,
-// center_sigma_px, error_share, determined, no_lens_fits, wrong}; null without a check.
+// {given_focal_px, fitted_focal_px, sigma_px, given_k1, fitted_k1, k1_sigma, given_center_px,
+// fitted_center_px, center_sigma_px, error_share, determined, no_lens_fits, wrong}; null without a check.
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);
-
-class Map;
-// The map's living keyframes and points.
-BundleProblem ProblemOf(const Map& map);
-// For a map: ProblemOf() it.
-std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
-                                                 const CalibrationCheckOptions& options = {});
 
 }  // namespace ulf::tracking

@@ -11,9 +11,9 @@ using Eigen::Vector3d;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 using Vector7d = Eigen::Matrix<double, 7, 1>;
 
-constexpr std::size_t kFewest = 30;  // points. Guessed
-constexpr int kSteps =
-    2;  // of Gauss and Newton, from the pose that fits the camera's own focal length. Guessed
+constexpr std::size_t kFewest = 30;  // points that are needed. Guessed
+// Steps of Gauss-Newton from the pose that fits the camera's own focal length. Guessed.
+constexpr int kSteps = 2;
 
 struct Equations {
   Matrix7d normal = Matrix7d::Zero();

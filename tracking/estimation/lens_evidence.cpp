@@ -16,6 +16,13 @@
 namespace ulf::tracking {
 namespace {
 
+constexpr std::size_t kLensMinCameras = 3,
+                      kLensMinObservations = 100;  // fewer tell nothing of a lens. Guessed
+constexpr double kLensHuberSigmas = kSigmas95;     // beyond it an error counts less
+constexpr double kLensFunctionTolerance = 1e-7;    // relative change of the cost that ends a fit. Guessed
+// A parameter stays free that differs by more than so many of its sigmas (and see kStrongEvidence).
+constexpr double kLensMovedSigmas = 3;
+
 // Twice the negative log-likelihood, up to a constant: Huber's loss of errors in units of `scale`.
 double RobustCost(const std::vector<CameraModel>& lenses, const BundleProblem& problem, double scale,
                   double huber_sigmas) {
@@ -127,13 +134,11 @@ double CentersMoved(const BundleProblem& before, const BundleProblem& after) {
 }
 
 BundleOptions Options(const LensEvidenceOptions& evidence, const FreeIntrinsics& free) {
-  BundleOptions options;
-  options.robust_iterations = evidence.iterations;
-  options.iterations = 0;
-  options.free = free;
-  options.function_tolerance = evidence.function_tolerance;
-  options.stop = evidence.stop;
-  return options;
+  return {.robust_iterations = evidence.iterations,
+          .iterations = 0,
+          .stop = evidence.stop,
+          .free = free,
+          .function_tolerance = kLensFunctionTolerance};
 }
 
 // Whether the number that `larger` frees beyond `smaller` has moved by more than `sigmas`.
@@ -158,14 +163,13 @@ struct Fitted {
 
   static std::optional<Fitted> AsGiven(const CameraModel& given, const BundleProblem& part,
                                        const LensEvidenceOptions& options) {
-    if (part.cam_from_world.size() < options.min_cameras ||
-        part.observations.size() < options.min_observations)
+    if (part.cam_from_world.size() < kLensMinCameras || part.observations.size() < kLensMinObservations)
       return std::nullopt;
     Fitted base{{}, {given}, part};
     return AdjustBundle(base.lens, base.problem, Options(options, {})).usable ? std::optional(std::move(base))
                                                                               : std::nullopt;
   }
-  // From here, with `part`'s observations.
+  // Fits from here, with `part`'s observations.
   std::optional<Fitted> With(const FreeIntrinsics& freed, const BundleProblem& part,
                              const LensEvidenceOptions& options) const {
     Fitted fit{freed, lens, part};
@@ -175,15 +179,15 @@ struct Fitted {
     fit.scale = std::max(1e-6, ErrorScale(fit.lens, fit.problem));
     return fit;
   }
-  double GainOver(const Fitted& base, double unit, const LensEvidenceOptions& options) const {
-    return RobustCost(base.lens, base.problem, unit, options.huber_sigmas) -
-           RobustCost(lens, problem, unit, options.huber_sigmas) -
+  double GainOver(const Fitted& base, double unit) const {
+    return RobustCost(base.lens, base.problem, unit, kLensHuberSigmas) -
+           RobustCost(lens, problem, unit, kLensHuberSigmas) -
            free.Count() * std::log(2.0 * static_cast<double>(problem.observations.size()));
   }
-  LensEstimate Estimate(const Fitted& base, double unit, const LensEvidenceOptions& options) const {
+  LensEstimate Estimate(const Fitted& base, double unit) const {
     LensEstimate estimate{free, lens.front()};
-    estimate.gain = GainOver(base, unit, options);
-    AddSigmas(problem, scale, 2 * options.huber_sigmas, estimate);
+    estimate.gain = GainOver(base, unit);
+    AddSigmas(problem, scale, 2 * kLensHuberSigmas, estimate);
     estimate.centers_moved = CentersMoved(base.problem, problem);
     return estimate;
   }
@@ -256,7 +260,7 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
   double scale = std::numeric_limits<double>::infinity();
   for (const Fitted& fit : solved) scale = std::min(scale, fit.scale);
   std::vector<LensEstimate> fits;
-  for (const Fitted& fit : solved) fits.push_back(fit.Estimate(*base, scale, options));
+  for (const Fitted& fit : solved) fits.push_back(fit.Estimate(*base, scale));
   return fits;
 }
 
@@ -272,17 +276,17 @@ std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundlePro
     next.*step = true;
     auto solved = base->With(next, part, options);
     if (!solved) break;
-    const LensEstimate fit = solved->Estimate(*base, solved->scale, options);
-    const double gain_before = best ? best->GainOver(*base, solved->scale, options) : 0;
-    const bool moved = HasMoved(fit, free, best ? best->lens.front() : given, options.moved_sigmas);
-    const bool strong = moved && fit.gain > gain_before + options.strong_evidence;
+    const LensEstimate fit = solved->Estimate(*base, solved->scale);
+    const double gain_before = best ? best->GainOver(*base, solved->scale) : 0;
+    const bool moved = HasMoved(fit, free, best ? best->lens.front() : given, kLensMovedSigmas);
+    const bool strong = moved && fit.gain > gain_before + kStrongEvidence;
     const bool plausible = IsPlausible(fit.lens, given);
     const LensTrial trial{fit, gain_before, moved, strong && plausible, plausible};
     if (trials) trials->push_back(trial);
     if (strong && !plausible) return std::nullopt;
     if (trial.kept) best = std::move(solved);
   }
-  return best ? std::optional(best->Estimate(*base, best->scale, options)) : std::nullopt;
+  return best ? std::optional(best->Estimate(*base, best->scale)) : std::nullopt;
 }
 
 }  // namespace ulf::tracking

@@ -25,21 +25,20 @@ struct LensEstimate {
   double focal_sigma_px = 0;
   double principal_point_sigma_px = 0;
   double k1_sigma = 0, k2_sigma = 0;
-  // How far the cameras' centres moved when it was freed: RMS after an alignment, as a share of the distance of the points.
+  // How far the cameras' centres moved when it was freed: RMS after an alignment, as a share of the distance
+  // of the points.
   double centers_moved = 0;
 };
+
+// The criterion must fall by more than this before another parameter stays free (very strong evidence; Kass
+// and Raftery 1995). Right lenses have shown smaller falls: corners are off by more than noise, and by the
+// same in neighbouring views.
+inline constexpr double kStrongEvidence = 10;
 
 struct LensEvidenceOptions {
   int max_cameras = 60;
   int max_points = 3000;
   int iterations = 30;
-  std::size_t min_cameras = 3, min_observations = 100;  // fewer tell nothing of a lens. Guessed
-  double huber_sigmas = kSigmas95;                      // beyond it an error counts less
-  double function_tolerance = 1e-7;  // relative change of the cost that ends a fit. Guessed
-  // A parameter stays free that differs by more than so many of its sigmas, and whose criterion falls by more
-  // than this (very strong evidence; Kass and Raftery 1995). Right lenses have shown smaller falls: corners
-  // are off by more than noise, and by the same in neighbouring views.
-  double moved_sigmas = 3, strong_evidence = 10;
   const std::atomic<bool>* stop = nullptr;  // when set, fits end early and mean nothing
 };
 
@@ -51,26 +50,26 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
                                   const std::vector<FreeIntrinsics>& choices,
                                   const LensEvidenceOptions& options = {});
 
-// How far the distortion moves the picture's corner, as a share of its distance from the middle: 0.02 is a pincushion
-// of two percent.
+// How far the distortion moves the picture's corner, as a share of its distance from the middle: 0.02 is a
+// pincushion of two percent.
 double DistortionAtCorner(const CameraModel& lens);
 
-// Whether `fitted` may be a real lens. A map that began under a far too long focal length is bent so that it fits
-// longer and longer ones with more and more pincushion: real lenses have up to three percent.
+// Whether `fitted` may be a real lens. A map that began under a far too long focal length is bent so that it
+// fits longer and longer ones with more and more pincushion: real lenses have up to three percent.
 bool IsPlausible(const CameraModel& fitted, const CameraModel& given);
 
 // One step of the choice: the lens with one parameter more than the last that was kept.
 struct LensTrial {
   LensEstimate fit;
   double gain_before = 0;  // of the last that was kept
-  bool moved = false;      // the new parameter differs by more than moved_sigmas
+  bool moved = false;      // the new parameter differs by more than so many deviations
   bool kept = false;
   bool plausible = true;  // IsPlausible(); else it is not kept, and nothing is
 };
 
 // The lens that the evidence supports: frees focal length, k1, the principal point and k2 one after the
-// other, and keeps each for which the evidence is strong enough. None: the given lens stays, because the images do not
-// contradict it, or because what would explain them is no lens.
+// other, and keeps each for which the evidence is strong enough. None: the given lens stays, because the
+// images do not contradict it, or because what would explain them is no lens.
 std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
                                        const LensEvidenceOptions& options = {},
                                        std::vector<LensTrial>* trials = nullptr);

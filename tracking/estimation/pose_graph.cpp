@@ -19,6 +19,8 @@ using Eigen::Vector3d;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 using Vector7d = Eigen::Matrix<double, 7, 1>;
 
+constexpr int kPoseGraphMaxIterations = 30;
+
 // Quaternion (x y z w), translation, logarithm of the scale.
 using Block = std::array<double, 8>;
 
@@ -147,7 +149,7 @@ PoseGraphSummary OptimizePoseGraph(PoseGraph& graph, const PoseGraphOptions& opt
   for (const PoseGraphEdge& edge : graph.edges)
     problem.AddResidualBlock(new EdgeCost(edge, options.unit), nullptr, blocks[At(edge.from)].data(),
                              blocks[At(edge.to)].data());
-  ceres::Solver::Options solver = SilentSolver(options.max_iterations);
+  ceres::Solver::Options solver = SilentSolver(kPoseGraphMaxIterations);
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   ceres::Solver::Summary solved;
   ceres::Solve(solver, &problem, &solved);

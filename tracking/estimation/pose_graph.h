@@ -31,7 +31,6 @@ struct PoseGraph {
 struct PoseGraphOptions {
   bool rigid = false;
   double unit = 1;
-  int max_iterations = 30;
 };
 
 struct PoseGraphSummary {

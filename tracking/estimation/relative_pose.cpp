@@ -23,7 +23,34 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kWider = 1.5;  // thresholds: the gate of refinements, beyond what the sampler counts
+// These are guessed, except where a line says so.
+constexpr int kMinReconstructed = 60;        // points in front of both views
+constexpr double kMaxDirectionSigmaDeg = 4;  // standard deviation of the translation's direction
+constexpr int kMinPairs = 20;                // fewer give no motion
+constexpr double kDifferentDeg = 10;  // motions are clearly different whose translations' axes differ by more
+// Samples that are drawn for each model at most. The last are for a rival of the essential matrix: most
+// samples lead to either, so a few find the other.
+constexpr int kRotationSamples = 300, kEssentialSamples = 500, kHomographySamples = 500, kRivalSamples = 40;
+// A homography constrains a point in two directions, the essential matrix in one: a scene is flat where the
+// homography explains this share of what the essential matrix does.
+constexpr double kFlatShare = 0.85;
+// A rotation takes up most of a distant wall's parallax, not nine tenths of it: where a rotation explains
+// more than this share of the matches and leaves less than this share of the parallax that is needed, the
+// search, which costs more than tracking a frame, cannot end well.
+constexpr double kEarlyRotationShare = 0.9, kLeastLeftOver = 0.1;
+// A rotation that explains more than this share of the matches that a motion explains is preferred to it.
+constexpr double kRotationShare = 0.9;
+constexpr int kSettlingPairs = 200;  // pairs on which far starts are refined before all take part
+// rays that meet behind a camera by more times the noise are outliers
+constexpr double kSurelyBehind = 5;
+constexpr double kLeastNoiseRad = 1e-6;  // standard deviation of the epipolar error, at least
+// The best other motion must be worse by so many variances of the noise, by this many a pair (unmodelled
+// errors make some percent), and by what outliers make that lie in a motion's band by chance, with this
+// probability.
+constexpr double kLeastMotionMargin = 60, kMarginPerPair = 0.25, kChanceInBand = 0.03;
+constexpr double kMostGrowth = 100;  // of that excess, where the parallax that would suffice is predicted
+
+constexpr double kWider = 1.5;  // the gate of refinements over the sampler's threshold
 
 std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
   Matrix3d correlation = Matrix3d::Zero();
@@ -50,9 +77,8 @@ std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> 
 }
 
 // Compares the axes of translation: the points decide its sign.
-bool ClearlyDifferent(const Rigid3& a, const Rigid3& b, const RelativePoseOptions& options) {
-  return std::acos(std::min(1.0, std::abs(a.translation.dot(b.translation)))) >
-         Radians(options.different_deg);
+bool DirectionsDiffer(const Rigid3& a, const Rigid3& b) {
+  return std::acos(std::min(1.0, std::abs(a.translation.dot(b.translation)))) > Radians(kDifferentDeg);
 }
 
 // `counts(motion)`: whether a motion may be the result.
@@ -176,12 +202,11 @@ std::vector<Vector3d> FanOfDirections() {
 
 // Refines a start on all pairs; a far one first on some of them, within a gate that closes.
 std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<const RayPair> pairs,
-                                   const std::vector<int>& all, double threshold,
-                                   const RelativePoseOptions& options) {
+                                   const std::vector<int>& all, double threshold) {
   Motion motion(start);
   if (far) {
     std::vector<int> some;
-    const std::size_t step = std::max<std::size_t>(1, all.size() / At(options.settling_pairs));
+    const std::size_t step = std::max<std::size_t>(1, all.size() / At(kSettlingPairs));
     for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
     for (const double widen : {8.0, 4.0, 2.0})
       motion = RefineMotion(motion, pairs, some, widen * threshold, 4);
@@ -190,20 +215,19 @@ std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<cons
   std::vector<int> near;
   for (const int i : all)
     if (EpipolarError(motion.essential, pairs[At(i)]) < threshold) near.push_back(i);
-  if (near.size() < At(options.min_matches)) return std::nullopt;
+  if (near.size() < At(kMinPairs)) return std::nullopt;
   auto in_front = BestMotion(motion.essential, pairs, near);
   if (in_front) in_front->direction_sigma = motion.direction_sigma;
   return in_front;
 }
 
 MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, std::span<const RayPair> pairs,
-                          double threshold, const RelativePoseOptions& options) {
+                          double threshold) {
   std::vector<Motion> motions;
   std::vector<int> all(pairs.size());
   std::iota(all.begin(), all.end(), 0);
   for (const auto& [start, far] : starts)
-    if (const auto motion = SettleMotion(start, far, pairs, all, threshold, options))
-      motions.push_back(*motion);
+    if (const auto motion = SettleMotion(start, far, pairs, all, threshold)) motions.push_back(*motion);
   MotionChoice choice;
   if (motions.empty()) return choice;
   const auto costs_by = [&](const auto& cost_of) {
@@ -222,18 +246,17 @@ MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, st
     if (error < threshold) errors.push_back(error);
   }
   constexpr double kSigmaOverMedian = 1.4826;  // of a normal error's absolute value
-  choice.noise = std::max(options.least_noise_rad, kSigmaOverMedian * Median(errors));
+  choice.noise = std::max(kLeastNoiseRad, kSigmaOverMedian * Median(errors));
   // A plane's second motion fits the epipolar lines as well, but puts many points behind the cameras: visible
   // where the noise is small enough.
   const std::vector<double> costs = costs_by([&](const Motion& motion) {
-    return CostInFront(motion, pairs, threshold,
-                       std::min(2 * threshold, options.surely_behind * choice.noise));
+    return CostInFront(motion, pairs, threshold, std::min(2 * threshold, kSurelyBehind * choice.noise));
   });
   const std::size_t best = index_of_least(costs);
   choice.best = motions[best];
   double runner_up = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < motions.size(); ++i)
-    if (ClearlyDifferent(motions[i].second_from_first, choice.best->second_from_first, options))
+    if (DirectionsDiffer(motions[i].second_from_first, choice.best->second_from_first))
       runner_up = std::min(runner_up, costs[i] - costs[best]);
   choice.runner_up = runner_up / (choice.noise * choice.noise);
   // Refine within a narrower gate: outliers that lie in the threshold's band by chance pull no longer.
@@ -271,55 +294,51 @@ const char* Name(RelativePoseOutcome outcome) {
 
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
                                unsigned seed) {
-  const auto found = SampleRotation(pairs, {.threshold = threshold_px / focal_px,
-                                            .max_iterations = RelativePoseOptions{}.rotation_samples,
-                                            .seed = seed});
+  const auto found = SampleRotation(
+      pairs, {.threshold = threshold_px / focal_px, .max_iterations = kRotationSamples, .seed = seed});
   return found ? Eigen::Quaterniond(found->model).normalized() : Eigen::Quaterniond::Identity();
 }
 
 RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options) {
   RelativePoseResult result;
   result.parallax_needed_deg = options.min_parallax_deg;
-  if (static_cast<int>(pairs.size()) < options.min_matches) return result;
+  if (static_cast<int>(pairs.size()) < kMinPairs) return result;
   const double threshold = options.threshold_px / options.focal_px;
 
   const auto share_of_pairs = [&](double share) { return share * static_cast<double>(pairs.size()); };
 
   const auto rotation = SampleRotation(
-      pairs,
-      {.threshold = kWider * threshold, .max_iterations = options.rotation_samples, .seed = options.seed});
+      pairs, {.threshold = kWider * threshold, .max_iterations = kRotationSamples, .seed = options.seed});
   if (rotation) {
     std::vector<double> left_over;
     for (const RayPair& pair : pairs)
       left_over.push_back(Degrees(AngleBetween(rotation->model * pair.first, pair.second)));
     result.median_parallax_deg = Median(left_over);
-    if (result.median_parallax_deg<options.least_left_over *
-                                   options.min_parallax_deg&& static_cast<double>(rotation->inliers.size())>
-            share_of_pairs(options.early_rotation_share)) {
+    const bool hardly_any_parallax = result.median_parallax_deg < kLeastLeftOver * options.min_parallax_deg;
+    const double explained = static_cast<double>(rotation->inliers.size());
+    if (hardly_any_parallax && explained > share_of_pairs(kEarlyRotationShare)) {
       result.outcome = RelativePoseOutcome::kRotationOnly;
       return result;
     }
   }
   const auto essential = SampleEssential(
-      pairs, {.threshold = threshold, .max_iterations = options.essential_samples, .seed = options.seed + 1},
+      pairs, {.threshold = threshold, .max_iterations = kEssentialSamples, .seed = options.seed + 1},
       [](const Motion&) { return true; });
   const auto homography = SampleHomography(
-      pairs,
-      {.threshold = threshold, .max_iterations = options.homography_samples, .seed = options.seed + 2});
+      pairs, {.threshold = threshold, .max_iterations = kHomographySamples, .seed = options.seed + 2});
   const bool flat = homography && essential &&
                     static_cast<double>(homography->inliers.size()) >
-                        options.flat_share * static_cast<double>(essential->inliers.size());
+                        kFlatShare * static_cast<double>(essential->inliers.size());
   result.model = flat ? RelativePoseModel::kHomography : RelativePoseModel::kEssential;
   std::vector<std::pair<Rigid3, bool>> starts;  // and whether it may be far off
   if (essential) {
     starts.emplace_back(essential->model.second_from_first, false);
     // Points on a ruled quadric through both centres have a second motion that explains them all.
     const auto other = [&](const Motion& motion) {
-      return ClearlyDifferent(motion.second_from_first, essential->model.second_from_first, options);
+      return DirectionsDiffer(motion.second_from_first, essential->model.second_from_first);
     };
     if (const auto rival = SampleEssential(
-            pairs,
-            {.threshold = threshold, .max_iterations = options.rival_samples, .seed = options.seed + 3},
+            pairs, {.threshold = threshold, .max_iterations = kRivalSamples, .seed = options.seed + 3},
             other))
       starts.emplace_back(rival->model.second_from_first, false);
   }
@@ -328,7 +347,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   if (rotation)
     for (const Vector3d& direction : FanOfDirections())
       starts.emplace_back(Rigid3{Eigen::Quaterniond(rotation->model).normalized(), direction}, true);
-  const MotionChoice choice = ChooseMotion(starts, pairs, threshold, options);
+  const MotionChoice choice = ChooseMotion(starts, pairs, threshold);
   // Any motion fits the matches of a rotation. So compare what the best motion explains with what the
   // rotation does, whose residual has two dimensions and the noise of both views.
   const double noise = std::max(choice.noise, 0.05 * threshold);
@@ -339,8 +358,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   const auto turned = !rotation ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
     return (rotation->model * pair.first - pair.second).norm() < (choice.best ? 4.5 * noise : threshold);
   });
-  if (turned >= options.min_matches &&
-      static_cast<double>(turned) > options.rotation_share * static_cast<double>(explained)) {
+  if (turned >= kMinPairs && static_cast<double>(turned) > kRotationShare * static_cast<double>(explained)) {
     result.outcome = RelativePoseOutcome::kRotationOnly;
     return result;
   }
@@ -354,14 +372,14 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
                      choice.runner_up,
                      0};
   const double outliers = static_cast<double>(pairs.size()) - static_cast<double>(explained);
-  const double by_chance = (2 + 3 * std::sqrt(2 * options.chance_in_band * outliers)) * threshold *
-                           threshold / (choice.noise * choice.noise);
-  const double margin = std::max(options.least_margin, share_of_pairs(options.margin_per_pair)) + by_chance;
+  const double by_chance = (2 + 3 * std::sqrt(2 * kChanceInBand * outliers)) * threshold * threshold /
+                           (choice.noise * choice.noise);
+  const double margin = std::max(kLeastMotionMargin, share_of_pairs(kMarginPerPair)) + by_chance;
   result.evidence.runner_up_needed = margin;
   if (choice.runner_up < margin) {
     result.outcome = RelativePoseOutcome::kAmbiguous;
     // The excess grows with the square of the parallax.
-    const double growth = std::clamp(margin / std::max(1e-9, choice.runner_up), 1.0, options.most_growth);
+    const double growth = std::clamp(margin / std::max(1e-9, choice.runner_up), 1.0, kMostGrowth);
     result.parallax_needed_deg =
         std::max(options.min_parallax_deg, result.median_parallax_deg * std::sqrt(growth));
     return result;
@@ -372,18 +390,18 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     result.outcome = RelativePoseOutcome::kConflicting;
     return result;
   }
-  if (reconstruction.count < options.min_points) {
+  if (reconstruction.count < kMinReconstructed) {
     result.outcome = RelativePoseOutcome::kTooFewPoints;
     return result;
   }
   result.median_parallax_deg = reconstruction.median_parallax_deg;
   if (reconstruction.median_parallax_deg < options.min_parallax_deg ||
-      result.direction_sigma_deg > options.max_direction_sigma_deg) {
+      result.direction_sigma_deg > kMaxDirectionSigmaDeg) {
     result.outcome = RelativePoseOutcome::kLowParallax;
     // The direction's error falls as the parallax grows.
     result.parallax_needed_deg =
         std::max(options.min_parallax_deg,
-                 result.median_parallax_deg * result.direction_sigma_deg / options.max_direction_sigma_deg);
+                 result.median_parallax_deg * result.direction_sigma_deg / kMaxDirectionSigmaDeg);
     return result;
   }
   result.outcome = RelativePoseOutcome::kFound;

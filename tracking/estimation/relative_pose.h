@@ -24,34 +24,9 @@ namespace ulf::tracking {
 struct RelativePoseOptions {
   double focal_px = 500;
   double threshold_px = 1.5;
-  double min_parallax_deg = 0.8;       // median over the triangulated points
-  int min_points = 60;                 // triangulated, in front of both views
-  double min_point_share = 0;          // triangulated, of all pairs
-  double max_direction_sigma_deg = 4;  // of the translation's direction
+  double min_parallax_deg = 0.8;  // median over the triangulated points
+  double min_point_share = 0;     // triangulated, of all pairs
   unsigned seed = 1;
-
-  // Guessed from here on, except where a line says so.
-  int min_matches = 20;       // fewer give no motion
-  double different_deg = 10;  // motions are clearly different whose translations' axes differ by more
-  // Samples that are drawn for each model at most. The last are for a rival of the essential matrix: most
-  // samples lead to either, so a few find the other.
-  int rotation_samples = 300, essential_samples = 500, homography_samples = 500, rival_samples = 40;
-  // A homography constrains a point in two directions, the essential matrix in one: a scene is flat where the
-  // homography explains this share of what the essential matrix does.
-  double flat_share = 0.85;
-  // A rotation takes up most of a distant wall's parallax, not nine tenths of it: where a rotation explains
-  // more than this share of the matches and leaves less than this share of the parallax that is needed, the
-  // search, which costs more than tracking a frame, cannot end well.
-  double early_rotation_share = 0.9, least_left_over = 0.1;
-  double rotation_share = 0.9;    // of the matches that a motion explains: a rotation that explains more wins
-  int settling_pairs = 200;       // on which far starts are refined before all pairs take part
-  double surely_behind = 5;       // times the noise: rays that meet behind a camera by more are outliers
-  double least_noise_rad = 1e-6;  // of the epipolar error
-  // The best other motion must be worse by so many variances of the noise, by this many a pair (unmodelled
-  // errors make some percent), and by what outliers make that lie in a motion's band by chance, with this
-  // probability.
-  double least_margin = 60, margin_per_pair = 0.25, chance_in_band = 0.03;
-  double most_growth = 100;  // of that excess, when the parallax that would suffice is predicted
 };
 
 enum class RelativePoseOutcome {
@@ -81,7 +56,8 @@ struct RelativePoseResult {
   int points = 0;                                               // that were triangulated
   double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
   MotionEvidence evidence;
-  // For every outcome with enough matches: after removing the best rotation, or that of the points.
+  // The median parallax, for every outcome with enough matches: after removing the best rotation, or that of
+  // the points.
   double median_parallax_deg = 0;
   // The parallax that would suffice, as far as this pair of views tells.
   double parallax_needed_deg = 0;

@@ -61,7 +61,7 @@ class IntrinsicsManifold final : public PlusManifold {
   Eigen::Matrix<double, 9, Eigen::Dynamic> directions_;
 };
 
-// Of pose and point, or of pose, point and intrinsics.
+// The cost of a pose and a point, or of a pose, a point and intrinsics.
 template <int... Blocks>
 class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
  public:
@@ -78,7 +78,8 @@ class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
 using ReprojectionCost = ReprojectionError<7, 3>;
 using IntrinsicsReprojectionCost = ReprojectionError<7, 3, 9>;
 
-// Of pose, point and the camera's twist while its rows were read; `time_s`: of the observation's row (RowTime).
+// The cost of a pose, a point and the camera's twist while its rows were read; `time_s`: of the observation's
+// row (RowTime).
 class RowsReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 6> {
  public:
   RowsReprojectionCost(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px, double time_s)

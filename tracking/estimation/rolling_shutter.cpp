@@ -16,6 +16,21 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+namespace {
+
+// RefinePoseAndMotion() uses these.
+constexpr int kMotionIterations = 4;              // at most. Guessed
+constexpr int kMotionMinPoints = 8;               // fewer do not determine pose and velocity
+constexpr double kMotionHuberSigmas = kSigmas95;  // beyond it an observation weighs less
+constexpr double kMotionMinStep = 1e-6;           // radians; a smaller step ends the iterations. Guessed
+
+// TwistFromFlow() uses these.
+constexpr int kFlowRounds = 8;      // of weighing what does not fit less. Guessed
+constexpr int kFlowMinPoints = 12;  // fewer give no velocity. Guessed
+constexpr double kFlowReach = 3;    // times the usual misfit: beyond it a point weighs less. Guessed
+
+}  // namespace
+
 Vector3d PointAfter(const Twist& twist, const Vector3d& point, double time_s, Matrix3d* by_point,
                     Eigen::Matrix<double, 3, 6>* by_twist) {
   const Vector3d omega = twist.head<3>();
@@ -167,11 +182,10 @@ std::shared_ptr<const Pyramid> WithRows(const Pyramid& pyramid, std::shared_ptr<
   return std::make_shared<const Pyramid>(std::move(same));
 }
 
-std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow,
-                                   const TwistFromFlowOptions& options) {
+std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow) {
   Twist twist = Twist::Zero();
   double scale = 0;  // median misfit, px/s
-  for (int round = 0; round < options.rounds; ++round) {
+  for (int round = 0; round < kFlowRounds; ++round) {
     Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
     Twist right = Twist::Zero();
     std::vector<double> misfits;
@@ -185,12 +199,12 @@ std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const Po
       }
       const double misfit = (point.px_s - jacobian * twist).norm();
       misfits.push_back(misfit);
-      const double reach = round == 0 ? 1 : std::min(1.0, options.reach * scale / std::max(1e-9, misfit));
+      const double reach = round == 0 ? 1 : std::min(1.0, kFlowReach * scale / std::max(1e-9, misfit));
       const double weight = reach * reach;
       normal += weight * jacobian.transpose() * jacobian;
       right += weight * jacobian.transpose() * point.px_s;
     }
-    if (static_cast<int>(misfits.size()) < options.min_points) return std::nullopt;
+    if (static_cast<int>(misfits.size()) < kFlowMinPoints) return std::nullopt;
     twist = SolveNormal(normal, right);
     if (!twist.allFinite()) return std::nullopt;
     scale = Median(std::move(misfits));
@@ -200,11 +214,10 @@ std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const Po
 
 std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, double readout_s,
                                                  std::span<const SeenPoint> points, const Rigid3& initial,
-                                                 const MotionPrior& prior,
-                                                 const PoseAndMotionOptions& options) {
+                                                 const MotionPrior& prior) {
   PoseAndMotion result{initial, prior.twist};
   const Twist prior_weight = prior.sigma.cwiseAbs2().cwiseInverse();
-  for (int iteration = 0; iteration < options.iterations; ++iteration) {
+  for (int iteration = 0; iteration < kMotionIterations; ++iteration) {
     // With the pose's Jacobian A and a row's time t, that by pose and velocity is (A, t A).
     std::array<Eigen::Matrix<double, 6, 6>, 3> hessian;
     std::array<Twist, 2> gradient{Twist::Zero(), Twist::Zero()};
@@ -221,7 +234,7 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
       ++used;
       const Vector2d residual = (*img - point.seen) / point.sigma_px;
       const double length = residual.norm();
-      const double weight = length <= options.huber_sigmas ? 1 : options.huber_sigmas / length;
+      const double weight = length <= kMotionHuberSigmas ? 1 : kMotionHuberSigmas / length;
       Eigen::Matrix<double, 2, 6> jacobian;
       for (int row = 0; row < 2; ++row) {
         const Vector3d move = img_by_point.row(row) / point.sigma_px;
@@ -235,7 +248,7 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
       gradient[0] += slope;
       gradient[1] += time_s * slope;
     }
-    if (used < options.min_points) return std::nullopt;
+    if (used < kMotionMinPoints) return std::nullopt;
     Eigen::Matrix<double, 12, 12> normal;
     normal << hessian[0], hessian[1], hessian[1], hessian[2];
     normal.bottomRightCorner<6, 6>().diagonal() += prior_weight;
@@ -245,8 +258,8 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
     if (!step.allFinite()) return std::nullopt;
     result.cam_from_world = Perturbed(result.cam_from_world, step.head<6>());
     result.twist += step.tail<6>();
-    if (step.head<3>().norm() < options.min_step &&
-        step.segment<3>(6).norm() * std::abs(readout_s) < options.min_step)
+    if (step.head<3>().norm() < kMotionMinStep &&
+        step.segment<3>(6).norm() * std::abs(readout_s) < kMotionMinStep)
       break;
   }
   return result;

@@ -3,10 +3,11 @@
 // A frame's pose and time are those of its middle row. Row y was read readout · (y / height - 1/2) later
 // (earlier above the middle), when the camera's velocity had moved the image of a point. The tracker removes
 // this shift from every image point when it detects the features, and again, with the velocity that the frame
-// itself shows, when it fixes the pose; from then on poses and points know global shutters only. Adjustments of the whole
-// map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels are where the sensor saw them: code that reads pixels asks the pyramid, which has the
-// RowShift. For a known point of the scene the shift is exact at a constant velocity; otherwise its depth is
-// interpolated from the points around.
+// itself shows, when it fixes the pose; from then on poses and points know global shutters only. Adjustments
+// of the whole map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels are where the
+// sensor saw them: code that reads pixels asks the pyramid, which has the RowShift. For a known point of the
+// scene the shift is exact at a constant velocity; otherwise its depth is interpolated from the points
+// around.
 //
 // The velocity over a frame's readout is estimated with the pose (as in Hedborg, Forssén, Felsberg and
 // Ringaby 2012) and held to the velocity between frames: alone it would absorb a stretch of the image in y
@@ -30,8 +31,8 @@ namespace ulf::tracking {
 // cam_from_world is Perturbed(cam_from_world, t * twist).
 using Twist = Eigen::Matrix<double, 6, 1>;
 Twist TwistBetween(const Rigid3& before, const Rigid3& after, double step_s);
-// Where a point of the camera's frame is in that frame `time_s` later, to second order in the rotation. The derivatives,
-// if wanted, are by the point and by the twist.
+// Where a point of the camera's frame is in that frame `time_s` later, to second order in the rotation. The
+// derivatives, if wanted, are by the point and by the twist.
 Eigen::Vector3d PointAfter(const Twist& twist, const Eigen::Vector3d& point, double time_s,
                            Eigen::Matrix3d* by_point = nullptr,
                            Eigen::Matrix<double, 3, 6>* by_twist = nullptr);
@@ -75,7 +76,8 @@ class RowShift {
   Eigen::Vector2d Global(const Eigen::Vector2d& seen) const;
   Eigen::Vector2d Seen(const Eigen::Vector2d& global) const;
 
-  // Where a global shutter would have seen, from the camera, what the sensor saw at a point; `ray` there. Not normalised.
+  // Where a global shutter would have seen, from the camera, what the sensor saw at a point; `ray` there. Not
+  // normalised.
   Eigen::Vector3d GlobalPoint(const Eigen::Vector2d& seen, const Eigen::Vector3d& ray) const;
 
   // The same in another unit of length.
@@ -114,26 +116,12 @@ struct PointFlow {
   Eigen::Vector2d px_s;
 };
 
-struct TwistFromFlowOptions {
-  int rounds = 8;       // of weighing what does not fit less. Guessed
-  int min_points = 12;  // fewer give no velocity. Guessed
-  double reach = 3;     // times the usual misfit: beyond it a point weighs less. Guessed
-};
-
 // The camera's velocity that explains the flow robustly; none where there are too few points.
-std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow,
-                                   const TwistFromFlowOptions& options = {});
+std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow);
 
 struct MotionPrior {
   Twist twist = Twist::Zero();
   Twist sigma = Twist::Ones();
-};
-
-struct PoseAndMotionOptions {
-  int iterations = 4;               // at most. Guessed
-  int min_points = 8;               // fewer do not determine pose and velocity
-  double huber_sigmas = kSigmas95;  // beyond it an observation weighs less
-  double min_step = 1e-6;           // radians; a smaller step ends the iterations. Guessed
 };
 
 struct PoseAndMotion {
@@ -145,7 +133,6 @@ struct PoseAndMotion {
 // points do not determine them.
 std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, double readout_s,
                                                  std::span<const SeenPoint> points, const Rigid3& initial,
-                                                 const MotionPrior& prior,
-                                                 const PoseAndMotionOptions& options = {});
+                                                 const MotionPrior& prior);
 
 }  // namespace ulf::tracking

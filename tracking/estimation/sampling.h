@@ -21,9 +21,7 @@ namespace ulf::tracking {
 struct SamplingOptions {
   double threshold = 1;  // of the residual, in the residual's unit; beyond it a point costs threshold²
   int max_iterations = 2000;
-  double confidence = 0.999;
   unsigned seed = 1;
-  int improvements = 3;  // of each new best model, at most: more rarely gain anything. Guessed
 };
 
 template <typename Model>
@@ -35,6 +33,10 @@ struct SamplingResult {
 };
 
 namespace internal {
+
+inline constexpr double kConfidence = 0.999;  // that at least one sample held inliers alone
+// Of each new best model, at most: more rarely gain anything. Guessed
+inline constexpr int kImprovements = 3;
 
 // `count` distinct numbers below `n`. std distributions differ between libraries; this does not.
 inline void DrawSample(std::mt19937& random, int n, std::vector<int>& sample) {
@@ -93,12 +95,12 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
     bool better = false;
     for (const Model& model : solve(sample)) better = consider(model) || better;
     if (!better) continue;
-    for (int round = 0; round < options.improvements; ++round) {
+    for (int round = 0; round < internal::kImprovements; ++round) {
       const std::optional<Model> improved = improve(best->model, best->inliers);
       if (!improved || !consider(*improved)) break;
     }
     needed = internal::IterationsNeeded(static_cast<double>(best->inliers.size()) / count, sample_size,
-                                        options.confidence, options.max_iterations);
+                                        internal::kConfidence, options.max_iterations);
   }
   if (best) best->iterations = iteration;
   return best;

@@ -14,6 +14,15 @@ namespace {
 
 using Eigen::Vector2d;
 
+// FAST's threshold in grey levels: where each level starts, and the range in which it adapts to the scene.
+// Below, noise gives corners; above, dim textures give none. Guessed.
+constexpr int kFastStart = 15, kFastLowest = 6, kFastHighest = 40;
+// The threshold adapts until FAST finds this many times the corners that are kept. Fewer leave cells with
+// little texture empty, more cost time. Guessed.
+constexpr double kLeastCandidates = 1.5, kMostCandidates = 2.25;
+// The smallest side of a cell in which corners compete, level pixels. Guessed.
+constexpr double kLeastCellPx = 8;
+
 constexpr int kPatchRadius = 15;  // of orientation and descriptor
 constexpr int kFastRadius = 3;    // of FAST's circle, which needs as much beside a corner
 constexpr float kHarris = 0.04f;  // Harris and Stephens 1988, section 3
@@ -75,7 +84,7 @@ class Spreader {
 constexpr int kSide = 32;  // pixels that a row of a patch is read as: whole vectors
 using PatchRow = std::array<std::int16_t, kSide>;
 
-// By row of the orientation patch: all ones inside the circle, from x - kPatchRadius on.
+// One mask for each row of the orientation patch, from x - kPatchRadius on: it is all ones inside the circle.
 std::array<PatchRow, kPatchRadius + 1> CircleMasks() {
   std::array<PatchRow, kPatchRadius + 1> masks{};
   for (int v = 0; v <= kPatchRadius; ++v) {
@@ -233,7 +242,7 @@ struct FeatureExtractor::State {
   cv::Ptr<cv::ORB> describer;
   std::array<int, kPyramidLevels> fast_threshold;
   Spreader spreader;
-  // Kept from frame to frame for their memory.
+  // These are kept from frame to frame, so that their memory need not be allocated again.
   std::vector<cv::KeyPoint> keypoints;
   std::vector<Corner> corners;
   cv::Mat descriptors;
@@ -247,7 +256,7 @@ FeatureExtractor::FeatureExtractor(const CameraModel& camera, const FeatureOptio
   // One level only: positions, levels and orientations are computed here.
   state_->describer =
       cv::ORB::create(1, 1.2f, 1, kPatchRadius + 1, 0, 2, cv::ORB::FAST_SCORE, 2 * kPatchRadius + 1);
-  state_->fast_threshold.fill(options.fast_start);
+  state_->fast_threshold.fill(kFastStart);
 }
 FeatureExtractor::~FeatureExtractor() = default;
 FeatureExtractor::FeatureExtractor(FeatureExtractor&&) noexcept = default;
@@ -275,16 +284,14 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
     cv::FAST(image(inside), keypoints, threshold, true);
     const auto found = static_cast<double>(keypoints.size());
     const int step = std::max(1, threshold / 8);
-    if (found < options.least_candidates * wanted)
-      threshold = std::max(options.fast_lowest, threshold - step);
-    if (found > options.most_candidates * wanted)
-      threshold = std::min(options.fast_highest, threshold + step);
+    if (found < kLeastCandidates * wanted) threshold = std::max(kFastLowest, threshold - step);
+    if (found > kMostCandidates * wanted) threshold = std::min(kFastHighest, threshold + step);
 
     corners.clear();
     for (const cv::KeyPoint& keypoint : keypoints)
       corners.push_back({static_cast<int>(keypoint.pt.x) + inside.x,
                          static_cast<int>(keypoint.pt.y) + inside.y, static_cast<int>(keypoint.response)});
-    state_->spreader.Keep(corners, wanted, options.least_cell_px, image.size());
+    state_->spreader.Keep(corners, wanted, kLeastCellPx, image.size());
 
     keypoints.clear();
     for (const Corner& corner : corners) {
@@ -301,7 +308,7 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
     for (int k = 0; k < static_cast<int>(keypoints.size()); ++k) {
       const cv::KeyPoint& keypoint = keypoints[At(k)];
       const Corner& corner = corners[At(keypoint.class_id)];
-      // From OpenCV's integer centres to ours: half a pixel of this level.
+      // OpenCV's pixel centres are integers, ours are half a pixel of this level farther.
       const Vector2d on_level = SubpixelCorner(image, corner.x, corner.y) + Vector2d(0.5, 0.5);
       Feature feature;
       feature.img = pyramid.FromLevel(level, on_level);

@@ -41,6 +41,11 @@ inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
   return scales;
 }();
 inline double LevelScale(int level) { return kLevelScales[At(level)]; }
+// One standard deviation, px, of a corner that was detected on a level, and of a point that was measured
+// there by aligning a patch (patch_alignment.h). Guessed; smaller ones for aligned patches made young maps
+// worse (docs/tracking_measured.md, "The map").
+inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
+inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
 // The level whose scale is nearest, by ratio.
 inline int NearestLevel(double scale) {
   constexpr double kHalfStep = 1.0954451150103321;  // square root of kPyramidFactor
@@ -54,8 +59,8 @@ class RowShift;
 // Grey images, each 1 / kPyramidFactor of the one before.
 struct Pyramid {
   std::array<cv::Mat, kPyramidLevels> levels;
-  // With a rolling shutter: image points are those of a global shutter, pixels are where the sensor saw them.
-  // Null: the shutter is global.
+  // Under a rolling shutter image points are those of a global shutter, and pixels are where the sensor saw
+  // them. Null: the shutter is global.
   std::shared_ptr<const RowShift> rows;
   // From an image point to where the sensor saw it, and back. Exact where `point_in_cam` is given; without
   // it the depth is interpolated from the points around.
@@ -66,6 +71,9 @@ struct Pyramid {
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
 };
 Pyramid BuildPyramid(const cv::Mat& gray);
+
+// Pixels of an image of this width for one pixel of an image 640 px wide.
+inline double PxAt640(int width) { return width / 640.0; }
 
 struct Feature {
   Eigen::Vector2d img;
@@ -122,17 +130,9 @@ class FeatureSet {
 };
 
 struct FeatureOptions {
-  // The finest levels of the pyramid that corners are detected on, 1 to kPyramidLevels. Fewer are lost in noise,
-  // blur and large steps, more cost time and exactness. Measured: docs/charts/tracking_levels.png.
+  // The finest levels of the pyramid that corners are detected on, 1 to kPyramidLevels. Fewer are lost in
+  // noise, blur and large steps, more cost time and exactness. Measured: docs/charts/tracking_levels.png.
   int levels = 5;
-  // FAST's threshold in grey levels: where each level starts, and the range in which it adapts to the scene.
-  // Below, noise gives corners; above, dim textures give none. Guessed.
-  int fast_start = 15, fast_lowest = 6, fast_highest = 40;
-  // The threshold adapts until FAST finds this many times the corners that are kept. Fewer leave cells with
-  // little texture empty, more cost time. Guessed.
-  double least_candidates = 1.5, most_candidates = 2.25;
-  // The smallest side of a cell in which corners compete, level pixels. Guessed.
-  double least_cell_px = 8;
 };
 
 class FeatureExtractor {

@@ -23,7 +23,7 @@ void KeepNearestOwner(int second_size, std::vector<FeatureMatch>& matches) {
   matches = std::move(kept);
 }
 
-// Not a view of them: Clang 14 cannot compile this library's.
+// A vector, not a view: Clang 14 cannot compile this library's views.
 std::vector<int> AllBelow(int count) {
   std::vector<int> indices(At(count));
   std::iota(indices.begin(), indices.end(), 0);
@@ -46,6 +46,8 @@ std::vector<FeatureMatch> NearestMatches(std::span<const int> first, int second_
 
 }  // namespace
 
+std::vector<int> AllOf(const FeatureSet& features) { return AllBelow(features.size()); }
+
 std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSet& second,
                                         std::span<const Eigen::Vector2d> expected, double radius_px,
                                         const MatchOptions& options) {
@@ -54,8 +56,8 @@ std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSe
     second.ForEachNear(expected[At(i)], radius_px, feature.level - 1, feature.level + 1,
                        [&](int j) { nearest.Offer(j, Distance(feature.descriptor, second[j].descriptor)); });
   };
-  std::vector<FeatureMatch> matches = NearestMatches(AllBelow(first.size()), second.size(), options, offer);
-  if (options.same_rotation) KeepSameRotation(first, second, matches);
+  std::vector<FeatureMatch> matches = NearestMatches(AllOf(first), second.size(), options, offer);
+  KeepSameRotation(first, second, matches);
   return matches;
 }
 
@@ -67,7 +69,7 @@ std::vector<FeatureMatch> MatchAll(const FeatureSet& first, std::span<const int>
       nearest.Offer(j, Distance(first[i].descriptor, second[j].descriptor));
   };
   std::vector<FeatureMatch> matches = NearestMatches(chosen_in_first, second.size(), options, offer);
-  if (options.same_rotation) KeepSameRotation(first, second, matches);
+  KeepSameRotation(first, second, matches);
   return matches;
 }
 

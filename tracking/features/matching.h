@@ -24,7 +24,6 @@ struct FeatureMatch {
 struct MatchOptions {
   int max_distance = kSureDistance;  // bits; above it a pair is no match
   double max_ratio = 0.9;            // best distance / second best; above it the match is ambiguous. Guessed
-  bool same_rotation = true;         // keep only matches whose patches turned alike
 };
 
 // The candidate with the nearest descriptor so far, and the second distance for the ratio test.
@@ -49,17 +48,22 @@ struct NearestDescriptor {
 };
 
 // Matches every feature of `first` against those of `second` around `expected` (by feature of first), on
-// levels within one of its own. Each feature is used at most once.
+// levels within one of its own. Each feature is used at most once. Matches
+// whose patches turned by another angle than most are dropped.
 std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSet& second,
                                         std::span<const Eigen::Vector2d> expected, double radius_px,
                                         const MatchOptions& options = {});
 
-// Nearest matches among the chosen features of two sets. Each feature of `second` is used at most once.
+// The indices of all features of a set.
+std::vector<int> AllOf(const FeatureSet& features);
+
+// Nearest matches among the chosen features of two sets. Matches whose patches turned by another angle than
+// most are dropped. Each feature of `second` is used at most once.
 std::vector<FeatureMatch> MatchAll(const FeatureSet& first, std::span<const int> chosen_in_first,
                                    const FeatureSet& second, std::span<const int> chosen_in_second,
                                    const MatchOptions& options = {});
 
-// Where the image should show a map point.
+// A map point that the image should show, and where.
 struct Expected {
   Eigen::Vector2d img;
   double radius_px = 0;

@@ -18,6 +18,9 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr int kAlignmentIterations = 8;  // an alignment that has not settled by then is refused. Guessed
+constexpr double kSettledStep = 0.02;    // level pixels; a smaller step ends the alignment. Guessed
+
 constexpr int kTemplate = 8;
 constexpr int kFramed = kTemplate + 2;  // with a border for central differences
 
@@ -68,7 +71,8 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
   const float reach = kHalf * std::max(std::abs(warp(0, 0)) + std::abs(warp(0, 1)),
                                        std::abs(warp(1, 0)) + std::abs(warp(1, 1)));
   if (!(reach < kCenter - 0.01f)) return false;
-  // In three passes: the compiler vectorises the first and the last, not the one that fetches the pixels.
+  // Works in three passes: the compiler vectorises the first and the last, not the one that fetches the
+  // pixels.
   std::array<float, kFramed * kFramed> fx, fy;
   std::array<std::int32_t, kFramed * kFramed> at;
   std::array<std::uint32_t, kFramed * kFramed> four;
@@ -248,7 +252,7 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
   Vector2d at = start;
   Rows seen;
   bool settled = false;
-  for (int iteration = 0; iteration < options.iterations && !settled; ++iteration) {
+  for (int iteration = 0; iteration < kAlignmentIterations && !settled; ++iteration) {
     if (!Sample(image, at, seen)) return std::nullopt;
     Float8 right_x{}, right_y{};
     for (std::size_t v = 0; v < kTemplate; ++v) {
@@ -260,7 +264,7 @@ std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const Refere
     if (!shift.allFinite()) return std::nullopt;
     at -= shift;
     if ((at - start).squaredNorm() > options.max_shift * options.max_shift) return std::nullopt;
-    settled = shift.squaredNorm() < options.settled_step * options.settled_step;
+    settled = shift.squaredNorm() < kSettledStep * kSettledStep;
   }
   if (!settled || !Sample(image, at, seen)) return std::nullopt;
   const double correlation = Correlation(*wanted, seen);

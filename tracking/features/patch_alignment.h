@@ -36,8 +36,6 @@ std::optional<PatchAxes> AxesOf(const CameraModel& camera, const Rigid3& referen
 struct PatchAlignmentOptions {
   double max_shift = 2.5;         // level pixels; a patch that moves farther is another thing. Guessed
   double min_correlation = 0.85;  // normalised; a patch that looks less alike is refused. Guessed
-  int iterations = 8;             // an alignment that has not settled by then is refused. Guessed
-  double settled_step = 0.02;     // level pixels; a smaller step ends the alignment. Guessed
 };
 
 struct PatchAlignment {

@@ -15,7 +15,8 @@ struct Anchored {
   double unit = 1;
 };
 
-// Where an image shows a map point: pixels of the image as it is, distortion and rolling shutter included.
+// A map point that an image shows, and where: pixels of the image as it is, with distortion and rolling
+// shutter.
 struct MapObservation {
   int point = -1;
   Eigen::Vector2d img = Eigen::Vector2d::Zero();

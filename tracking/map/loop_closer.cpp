@@ -12,15 +12,42 @@
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "tracking/estimation/pose_graph.h"
-#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/estimation/sampling.h"
 #include "tracking/features/matching.h"
+#include "tracking/map/pose_log_odds.h"
 
 namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+constexpr int kLoopMemory = 8;  // keyframes until a statement about a loop is forgotten. Guessed
+// Median distance between two corrections of the points, of their distance. Guessed.
+constexpr double kLoopAgreement = 0.05;
+constexpr int kLoopRest = 5;  // keyframes after a closed loop without another search. Guessed
+// Candidates: the best ranked that are looked at, and the places among them that are verified. Guessed.
+constexpr int kLoopRanked = 30, kLoopCandidates = 3;
+// Points to verify a candidate by: matched descriptors, matches that fit one similarity, points that guided
+// matching finds, and pairs that tell the scale. Fewer prove nothing. Guessed.
+constexpr int kLoopMinMatches = 20, kLoopMinSampled = 15, kLoopMinPoints = 40, kLoopMinScalePairs = 15;
+// The same for two parts of the map, of which the younger one knows few points yet. Guessed.
+constexpr int kLoopMinJoinPoints = 20, kLoopMinJoinScalePairs = 10;
+constexpr double kLoopMaxLogScaleSpread = 0.1;  // median deviation; above it the pairs tell no scale. Guessed
+constexpr int kLoopMaxDistance = 70;            // bits, of matched descriptors
+constexpr double kLoopMaxRatio = 0.85;
+constexpr double kLoopSampledSigmas = 4;  // within which a match fits a similarity. Guessed
+constexpr int kLoopSamples = 300;
+// Larger corrections are no drift, but another place. Guessed.
+constexpr double kLoopMaxDrift = 0.25;     // the correction's length over the way since the old part was seen
+constexpr double kLoopMaxTurnDeg = 35;     // the correction's rotation
+constexpr double kLoopMaxScaleChange = 2;  // the correction's scale, either way
+// The pose graph: each keyframe's ties to earlier ones that share at least so many points, or that lie so
+// many keyframes back (earlier loops); the weight of keyframes that share none; the weight of the new loop,
+// which must hold against many parallel ties. Guessed.
+constexpr int kLoopStrongTie = 60, kLoopOldTie = 20;
+constexpr double kLoopLooseWeight = 0.1, kLoopLoopWeight = 100;
+constexpr int kLoopNeighbourhood = 12;  // keyframes on either side whose points are known or merged. Guessed
 
 // One point in two keyframes: its position in each camera's frame, and where each image shows it.
 struct PointPair {
@@ -29,7 +56,7 @@ struct PointPair {
   double recent_sigma_px, old_sigma_px;
 };
 
-constexpr int kKeyframeCorners = 1000;       // of a keyframe, about: they limit the locator's patches
+constexpr int kKeyframeCorners = 1000;       // about so many a keyframe has: they limit the locator's patches
 constexpr double kPointsOfUnitWeight = 100;  // a tie by so many shared points has weight 1
 
 double ErrorSigmas2(const CameraModel& camera, const Vector3d& in_cam, const Vector2d& img, double sigma_px) {
@@ -38,7 +65,7 @@ double ErrorSigmas2(const CameraModel& camera, const Vector3d& in_cam, const Vec
 }
 
 std::optional<Similarity3> SampleSimilarity(const CameraModel& camera, const std::vector<PointPair>& pairs,
-                                            bool rigid, unsigned seed, const LoopOptions& options) {
+                                            bool rigid, unsigned seed) {
   struct Model {
     Similarity3 old_from_recent, recent_from_old;
   };
@@ -60,8 +87,8 @@ std::optional<Similarity3> SampleSimilarity(const CameraModel& camera, const std
   };
   const auto found = SampleConsensusByFit<Model>(
       static_cast<int>(pairs.size()), 3, fit, residual2,
-      {.threshold = options.sampled_sigmas, .max_iterations = options.samples, .seed = seed});
-  if (!found || static_cast<int>(found->inliers.size()) < options.min_sampled) return std::nullopt;
+      {.threshold = kLoopSampledSigmas, .max_iterations = kLoopSamples, .seed = seed});
+  if (!found || static_cast<int>(found->inliers.size()) < kLoopMinSampled) return std::nullopt;
   return found->model.recent_from_old;
 }
 
@@ -95,13 +122,13 @@ std::vector<int> Neighbourhood(const Map& map, int keyframe, int most) {
 }  // namespace
 
 LoopCloser::LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
-                       const LoopOptions& options)
+                       int agreeing)
     : camera_(camera),
       owned_(owned),
       map_(owned.shared.ReadByOwner()),
       index_(index),
       seed_(seed),
-      options_(options),
+      agreeing_(agreeing),
       locator_(camera, owned.shared, kKeyframeCorners) {}
 
 void LoopCloser::SetCamera(const CameraModel& camera) {
@@ -123,8 +150,8 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
   };
   for (const Map::Neighbour& neighbour : map_.Covisible(newest)) take_with_neighbours(neighbour.keyframe);
   std::vector<int> candidates;
-  for (const auto& [keyframe, votes] : index_.Query(*map_.keyframe(newest).features, options_.ranked)) {
-    if (static_cast<int>(candidates.size()) >= options_.candidates) break;
+  for (const auto& [keyframe, votes] : index_.Query(*map_.keyframe(newest).features, kLoopRanked)) {
+    if (static_cast<int>(candidates.size()) >= kLoopCandidates) break;
     if (!map_.keyframe(keyframe).alive || taken.contains(keyframe)) continue;
     candidates.push_back(keyframe);
     take_with_neighbours(keyframe);
@@ -132,14 +159,14 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
   return candidates;
 }
 
-// Where the old part's world has the recent camera, about: by points that both keyframes know; of two parts, where too few
-// are known, by the old points that the recent image shows.
+// Where the old part's world has the recent camera, about: by points that both keyframes know; of two parts,
+// where too few are known, by the old points that the recent image shows.
 std::optional<Rigid3> LoopCloser::Propose(int recent_id, const KeyframePoints& of_recent, int old_id,
                                           const KeyframePoints& of_old, bool rigid) const {
   const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
   const unsigned seed = seed_ + static_cast<unsigned>(recent_id);
   const auto matches = MatchAll(*recent.features, of_recent.with_points, *old.features, of_old.with_points,
-                                {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
+                                {.max_distance = kLoopMaxDistance, .max_ratio = kLoopMaxRatio});
   std::vector<PointPair> pairs;
   for (const FeatureMatch& match : matches) {
     const Feature &a = (*recent.features)[match.first], &b = (*old.features)[match.second];
@@ -147,8 +174,8 @@ std::optional<Rigid3> LoopCloser::Propose(int recent_id, const KeyframePoints& o
                      old.cam_from_world * of_old.positions[At(match.second)], a.img, b.img,
                      DetectedSigmaPx(a.level), DetectedSigmaPx(b.level)});
   }
-  if (static_cast<int>(pairs.size()) >= options_.min_matches)
-    if (const auto recent_from_old = SampleSimilarity(camera_, pairs, rigid, seed, options_))
+  if (static_cast<int>(pairs.size()) >= kLoopMinMatches)
+    if (const auto recent_from_old = SampleSimilarity(camera_, pairs, rigid, seed))
       return (*recent_from_old * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
   if (recent.part == old.part) return std::nullopt;
   return ProposePose(camera_, of_old, *recent.features, seed);
@@ -165,9 +192,9 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   // Match the recent keyframe with all points of the old part, in the old part's world.
   FramePose frame_pose;
   frame_pose.cam_from_world = *proposal;
-  frame_pose.candidates = GatherCandidates(map_, camera_, frame_pose.cam_from_world, {.part = old.part});
+  frame_pose.candidates = GatherCandidates(map_, camera_, frame_pose.cam_from_world, old.part);
   const auto points_about = [&](int keyframe) {
-    return map_.PointsSeenBy(Neighbourhood(map_, keyframe, options_.neighbourhood));
+    return map_.PointsSeenBy(Neighbourhood(map_, keyframe, kLoopNeighbourhood));
   };
   const std::vector<int> known = points_about(old_id), own = points_about(recent_id);
   const auto holds = [](const std::vector<int>& ids, int id) {
@@ -177,10 +204,9 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
                 [&](const Candidate& c) { return !holds(known, c.id) || holds(own, c.id); });
   const TrackedImage image{recent.time_s, recent.pyramid, recent.features};
   const std::optional<FramePose> found = locator_.RefineTwice(image, std::move(frame_pose));
-  LeftOut left_out;
+  ExcludedCandidates left_out;
   if (found && joins) ExcludeAmbiguousMatches(camera_, *recent.features, *found, left_out);
-  if (!found ||
-      static_cast<int>(found->matches.size()) < (joins ? options_.min_join_points : options_.min_points) ||
+  if (!found || static_cast<int>(found->matches.size()) < (joins ? kLoopMinJoinPoints : kLoopMinPoints) ||
       PoseLogOdds(camera_, *found) <= kRelocalizedLogOdds ||
       (joins && PoseLogOdds(camera_, *found, left_out) <= kFollowedLogOdds)) {
     spdlog::debug("loop {} to {}: {} of {:.0f} points: not sure", recent_id, old_id,
@@ -199,18 +225,17 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
     log_scales.push_back(std::log((recent.cam_from_world * map_.point(point).position).norm() /
                                   (found->cam_from_world * candidate.position).norm()));
   }
-  if (static_cast<int>(log_scales.size()) <
-      (joins ? options_.min_join_scale_pairs : options_.min_scale_pairs))
+  if (static_cast<int>(log_scales.size()) < (joins ? kLoopMinJoinScalePairs : kLoopMinScalePairs))
     return std::nullopt;
   const double log_scale = Median(log_scales);
   for (double& value : log_scales) value = std::abs(value - log_scale);
-  if (Median(log_scales) > options_.max_log_scale_spread) return std::nullopt;
+  if (Median(log_scales) > kLoopMaxLogScaleSpread) return std::nullopt;
   hypothesis.recent = recent_id;
   hypothesis.old = old_id;
   hypothesis.points = static_cast<int>(found->matches.size());
   Similarity3 recent_from_world = Similarity3::FromRigid(found->cam_from_world);
   if (rigid) {
-    if (std::abs(log_scale) > options_.max_log_scale_spread) return std::nullopt;
+    if (std::abs(log_scale) > kLoopMaxLogScaleSpread) return std::nullopt;
   } else {
     recent_from_world.scale = std::exp(log_scale);
     recent_from_world.translation *= recent_from_world.scale;
@@ -245,8 +270,8 @@ bool LoopCloser::Plausible(const LoopHypothesis& hypothesis) const {
   const Vector3d center = map_.PoseOf(hypothesis.recent).OriginInSource();
   const double moved = (correction * center - center).norm();
   const double turned_deg = Degrees(Eigen::AngleAxisd(correction.rotation).angle());
-  const bool plausible = moved <= options_.max_drift * way && turned_deg <= options_.max_turn_deg &&
-                         std::abs(std::log(correction.scale)) <= std::log(options_.max_scale_change);
+  const bool plausible = moved <= kLoopMaxDrift * way && turned_deg <= kLoopMaxTurnDeg &&
+                         std::abs(std::log(correction.scale)) <= std::log(kLoopMaxScaleChange);
   if (!plausible)
     spdlog::debug("loop {} to {}: not drift: {:.3f} over a way of {:.3f}, {:.1f} degrees, scale {:.3f}",
                   hypothesis.recent, hypothesis.old, moved, way, turned_deg, correction.scale);
@@ -261,14 +286,13 @@ bool LoopCloser::Agree(const LoopHypothesis& a, const LoopHypothesis& b) const {
     const Vector3d& position = map_.point(point).position;
     apart.push_back((by_a * position - by_b * position).norm() / (by_a.scale * (position - center).norm()));
   }
-  return !apart.empty() && Median(std::move(apart)) < options_.agreement;
+  return !apart.empty() && Median(std::move(apart)) < kLoopAgreement;
 }
 
 std::optional<ClosedLoop> LoopCloser::Examine(int newest) {
-  if (last_closed_ >= 0 && newest < last_closed_ + options_.rest) return std::nullopt;
+  if (last_closed_ >= 0 && newest < last_closed_ + kLoopRest) return std::nullopt;
   std::erase_if(pending_, [&](const LoopHypothesis& h) {
-    return h.recent < newest - options_.memory || !map_.keyframe(h.recent).alive ||
-           !map_.keyframe(h.old).alive;
+    return h.recent < newest - kLoopMemory || !map_.keyframe(h.recent).alive || !map_.keyframe(h.old).alive;
   });
   std::vector<LoopHypothesis> verified;
   for (const int candidate : Candidates(newest))
@@ -289,7 +313,7 @@ std::optional<ClosedLoop> LoopCloser::Examine(int newest) {
     }
   std::erase_if(pending_, [&](const LoopHypothesis& h) { return !Agree(verified.front(), h); });
   pending_.push_back(verified.front());
-  if (static_cast<int>(pending_.size()) < options_.agreeing) return std::nullopt;
+  if (static_cast<int>(pending_.size()) < agreeing_) return std::nullopt;
   const std::vector<LoopHypothesis> agreeing = std::exchange(pending_, {});
   auto closed = JoinsParts(agreeing.back()) ? Join(agreeing) : Close(agreeing);
   if (closed) last_closed_ = newest;
@@ -317,17 +341,17 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
     bool tied = false;  // to an earlier one: the strongest of these edges is always kept
     for (const Map::Neighbour& neighbour : map_.Covisible(keyframes[i])) {
       const int apart = keyframes[i] - neighbour.keyframe;
-      if (apart < 0 || (tied && neighbour.shared < options_.strong_tie && apart < options_.old_tie)) continue;
+      if (apart < 0 || (tied && neighbour.shared < kLoopStrongTie && apart < kLoopOldTie)) continue;
       add_edge(neighbour.keyframe, keyframes[i], neighbour.shared / kPointsOfUnitWeight);
       tied = true;
     }
-    if (!tied) add_edge(keyframes[i - 1], keyframes[i], options_.loose_weight);
+    if (!tied) add_edge(keyframes[i - 1], keyframes[i], kLoopLooseWeight);
   }
   // A loop is measured as accurately as one step of the way. So it must not yield to the drift of all steps,
   // nor to the way's many parallel ties, which repeat one measurement.
   for (const LoopHypothesis& loop : agreeing)
     graph.edges.push_back({node_of.at(loop.old), node_of.at(loop.recent), loop.recent_from_old,
-                           options_.loop_weight * loop.points / kPointsOfUnitWeight});
+                           kLoopLoopWeight * loop.points / kPointsOfUnitWeight});
   const PoseGraphSummary solved = OptimizePoseGraph(
       graph, {.rigid = ScaleIsGiven(owned_.shared), .unit = map_.MedianDepth(agreeing.back().recent)});
   spdlog::debug("loop {} to {} closed: pose graph of {} keyframes and {} edges, cost {:.4g} -> {:.4g}",
@@ -349,8 +373,8 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
 
 // The keyframes on either side, before points are merged.
 ClosedLoop LoopCloser::Seen(const LoopHypothesis& last) const {
-  return {Neighbourhood(map_, last.recent, options_.neighbourhood),
-          Neighbourhood(map_, last.old, options_.neighbourhood)};
+  return {Neighbourhood(map_, last.recent, kLoopNeighbourhood),
+          Neighbourhood(map_, last.old, kLoopNeighbourhood)};
 }
 
 // The main part stays where it is; of two others, the older one does.

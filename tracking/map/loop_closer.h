@@ -10,8 +10,9 @@
 // (Strasdat et al. 2010), points follow their keyframes, and points seen from both sides are merged. The
 // caller adjusts the whole map.
 //
-// Keyframes of another part of the map are found and verified in the same way. No way lies between two parts, so that
-// the correction may be any; it moves one part as a whole, never the main one, and the parts are one from then on.
+// Keyframes of another part of the map are found and verified in the same way. No way lies between two parts,
+// so that the correction may be any; it moves one part as a whole, never the main one, and the parts are one
+// from then on.
 //
 // Runs in the mapper's thread: reads without the map's lock, takes it to write.
 #pragma once
@@ -22,10 +23,9 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/map.h"
-#include "tracking/map/mapper_options.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/frame_locator.h"
 
 namespace ulf::tracking {
 
@@ -44,8 +44,11 @@ struct ClosedLoop {
 
 class LoopCloser {
  public:
+  // Keyframes that must say the same before a loop is closed. Fewer close loops between places that look
+  // alike, more close them late. Guessed.
+  static constexpr int kAgreeing = 3;
   LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
-             const LoopOptions& options = {});
+             int agreeing = kAgreeing);
 
   // Called once for every keyframe after its neighbourhood has been adjusted. Returns a loop when it has
   // corrected the map.
@@ -73,7 +76,7 @@ class LoopCloser {
   const Map& map_;
   const KeyframeIndex& index_;
   unsigned seed_;
-  LoopOptions options_;
+  int agreeing_;
   FrameLocator locator_;
   std::vector<LoopHypothesis> pending_;
   int last_closed_ = -1;  // keyframe

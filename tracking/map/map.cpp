@@ -68,7 +68,7 @@ bool Map::Observe(int id, const Observation& observation) {
 
 void Map::AddView(int id, const ViewObservation& seen) {
   std::vector<ViewObservation>& views = point(id).views;
-  // From the newest on: few views note the same point twice.
+  // The search begins with the newest view, because few views note the same point twice.
   if (std::none_of(views.rbegin(), views.rend(),
                    [&](const ViewObservation& o) { return o.view_id == seen.view_id; }))
     views.push_back(seen);

@@ -7,8 +7,9 @@
 // at integer + 0.5. Map itself knows no thread; SharedMap and OwnedMap say who may read and who may change
 // it.
 //
-// A camera that stays lost begins another part of the map: keyframes and points with a world of their own, until the
-// loop closer finds how the parts lie to each other and joins them. The main part's world is the one that users see.
+// A camera that stays lost begins another part of the map: keyframes and points with a world of their own,
+// until the loop closer finds how the parts lie to each other and joins them. The main part's world is the
+// one that users see.
 #pragma once
 
 #include <Eigen/Core>
@@ -45,11 +46,6 @@ struct Observation {
   Eigen::Vector2d img = Eigen::Vector2d::Zero();  // aligned with the point's patch where that worked
   double sigma_px = 1;
 };
-
-// One standard deviation of a detected feature, and of one aligned with the point's patch, on a level.
-// Guessed; smaller ones for aligned patches made young maps worse (docs/tracking_measured.md, "The map").
-inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
-inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
 
 struct MapPoint {
   int id = -1;
@@ -89,7 +85,7 @@ struct Keyframe {
   std::vector<int> children;  // of a living one: the removed ones whose parent it is
   std::shared_ptr<const FeatureSet> features;
   std::shared_ptr<const Pyramid> pyramid;  // of recent keyframes only
-  // With a rolling shutter: the rows' motion that was removed from features and observations.
+  // Under a rolling shutter: the rows' motion that was removed from features and observations.
   std::shared_ptr<const RowShift> rows;
   std::optional<Twist> expected_twist;  // of the rows, from the tracker: adjustments hold it to this one
   std::optional<Twist> velocity;        // from the frames before and after
@@ -150,7 +146,7 @@ class Map {
   std::vector<int> PointsSeenBy(int keyframe) const;
   // The points that any of these keyframes sees, each once, by id.
   std::vector<int> PointsSeenBy(std::span<const int> keyframes) const;
-  // Of those points, along the keyframe's optical axis; 1 without points.
+  // The median depth of the points that a keyframe sees, along its optical axis; 1 without points.
   double MedianDepth(int keyframe) const;
 
   struct Neighbour {

@@ -20,9 +20,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The similarity that brings one set of camera poses nearest to another. Centres alone leave the turn about a straight
-// path open, and say little where they are hardly apart. A move counts by the angle that it makes at the scene, as a turn
-// does. `distance`: of the scene, in the units of `from`.
+// A given world holds the map where at least so many keyframes show at least so many corners, from centres
+// that are spread by this share of their distance. Fewer leave the scale to chance. Guessed.
+constexpr std::size_t kGivenWorldMinCorners = 4;
+constexpr int kGivenWorldMinViews = 3;
+constexpr double kGivenWorldMinSpread = 0.02;
+
+// The similarity that brings one set of camera poses nearest to another. Centres alone leave the turn about a
+// straight path open, and say little where they are hardly apart. A move counts by the angle that it makes at
+// the scene, as a turn does. `distance`: of the scene, in the units of `from`.
 Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3>& to, double distance) {
   const double n = static_cast<double>(from.size());
   Vector3d from_mean = Vector3d::Zero(), to_mean = Vector3d::Zero();
@@ -102,22 +108,22 @@ void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index
 }
 
 // Whether the corners that these keyframes saw determine the map's position, orientation and scale.
-bool CornersHoldTheMap(const Map& map, const std::vector<int>& keyframes, const GivenWorldOptions& options) {
+bool CornersHoldTheMap(const Map& map, const std::vector<int>& keyframes) {
   Vector3d mean = Vector3d::Zero();
   double squared = 0, distance = 0;
   int views = 0;
   for (const int id : keyframes) {
     const Keyframe& keyframe = map.keyframe(id);
-    if (keyframe.corners.size() < options.min_corners) continue;
+    if (keyframe.corners.size() < kGivenWorldMinCorners) continue;
     const Vector3d center = keyframe.cam_from_world.OriginInSource();
     ++views;
     mean += center;
     squared += center.squaredNorm();
     distance += (keyframe.corners.front().point_in_world - center).norm();
   }
-  if (views < options.min_views) return false;
+  if (views < kGivenWorldMinViews) return false;
   const double spread = squared / views - (mean / views).squaredNorm();
-  return spread > std::pow(options.min_spread * distance / views, 2);
+  return spread > std::pow(kGivenWorldMinSpread * distance / views, 2);
 }
 
 // Updates the points in pieces, so that the tracker does not wait for the lock for long.
@@ -147,8 +153,8 @@ void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index
   for (const int id : changed) owned.map.Update(id);
 }
 
-// Whether a keyframe turned so fast that the rows' velocity, taken from poses of a map that may have been bent, must be
-// found with the map. In slower ones errors of the points would move it by more than it is off.
+// Whether a keyframe turned so fast that the rows' velocity, taken from poses of a map that may have been
+// bent, must be found with the map. In slower ones errors of the points would move it by more than it is off.
 bool RowsAreUnsure(const Keyframe& keyframe) {
   constexpr double kLeastTurn = 0.01;  // during the readout, radians. Guessed
   return keyframe.rows && keyframe.expected_twist &&
@@ -156,8 +162,9 @@ bool RowsAreUnsure(const Keyframe& keyframe) {
 }
 
 RowsMotion RowsMotionOf(const Map& map, const Keyframe& keyframe) {
-  // Radians and depths per second, and the share of the velocity. Chosen on drawn rooms (docs/tracking_measured.md,
-  // "Rolling shutter"): with more freedom a map of little parallax drifts in scale, with less it stays bent.
+  // Radians and depths per second, and the share of the velocity. Chosen on drawn rooms
+  // (docs/tracking_measured.md, "Rolling shutter"): with more freedom a map of little parallax drifts in
+  // scale, with less it stays bent.
   constexpr double kTremorTurn = 0.01, kTremorShift = 0.003, kBent = 0.1;
   const Twist& expected = *keyframe.expected_twist;
   RowsMotion motion{keyframe.rows->twist(), expected, {}};
@@ -195,8 +202,7 @@ void WriteRows(const CameraModel& camera, OwnedMap& owned, const std::vector<int
 
 // `lenses`: one, which changes where options.free says so.
 BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, const std::vector<int>& free,
-                             const std::vector<int>& held, const BundleOptions& options,
-                             const GivenWorldOptions& given_world, bool rows_too) {
+                             const std::vector<int>& held, const BundleOptions& options, bool rows_too) {
   const Map& map = owned.shared.ReadByOwner();
   BundleProblem problem;
   std::unordered_map<int, int> camera_index, point_index;
@@ -213,7 +219,7 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
   };
   // The first keyframe of a part holds its world unless corners do.
   const bool world_given = owned.shared.world_given;
-  const bool given = world_given && CornersHoldTheMap(map, free, given_world);
+  const bool given = world_given && CornersHoldTheMap(map, free);
   for (const int id : free) add_camera(id, !given && id == map.FirstKeyframe(map.keyframe(id).part));
   for (const int id : held) add_camera(id, true);
   if (!given && std::find(problem.fixed.begin(), problem.fixed.end(), true) == problem.fixed.end())
@@ -259,18 +265,34 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
 
 }  // namespace
 
-BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
-                        const std::vector<int>& held, const BundleOptions& options,
-                        const GivenWorldOptions& given_world, bool rows_too) {
-  std::vector<CameraModel> lenses{camera};
-  return AdjustMapUnder(lenses, owned, free, held, options, given_world, rows_too);
+BundleProblem ProblemOf(const Map& map) {
+  BundleProblem problem;
+  std::vector<int> index(map.keyframes().size(), -1);
+  for (const Keyframe& keyframe : map.keyframes()) {
+    if (!keyframe.alive) continue;
+    index[At(keyframe.id)] = static_cast<int>(problem.cam_from_world.size());
+    problem.cam_from_world.push_back(keyframe.cam_from_world);
+  }
+  for (const MapPoint& point : map.points()) {
+    if (!point.alive) continue;
+    for (const Observation& o : point.observations)
+      problem.observations.push_back(
+          {index[At(o.keyframe)], static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
+    problem.points.push_back(point.position);
+  }
+  return problem;
 }
 
-BundleSummary AdjustMapAndLens(CameraModel& lens, OwnedMap& owned, const BundleOptions& options,
-                               const GivenWorldOptions& given_world) {
+BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
+                        const std::vector<int>& held, const BundleOptions& options, bool rows_too) {
+  std::vector<CameraModel> lenses{camera};
+  return AdjustMapUnder(lenses, owned, free, held, options, rows_too);
+}
+
+BundleSummary AdjustMapAndLens(CameraModel& lens, OwnedMap& owned, const BundleOptions& options) {
   std::vector<CameraModel> lenses{lens};
   const BundleSummary summary =
-      AdjustMapUnder(lenses, owned, owned.shared.ReadByOwner().living(), {}, options, given_world, false);
+      AdjustMapUnder(lenses, owned, owned.shared.ReadByOwner().living(), {}, options, false);
   if (summary.usable) lens = lenses[0];
   return summary;
 }

@@ -1,11 +1,14 @@
 #include "tracking/map/map_file.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstring>
 #include <optional>
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/base/error.h"
 #include "core/geometry/byte_stream.h"
 #include "core/geometry/digest.h"
 
@@ -14,14 +17,14 @@ namespace {
 
 constexpr char kMagic[8] = {'u', 'l', 'f', 'm', 'a', 'p', '\0', 2};  // the last byte is the version
 
-// Of the main part: recorded views are in its world.
+// The file keeps the main part, because recorded views are in its world.
 bool IsKept(const Map& map, const Keyframe& keyframe) {
   return keyframe.alive && keyframe.part == map.main_part();
 }
 
 void PutKeyframe(const Map& map, const Keyframe& keyframe, ByteWriter& out) {
   out.Put(IsKept(map, keyframe));
-  // A removed one is only asked where it was.
+  // A removed keyframe is only asked for its pose.
   out.Put(map.PoseOf(keyframe.id));
   out.Put(keyframe.time_s);
   if (!IsKept(map, keyframe)) return;
@@ -85,7 +88,7 @@ void PutPoint(const MapPoint& point, ByteWriter& out) {
   out.Put(*point.patch);
 }
 
-// False when it names what is not there.
+// Returns false when the point refers to a keyframe or feature that does not exist.
 bool GetPoint(ByteReader& in, Map& map) {
   const int keyframes = static_cast<int>(map.keyframes().size());
   const int id = map.AddPoint(in.Get3());
@@ -124,6 +127,10 @@ bool GetPoint(ByteReader& in, Map& map) {
 
 }  // namespace
 
+std::string MapOfOthers() {
+  return fmt::format("views, poses or {} have changed since", Parameter("tracking_side"));
+}
+
 std::string MapToBytes(const Map& map, std::uint64_t key) {
   ByteWriter out;
   out.Put(kMagic);
@@ -150,7 +157,7 @@ std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const Camera
   bytes.remove_prefix(sizeof kMagic);
   ByteReader in(bytes);
   map.SetMainPart(map.BeginPart());
-  if (in.Get<std::uint64_t>() != key) return kMapOfOthers;
+  if (in.Get<std::uint64_t>() != key) return MapOfOthers();
   constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 48;
   const std::string inconsistent = "the kept map contradicts itself";
   const std::size_t keyframes = in.Count(kKeyframeBytes);

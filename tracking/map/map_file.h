@@ -7,8 +7,9 @@
 //   keyframes
 //   points
 //   8 bytes     checksum of everything before it (FNV-1a, 64 bits)
-// The file holds no keyframe images and nothing that follows from the rest (rays, mean directions, descriptors
-// of points). Restored keyframes are pinned: the recorded views' poses are given and must not move.
+// The file holds no keyframe images and nothing that follows from the rest (rays, mean directions,
+// descriptors of points). Restored keyframes are pinned: the recorded views' poses are given and must not
+// move.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +21,8 @@
 
 namespace ulf::tracking {
 
-// What RestoreMap() says of a map with another key.
-inline constexpr char kMapOfOthers[] = "views, poses or --tracking-side have changed since";
+// What MapFromBytes() returns for a map with another key.
+std::string MapOfOthers();
 
 std::string MapToBytes(const Map& map, std::uint64_t key);
 

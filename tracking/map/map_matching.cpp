@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/at.h"
+#include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 
 namespace ulf::tracking {
@@ -13,31 +15,46 @@ using Eigen::Vector3d;
 
 namespace {
 
+// A projection may lie so far outside the image: the pose is a prediction. Guessed
+constexpr double kCandidateMarginPx = 60;
+constexpr double kCandidateMaxViewChangeDeg = 60;  // from the mean direction the point was seen in. Guessed
+// Of the distances at which the pyramid can show the point: the pose is a prediction. Guessed.
+constexpr double kCandidateNearestShare = 0.8, kCandidateFarthestShare = 1.25;
+// GatherCandidatesNear: those that see most of the frame before. Guessed
+constexpr int kCandidateKeyframes = 20;
+
+constexpr double kMapMatchMaxRatio = 0.9;
+
+constexpr double kUndetectedCellPx = 32;  // matches are spread over cells of this side. Guessed
+// Without a detected corner a patch must lie closer to its prediction, and look more alike, than with one.
+// Guessed.
+constexpr PatchAlignmentOptions kUndetectedAlignment = {.max_shift = 2, .min_correlation = 0.9};
+
 class Gatherer {
  public:
-  Gatherer(const CameraModel& camera, const Rigid3& cam_from_world, const CandidateOptions& options)
+  Gatherer(const CameraModel& camera, const Rigid3& cam_from_world, int part)
       : camera_(camera),
-        options_(options),
+        part_(part),
         center_(cam_from_world.OriginInSource()),
         rotation_(cam_from_world.RotationMatrix()),
         axis_(cam_from_world.DirectionInSource(Vector3d::UnitZ())),
         widest_cosine_(std::cos(
-            std::min(M_PI, camera.MaxRayAngle() + std::atan(2 * options.margin_px / camera.MeanFocalPx())))),
-        min_cosine_(std::cos(Radians(options.max_view_change_deg))) {}
+            std::min(M_PI, camera.MaxRayAngle() + std::atan(2 * kCandidateMarginPx / camera.MeanFocalPx())))),
+        min_cosine_(std::cos(Radians(kCandidateMaxViewChangeDeg))) {}
 
   void Offer(const MapPoint& point) {
-    if (!point.alive || point.part != options_.part) return;
+    if (!point.alive || point.part != part_) return;
     const Vector3d towards = point.position - center_;
     const double distance = towards.norm();
     // This test comes first: it drops most points of a large map and reads little memory.
     if (towards.dot(axis_) < widest_cosine_ * distance) return;
-    if (distance < options_.nearest_share * point.nearest ||
-        distance > options_.farthest_share * point.farthest)
+    if (distance < kCandidateNearestShare * point.nearest ||
+        distance > kCandidateFarthestShare * point.farthest)
       return;
     if (towards.dot(point.mean_direction) < min_cosine_ * distance) return;
     const auto img = camera_.ImgFromCam(rotation_ * towards);
-    if (!img || img->x() < -options_.margin_px || img->y() < -options_.margin_px ||
-        img->x() > camera_.width + options_.margin_px || img->y() > camera_.height + options_.margin_px)
+    if (!img || img->x() < -kCandidateMarginPx || img->y() < -kCandidateMarginPx ||
+        img->x() > camera_.width + kCandidateMarginPx || img->y() > camera_.height + kCandidateMarginPx)
       return;
     candidates_.push_back({point.id, point.position, point.mean_direction, point.descriptor,
                            point.reference_distance, point.nearest, point.farthest,
@@ -48,7 +65,7 @@ class Gatherer {
 
  private:
   const CameraModel& camera_;
-  CandidateOptions options_;
+  int part_;
   Vector3d center_;
   Eigen::Matrix3d rotation_;
   Vector3d axis_;
@@ -80,8 +97,8 @@ std::vector<int> KeyframesSeeing(const Map& map, const std::unordered_map<int, V
 }  // namespace
 
 std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
-                                        const Rigid3& cam_from_world, const CandidateOptions& options) {
-  Gatherer gatherer(camera, cam_from_world, options);
+                                        const Rigid3& cam_from_world, int part) {
+  Gatherer gatherer(camera, cam_from_world, part);
   for (const MapPoint& point : map.points()) gatherer.Offer(point);
   return std::move(gatherer).Candidates();
 }
@@ -89,17 +106,17 @@ std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camer
 std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
                                             const Rigid3& cam_from_world,
                                             const std::unordered_map<int, Vector2d>& seen_before, int& sweep,
-                                            const CandidateOptions& options) {
+                                            int part) {
   const int count = static_cast<int>(map.points().size());
-  if (count <= kSweptPoints) return GatherCandidates(map, camera, cam_from_world, options);
-  Gatherer gatherer(camera, cam_from_world, options);
+  if (count <= kSweptPoints) return GatherCandidates(map, camera, cam_from_world, part);
+  Gatherer gatherer(camera, cam_from_world, part);
   std::vector<bool> offered(At(count), false);
   const auto offer = [&](int id) {
     if (offered[At(id)]) return;
     offered[At(id)] = true;
     gatherer.Offer(map.point(id));
   };
-  for (const int keyframe : KeyframesSeeing(map, seen_before, options.keyframes))
+  for (const int keyframe : KeyframesSeeing(map, seen_before, kCandidateKeyframes))
     for (const int id : map.keyframe(keyframe).point_of_feature)
       if (id >= 0) offer(id);
   if (sweep >= count) sweep = 0;
@@ -137,7 +154,7 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
     for (const int i : only) consider(i);
 
   const std::vector<int> features = MatchExpected(
-      expected, *image.features, {.max_distance = options.max_distance, .max_ratio = options.max_ratio});
+      expected, *image.features, {.max_distance = options.max_distance, .max_ratio = kMapMatchMaxRatio});
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (features[i] < 0) continue;
     const Feature& feature = (*image.features)[features[i]];
@@ -167,15 +184,14 @@ void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::spa
 
 std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
                                  std::span<const Candidate> candidates, std::span<const int> expected,
-                                 const Rigid3& cam_from_world, const UndetectedOptions& options,
-                                 std::vector<PointMatch>& matches) {
-  const int columns = static_cast<int>(camera.width / options.cell_px) + 1;
-  const int rows = static_cast<int>(camera.height / options.cell_px) + 1;
-  const int per_cell = 1 + (options.most + static_cast<int>(matches.size())) / (columns * rows / 2);
+                                 const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches) {
+  const int columns = static_cast<int>(camera.width / kUndetectedCellPx) + 1;
+  const int rows = static_cast<int>(camera.height / kUndetectedCellPx) + 1;
+  const int per_cell = 1 + (most + static_cast<int>(matches.size())) / (columns * rows / 2);
   std::vector<int> in_cell(At(columns * rows), 0);
   const auto cell_of = [&](const Vector2d& img) {
-    return At(static_cast<int>(img.y() / options.cell_px) * columns +
-              static_cast<int>(img.x() / options.cell_px));
+    return At(static_cast<int>(img.y() / kUndetectedCellPx) * columns +
+              static_cast<int>(img.x() / kUndetectedCellPx));
   };
   std::vector<bool> matched(candidates.size(), false);
   for (const PointMatch& match : matches) {
@@ -191,7 +207,7 @@ std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& 
                    [&](int a, int b) { return candidates[At(a)].find_rate > candidates[At(b)].find_rate; });
   int tried = 0;
   for (const int i : open) {
-    if (tried >= options.most) break;
+    if (tried >= most) break;
     const Candidate& candidate = candidates[At(i)];
     const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
     if (!img || !camera.Contains(*img)) continue;
@@ -200,7 +216,7 @@ std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& 
     ++tried;
     looked_for.push_back(i);
     const auto aligned = AlignPatch(camera, *candidate.patch, candidate.patch_axes, candidate.position,
-                                    cam_from_world, *image.pyramid, *img, options.alignment);
+                                    cam_from_world, *image.pyramid, *img, kUndetectedAlignment);
     if (!aligned) continue;
     ++crowd;
     matches.push_back({i, -1, aligned->img, AlignedSigmaPx(aligned->level), true});
@@ -226,6 +242,22 @@ std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedIm
     corner.img = image.pyramid->Global(corner.img, &in_cam);
   }
   return corners;
+}
+
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
+  std::vector<PointMatch> inliers;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (refined.inlier[i]) inliers.push_back(matches[i]);
+  return inliers;
+}
+
+double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world) {
+  std::vector<double> shifts;
+  for (const PointMatch& match : frame_pose.matches) {
+    if (const auto img = camera.ImgFromCam(cam_from_world * frame_pose.CandidateOf(match).position))
+      shifts.push_back((*img - match.img).norm());
+  }
+  return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
 }
 
 }  // namespace ulf::tracking

@@ -14,21 +14,14 @@
 
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/absolute_pose.h"
+#include "tracking/estimation/rolling_shutter.h"
 #include "tracking/features/features.h"
 #include "tracking/features/matching.h"
 #include "tracking/map/fiducial_observation.h"
 #include "tracking/map/map.h"
+#include "tracking/map/tracked_image.h"
 
 namespace ulf::tracking {
-
-// What the tracker keeps of a frame's image.
-struct TrackedImage {
-  double time_s = 0;
-  std::shared_ptr<const Pyramid> pyramid;
-  std::shared_ptr<const FeatureSet> features;
-  std::shared_ptr<const FeatureSet> detected = {};  // where a rolling shutter saw them; null: there, too
-  std::shared_ptr<const FiducialObservation> fiducials = {};  // corners of a given world, if it shows any
-};
 
 // A map point that could be in view.
 struct Candidate {
@@ -38,7 +31,7 @@ struct Candidate {
   Descriptor descriptor{};
   double reference_distance = 0;
   double nearest = 0, farthest = 0;
-  double find_rate = 0.5;  // share of the frames that should have shown it in which it was found
+  double find_rate = 0.5;  // share of the frames that should show it in which it was found
   std::shared_ptr<const ReferencePatch> patch;
   PatchAxes patch_axes;
   int times_expected = 0;  // before this frame
@@ -46,28 +39,19 @@ struct Candidate {
   bool confirmed = true;
 };
 
-struct CandidateOptions {
-  double margin_px = 60;  // a projection may lie so far outside the image: the pose is a prediction. Guessed
-  double max_view_change_deg = 60;  // from the mean direction the point was seen in. Guessed
-  // Of the distances at which the pyramid can show the point: the pose is a prediction. Guessed.
-  double nearest_share = 0.8, farthest_share = 1.25;
-  int keyframes = 20;  // GatherCandidatesNear: those that see most of the frame before. Guessed
-  int part = 0;        // of the map, in whose world the pose is
-};
-
-// Returns the living points that a camera near this pose may see.
+// Returns the living points of a part of the map that a camera near this pose may see, in the part's world.
 std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
-                                        const Rigid3& cam_from_world, const CandidateOptions& options = {});
+                                        const Rigid3& cam_from_world, int part = 0);
 
-// The same at a cost that does not grow with the map: returns the points of the keyframes that share most
-// with the frame before (`seen_before`: its points), and of all others kSweptPoints a frame, in turn. So what
-// was seen long ago and comes into view again is found within a sweep. A smaller map is searched whole.
+// Does the same at a cost that does not grow with the map: returns the points of the keyframes that share
+// most with the frame before (`seen_before`: its points), and of all others kSweptPoints a frame, in turn. So
+// what was seen long ago and comes into view again is found within a sweep. A smaller map is searched whole.
 // `sweep` is where the next call goes on. Measured: BM_GatherCandidatesNear.
 inline constexpr int kSweptPoints = 8192;
 std::vector<Candidate> GatherCandidatesNear(const Map& map, const CameraModel& camera,
                                             const Rigid3& cam_from_world,
                                             const std::unordered_map<int, Eigen::Vector2d>& seen_before,
-                                            int& sweep, const CandidateOptions& options = {});
+                                            int& sweep, int part = 0);
 
 struct PointMatch {
   int candidate = -1;  // index
@@ -80,7 +64,6 @@ struct PointMatch {
 struct MapMatchOptions {
   double radius_px = 4;  // on level 0; grows with the level
   int max_distance = kSureDistance;
-  double max_ratio = 0.9;
 };
 
 struct MapMatches {
@@ -97,24 +80,16 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
 void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::span<const Candidate> candidates,
                   const Rigid3& cam_from_world, std::vector<PointMatch>& matches);
 
-struct UndetectedOptions {
-  int most = 170;       // patches to try
-  double cell_px = 32;  // matches are spread over cells of this side. Guessed
-  // Without a detected corner a patch must lie closer to its prediction, and look more alike, than with one.
-  // Guessed.
-  PatchAlignmentOptions alignment = {.max_shift = 2, .min_correlation = 0.9};
-};
-
-// Searches expected points that no detected corner matched, by their patches alone, under a pose that is good
-// to a pixel or two: corner detection repeats for about half of the points only. Parts of the image with few
-// matches come first, and points with a high find rate. Appends to `matches`. Returns which of the expected
-// points were searched in every way: a dense map has more points in view than a frame has corners and patches
-// to try, and those that were not searched say nothing about the pose.
+// Searches expected points, `most` at most, that no detected corner matched, by their patches alone, under a
+// pose that is good to a pixel or two: corner detection repeats for about half of the points only. Parts of
+// the image with few matches come first, and points with a high find rate. Appends to `matches`. Returns
+// which of the expected points were searched in every way: a dense map has more points in view than a frame
+// has corners and patches to try, and those that were not searched say nothing about the pose.
 std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& image,
                                  std::span<const Candidate> candidates, std::span<const int> expected,
-                                 const Rigid3& cam_from_world, const UndetectedOptions& options,
-                                 std::vector<PointMatch>& matches);
+                                 const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches);
 
+// The matched points and where the image shows them, for RefinePose().
 std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
                                              std::span<const PointMatch> matches);
 
@@ -122,5 +97,30 @@ std::vector<PointObservation> ToObservations(std::span<const Candidate> candidat
 // not the one that the corners are given in.
 std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
                                         const Rigid3& cam_from_world);
+
+// A frame's pose and the matches with the map that support it.
+struct FramePose {
+  Rigid3 cam_from_world;
+  // Under a rolling shutter: the pose that explains the image best (Track::cam_from_world), relative to the
+  // camera.
+  Rigid3 picture_from_cam;
+  Twist twist = Twist::Zero();  // the camera's velocity while the rows were read
+  std::vector<Candidate> candidates;
+  std::vector<PointMatch> matches;  // that support the pose
+  std::vector<int> in_view;         // candidates that the pose should see
+  std::vector<int> looked_for;      // those of them that matching had a chance to find
+  double expected = 0;              // how many of `looked_for` should be found, by their find rates
+  double center_sigma = 0;          // one standard deviation of the camera's centre, world units
+
+  const Candidate& CandidateOf(const PointMatch& match) const {
+    return candidates[static_cast<std::size_t>(match.candidate)];
+  }
+};
+
+// The matches that a refinement kept; it may have had more observations behind them.
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined);
+
+// The median distance of the matches from where a pose projects their points; infinite without matches.
+double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world);
 
 }  // namespace ulf::tracking

@@ -19,7 +19,8 @@ struct RowObservation {
 
 DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>& row_observations);
 
-// Gives a keyframe these rows (null: none) and moves its features and observations. The caller holds the map's lock.
+// Gives a keyframe these rows (null: none) and moves its features and observations. The caller holds the
+// map's lock.
 void ReplaceRows(const CameraModel& camera, Map& map, int id,
                  const std::vector<RowObservation>& row_observations, std::shared_ptr<const RowShift> rows);
 

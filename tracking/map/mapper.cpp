@@ -15,12 +15,45 @@
 #include "tracking/map/map_adjustment.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/map/map_rows.h"
-#include "tracking/tracker/readout_estimator.h"
+#include "tracking/map/readout_estimator.h"
 
 namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
+
+// A keyframe is superfluous when most of its points (MapperOptions::superfluous_share) are seen by so many
+// others, on the same pyramid level, a finer one, or the next coarser one. The newest keyframes stay.
+// Guessed.
+constexpr int kMapperSuperfluousOthers = 3;
+constexpr int kMapperNewestKept = 2;
+// A point is removed within its first keyframes when it is found too seldom (MapperOptions::min_found_share)
+// in the frames that should show it, once those are enough to tell, or when no third keyframe sees it at the
+// first of these ages. Ages are keyframes since the point was made. Guessed.
+constexpr int kMapperMinExpected = 8;
+constexpr int kMapperConfirmedAge = 3, kMapperSettledAge = 4;
+// Neighbours that points are made with, and merged with: the keyframes that share most points, at least so
+// many. More cost time. Guessed.
+constexpr int kMapperTriangulateWith = 8, kMapperFuseWith = 12, kMapperMinShared = 12;
+// The adjustment of a new keyframe's neighbourhood: keyframes that hold the ones that move, and its effort.
+// Guessed.
+constexpr int kMapperHeldKeyframes = 20;
+constexpr AdjustmentEffort kLocalAdjustment = {4, 6};
+// The whole map is adjusted when it has grown by this factor since it last was. Guessed.
+constexpr double kMapperAdjustAllGrowth = 1.1;
+// The efforts of the adjustments of a map's two first views; of a growing map, where each adjustment
+// continues the one before; after a closed loop and at the end, which start far off; of a map made from given
+// poses. Guessed.
+constexpr AdjustmentEffort kTwoViewsAdjustment = {15, 15}, kGrowingAdjustment = {5, 10},
+                           kMovedAdjustment = {10, 40}, kSeededAdjustment = {10, 10};
+// A growing map needs even measurements that are a little off; a finished one does not: at the end
+// Cauchy's loss begins to doubt at so many times the errors' own scale. Measured (docs/tracking_measured.md,
+// "Cauchy's loss").
+constexpr double kMapperFinalCauchyScales = 2;
+// A map made from given poses: neighbours look the same way (as a cosine), and points are adjusted after so
+// many views. Guessed.
+constexpr double kMapperSeedMinCosine = 0.5;
+constexpr int kMapperSeedsBetweenAdjustments = 8;
 
 }  // namespace
 
@@ -30,7 +63,7 @@ Mapper::Mapper(const CameraModel& camera, Map map, bool synchronous, const Mappe
       owned_(std::move(map)),
       index_(seed),
       synchronous_(synchronous),
-      loops_(std::make_unique<LoopCloser>(camera, owned_, index_, seed, options.loops)),
+      loops_(std::make_unique<LoopCloser>(camera, owned_, index_, seed)),
       options_(options) {
   for (const int id : map_.living()) index_.Add(map_.keyframe(id));
   if (!synchronous_) thread_ = std::thread([this] { Run(); });
@@ -163,9 +196,9 @@ void Mapper::Process(NewKeyframe& offered) {
   if (offered.joins != owned_.shared.joins) return;
   const int newest = Insert(offered);
   CullRecentPoints(newest);
-  Triangulate(newest, Neighbours(newest, options_.triangulate_with));
+  Triangulate(newest, Neighbours(newest, kMapperTriangulateWith));
   const auto triangulated = Clock::now();
-  Fuse(newest, Neighbours(newest, options_.fuse_with));
+  Fuse(newest, Neighbours(newest, kMapperFuseWith));
   const auto fused = Clock::now();
   AdjustLocal(newest, true);
   const auto adjusted = Clock::now();
@@ -218,7 +251,7 @@ int Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv:
                   {first, match.first, a.img, DetectedSigmaPx(a.level)});
     }
   }
-  Adjust({first, second}, {}, BundleOptionsFor(options_.two_views));
+  Adjust({first, second}, {}, BundleOptionsFor(kTwoViewsAdjustment));
   // The adjustment has changed depths: scale the median to one again.
   const double again = 1 / map_.MedianDepth(first);
   {
@@ -251,24 +284,24 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
     keyframe.keyframe.part = map_.main_part();
   }
   const int newest = Insert(keyframe);
-  const std::vector<int> neighbours = NeighboursByPose(newest, options_.triangulate_with);
+  const std::vector<int> neighbours = NeighboursByPose(newest, kMapperTriangulateWith);
   Triangulate(newest, neighbours);
   Fuse(newest, neighbours);
   // Adjusts the points alone: matching needs no more, and adjustments cost most of the time.
-  if (const int between = options_.seeds_between_adjustments; newest % between == between - 1)
+  if (const int between = kMapperSeedsBetweenAdjustments; newest % between == between - 1)
     AdjustLocal(newest, false);
   index_.Add(map_.keyframe(newest));
 }
 
 bool Mapper::FinishSeeds(int min_points) {
-  Adjust({}, map_.living(), BundleOptionsFor(options_.seeded));
+  Adjust({}, map_.living(), BundleOptionsFor(kSeededAdjustment));
   if (map_.LivingPoints() < min_points) return false;
   // Derive the points' find rates from the views. Without them every point would have a rate of one half, and
   // the tracker would refuse the first frame, which shows fewer.
   const MapLock lock(owned_.shared);
   for (const Keyframe& keyframe : map_.keyframes())
     for (const Candidate& candidate :
-         GatherCandidates(map_, camera_, keyframe.cam_from_world, {.part = map_.main_part()}))
+         GatherCandidates(map_, camera_, keyframe.cam_from_world, map_.main_part()))
       ++owned_.map.point(candidate.id).expected;
   for (const MapPoint& point : map_.points())
     owned_.map.point(point.id).found = static_cast<int>(point.observations.size());
@@ -317,7 +350,7 @@ void Mapper::Reset() {
 
 std::vector<int> Mapper::Neighbours(int keyframe, int most) const {
   std::vector<int> chosen;
-  for (const Map::Neighbour& neighbour : map_.Covisible(keyframe, options_.min_shared)) {
+  for (const Map::Neighbour& neighbour : map_.Covisible(keyframe, kMapperMinShared)) {
     if (static_cast<int>(chosen.size()) >= most) break;
     chosen.push_back(neighbour.keyframe);
   }
@@ -332,7 +365,7 @@ std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
     const Keyframe& other = map_.keyframe(other_id);
     const double cosine = other.cam_from_world.DirectionInSource(Vector3d::UnitZ())
                               .dot(pose.DirectionInSource(Vector3d::UnitZ()));
-    if (cosine < options_.seed_min_cosine) continue;
+    if (cosine < kMapperSeedMinCosine) continue;
     ranked.emplace_back((other.cam_from_world.OriginInSource() - pose.OriginInSource()).norm(), other.id);
   }
   std::sort(ranked.begin(), ranked.end());
@@ -349,13 +382,13 @@ void Mapper::CullRecentPoints(int newest) {
     if (!point.alive) return true;
     const int age = newest - point.first_keyframe;
     const bool seldom_found =
-        point.expected >= options_.min_expected && point.found < options_.min_found_share * point.expected;
-    const bool never_confirmed = age >= options_.confirmed_age && point.observations.size() <= 2;
+        point.expected >= kMapperMinExpected && point.found < options_.min_found_share * point.expected;
+    const bool never_confirmed = age >= kMapperConfirmedAge && point.observations.size() <= 2;
     if (seldom_found || never_confirmed) {
       owned_.map.RemovePoint(id);
       return true;
     }
-    return age >= options_.settled_age;
+    return age >= kMapperSettledAge;
   });
 }
 
@@ -376,12 +409,12 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
   std::sort(ranked.begin(), ranked.end());
   std::vector<int> held;
   for (const auto& [count, keyframe] : ranked)
-    if (static_cast<int>(held.size()) < options_.held_keyframes) held.push_back(keyframe);
+    if (static_cast<int>(held.size()) < kMapperHeldKeyframes) held.push_back(keyframe);
   if (!poses_too) {
     held.insert(held.end(), local.begin(), local.end());
     local.clear();
   }
-  Adjust(local, held, BundleOptionsFor(options_.local));
+  Adjust(local, held, BundleOptionsFor(kLocalAdjustment));
 }
 
 // The part that the camera is in.
@@ -392,7 +425,7 @@ bool Mapper::IsDue() {
   if (map_.living().empty()) return false;
   const int part = PartInWork(), now = static_cast<int>(map_.LivingOf(part).size());
   if (now <= 3 || (now < adjust_all_at_[part] && !after_loop_)) return false;
-  adjust_all_at_[part] = std::max(now + 1, static_cast<int>(std::lround(now * options_.adjust_all_growth)));
+  adjust_all_at_[part] = std::max(now + 1, static_cast<int>(std::lround(now * kMapperAdjustAllGrowth)));
   return true;
 }
 
@@ -400,7 +433,7 @@ bool Mapper::IsDue() {
 void Mapper::AdjustInBackground() {
   const bool moved = after_loop_;
   if (map_.living().empty()) return;
-  AdjustWhole(PartInWork(), BundleOptionsFor(moved ? options_.moved : options_.growing));
+  AdjustWhole(PartInWork(), BundleOptionsFor(moved ? kMovedAdjustment : kGrowingAdjustment));
   if (cut_short_) return;
   if (moved) {
     after_loop_ = false;
@@ -417,8 +450,8 @@ BundleOptions Mapper::BundleOptionsFor(const AdjustmentEffort& effort) const {
 
 void Mapper::AdjustAll() {
   cut_short_ = false;
-  BundleOptions last = BundleOptionsFor(options_.moved);
-  last.cauchy_scales = options_.final_cauchy_scales;
+  BundleOptions last = BundleOptionsFor(kMovedAdjustment);
+  last.cauchy_scales = kMapperFinalCauchyScales;
   for (const int part : map_.Parts()) AdjustWhole(part, last);
 }
 
@@ -427,9 +460,9 @@ void Mapper::AdjustWhole(int part, const BundleOptions& options) {
   if (all.size() < 2) return;
   BundleOptions stoppable = options;
   stoppable.stop = &cut_short_;
-  AdjustMap(camera_, owned_, all, {}, stoppable, options_.given_world, true);
+  AdjustMap(camera_, owned_, all, {}, stoppable, true);
   if (!measure_readout_ || cut_short_) return;
-  const auto readout = EstimateReadout(camera_, map_, options_.readout);
+  const auto readout = EstimateReadout(camera_, map_);
   const MapLock lock(owned_.shared);
   owned_.shared.readout = readout;
   ++owned_.shared.readouts_measured;
@@ -437,13 +470,13 @@ void Mapper::AdjustWhole(int part, const BundleOptions& options) {
 
 void Mapper::Adjust(const std::vector<int>& free, const std::vector<int>& held,
                     const BundleOptions& options) {
-  AdjustMap(camera_, owned_, free, held, options, options_.given_world);
+  AdjustMap(camera_, owned_, free, held, options);
 }
 
 void Mapper::CullKeyframes(int newest) {
   for (const int id : Neighbours(newest, options_.local_keyframes)) {
     const Keyframe& keyframe = map_.keyframe(id);
-    if (id == map_.FirstKeyframe(keyframe.part) || id >= newest - options_.newest_kept || keyframe.pinned)
+    if (id == map_.FirstKeyframe(keyframe.part) || id >= newest - kMapperNewestKept || keyframe.pinned)
       continue;
     int total = 0, redundant = 0;
     for (int i = 0; i < keyframe.features->size(); ++i) {
@@ -454,7 +487,7 @@ void Mapper::CullKeyframes(int newest) {
       int others = 0;
       for (const Observation& o : map_.point(point).observations)
         if (o.keyframe != id && (*map_.keyframe(o.keyframe).features)[o.feature].level <= level + 1) ++others;
-      redundant += others >= options_.superfluous_others;
+      redundant += others >= kMapperSuperfluousOthers;
     }
     if (redundant <= options_.superfluous_share * total) continue;
     index_.Remove(id);

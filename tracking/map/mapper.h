@@ -4,8 +4,8 @@
 // For a new keyframe the mapper triangulates points with its neighbours, merges points that exist twice,
 // adjusts the neighbourhood, and removes superfluous points and keyframes. When the map has grown by some
 // share, or a loop was closed, it adjusts the whole map in the background. A new keyframe stops that
-// adjustment; it is done again later. So errors of the first two views are corrected while that is cheap. After some of
-// these adjustments the lens is checked against the map (lens_watch.h).
+// adjustment; it is done again later. So errors of the first two views are corrected while that is cheap.
+// After some of these adjustments the lens is checked against the map (lens_watch.h).
 //
 // The mapper works in a thread of its own, or inside Take() where the same frames must give the same bytes.
 // It reads the map without the lock and takes it for every change, so that the tracker waits for microseconds
@@ -27,41 +27,22 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
 #include "tracking/estimation/bundle_adjustment.h"
+#include "tracking/map/anchored.h"
+#include "tracking/map/frame_report.h"
 #include "tracking/map/lens_watch.h"
 #include "tracking/map/map.h"
 #include "tracking/map/mapper_options.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/initializer.h"
+#include "tracking/map/tracked_image.h"
 
 namespace ulf::tracking {
 
-// A frame that should become a keyframe, with the points it saw; the observations do not name a keyframe yet.
-struct NewKeyframe {
-  Keyframe keyframe;
-  int joins = 0;  // of the map's parts when its pose was found: a later one has moved its world
-  struct Seen {
-    int point;
-    Observation observation;
-  };
-  std::vector<Seen> seen;
-};
-
-// What a tracked frame says of the map.
-struct FrameReport {
-  std::vector<int> expected = {};  // points that its pose should show
-  std::vector<int> found = {};     // points that support its pose
-  // The velocity of the keyframe taken at a time, from the frames before and after it, so that it belongs to
-  // the keyframe's own moment and tremor has no preferred sign. Dropped when the keyframe is not in the map
-  // yet.
-  struct KeyframeVelocity {
-    double time_s = 0;
-    Twist velocity = Twist::Zero();
-  };
-  std::optional<KeyframeVelocity> velocity = {};
-  std::optional<NewKeyframe> keyframe = {};
-};
-
 class LoopCloser;
+
+// A bundle adjustment's iterations before and after outliers are dropped.
+struct AdjustmentEffort {
+  int robust_iterations = 0, iterations = 0;
+};
 
 class Mapper {
  public:
@@ -99,12 +80,12 @@ class Mapper {
   bool FinishSeeds(int min_points);
   void MoveWorld(const Similarity3& given_from_map);  // into the world in which fiducials are given
   void AdjustAll();  // everything, for the last time: weighs what does not fit less
-  // The lens that the map's images support (ChooseLens()), where they contradict the present one: the map is adjusted
-  // together with it, and the mapper goes on under it. None: the present lens stays.
+  // The lens that the map's images support (ChooseLens()), where they contradict the present one: the map is
+  // adjusted together with it, and the mapper goes on under it. None: the present lens stays.
   std::optional<RefinedLens> RefineLens();
-  // Asks the map about its lens at once, where frames have another focal length than the map's: a lens that is wrong
-  // bends a map so that its frames disagree. True, and said so in shared(): the map contradicts the lens by more than
-  // a zoom could have bent it that was moved by this logarithm of the focal length.
+  // Asks the map about its lens at once, where frames have another focal length than the map's: a lens that
+  // is wrong bends a map so that its frames disagree. True, and said so in shared(): the map contradicts the
+  // lens by more than a zoom could have bent it that was moved by this logarithm of the focal length.
   bool ContradictsLensBeyond(double log_ratio);
   void RemovePart(int part);  // after the last one everything begins anew
   void SetMainPart(int part);

@@ -8,12 +8,16 @@
 
 namespace ulf::tracking {
 
+namespace {
+
+constexpr AdjustmentEffort kAdjustmentWithLens = {40, 40};  // of a map whose lens was wrong
+
+}  // namespace
+
 void Mapper::CheckLens() {
   const int keyframes = map_.LivingKeyframes();
   if (!options_.check_lens || !lens_.IsDue(keyframes)) return;
-  CalibrationCheckOptions options;
-  options.fit.stop = &cut_short_;
-  const auto check = CheckCalibration(camera_, map_, options);
+  const auto check = CheckCalibration(camera_, ProblemOf(map_), 0, &cut_short_);
   if (cut_short_) return;
   lens_.Note(check, keyframes);
   if (options_.seek_lens && lens_.IsSought(keyframes)) owned_.shared.lens_is_due = true;
@@ -23,7 +27,7 @@ void Mapper::CheckLens() {
 
 bool Mapper::ContradictsLensBeyond(double log_ratio) {
   if (!options_.check_lens) return false;
-  const auto check = CheckCalibration(camera_, map_);
+  const auto check = CheckCalibration(camera_, ProblemOf(map_));
   if (!check || !(check->focal_wrong || check->no_lens_fits)) return false;
   // Keyframes that were taken before the zoom was noticed bend the map its way, and by less.
   constexpr double kMost = 2;  // guessed
@@ -48,10 +52,10 @@ std::optional<RefinedLens> Mapper::RefineLens() {
   const auto chosen = ChooseLens(camera_, PartForLens(ProblemOf(map_), 0));
   lens_.NoteSought(keyframes, camera_.MeanFocalPx(), (chosen ? chosen->lens : camera_).MeanFocalPx());
   if (!chosen) return std::nullopt;
-  BundleOptions options = BundleOptionsFor(options_.with_lens);
+  BundleOptions options = BundleOptionsFor(kAdjustmentWithLens);
   options.free = chosen->free;
   CameraModel lens = camera_;
-  if (!AdjustMapAndLens(lens, owned_, options, options_.given_world).usable) return std::nullopt;
+  if (!AdjustMapAndLens(lens, owned_, options).usable) return std::nullopt;
   camera_ = lens;
   loops_->SetCamera(lens);
   const MapLock lock(owned_.shared);

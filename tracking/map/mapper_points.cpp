@@ -16,6 +16,22 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Between two views, of the depth; closer views tell no depth. Guessed
+constexpr double kMapperMinBaseline = 0.01;
+// Sine of the angle from the epipole: lines are undefined there. Guessed.
+constexpr double kMapperMinEpipoleDistance = 0.02;
+constexpr double kMapperEpipolarSigmas = 2;  // a match lies so close to its epipolar line. Guessed
+constexpr double kMapperMaxRatio = 0.9;      // best descriptor distance / second best. Guessed
+// A twin in the same image within this share of the best distance makes the match ambiguous. Guessed.
+constexpr double kMapperTwinDistanceShare = 4.0 / 3;
+// Ratio of distances against ratio of pyramid scales. Guessed
+constexpr double kMapperMaxLevelMismatch = 1.8;
+// Merging: a point is looked for within this radius (level pixels) in keyframes that see it from less than
+// 60 degrees aside (as a cosine). Guessed.
+constexpr double kMapperFuseRadiusPx = 3;
+constexpr double kMapperFuseMinCosine = 0.5;
+constexpr int kMapperPyramidsKept = 12;  // newest keyframes whose images are kept for alignment. Guessed
+
 // Takes nearer descriptors only.
 NearestDescriptor UnderSureDistance() { return {-1, kSureDistance, kSureDistance}; }
 
@@ -37,7 +53,7 @@ int Mapper::Insert(NewKeyframe& offered) {
   int kept = 0;
   for (auto k = map.living().rbegin(); k != map.living().rend(); ++k) {
     Keyframe& keyframe = map.keyframe(*k);
-    if (!keyframe.pyramid || ++kept <= options_.pyramids_kept) continue;
+    if (!keyframe.pyramid || ++kept <= kMapperPyramidsKept) continue;
     keyframe.pyramid.reset();
     keyframe.color.release();
   }
@@ -89,7 +105,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
     const FeatureSet& other_features = *other.features;
     const Vector3d other_center = other.cam_from_world.OriginInSource();
     const double baseline = (other_center - center).norm();
-    if (baseline < options_.min_baseline * map_.MedianDepth(other_id)) continue;
+    if (baseline < kMapperMinBaseline * map_.MedianDepth(other_id)) continue;
     const Rigid3 other_from_this = other.cam_from_world * keyframe.cam_from_world.Inverse();
     const Vector3d epipole_direction = other_from_this.translation.normalized();
     std::vector<int> open;
@@ -101,20 +117,20 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
       const Feature& feature = features[i];
       const Vector3d normal = epipole_direction.cross(other_from_this.rotation * feature.ray);
       const double length = normal.norm();
-      if (length < options_.min_epipole_distance) continue;
+      if (length < kMapperMinEpipoleDistance) continue;
       const Vector3d plane = normal / length;
       NearestDescriptor nearest = UnderSureDistance();
       for (const int j : open) {
         const Feature& candidate = other_features[j];
         if (std::abs(plane.dot(candidate.ray)) * focal >
-            options_.epipolar_sigmas * DetectedSigmaPx(candidate.level))
+            kMapperEpipolarSigmas * DetectedSigmaPx(candidate.level))
           continue;
         nearest.Offer(j, Distance(feature.descriptor, candidate.descriptor));
       }
       const int best = nearest.index;
-      if (best < 0 || nearest.distance > options_.max_ratio * nearest.second) continue;
+      if (best < 0 || nearest.distance > kMapperMaxRatio * nearest.second) continue;
       if (other.point_of_feature[At(best)] >= 0) continue;
-      if (HasTwin(features, i, static_cast<int>(options_.twin_distance_share * nearest.distance))) continue;
+      if (HasTwin(features, i, static_cast<int>(kMapperTwinDistanceShare * nearest.distance))) continue;
       const Feature& match = other_features[best];
       const auto point =
           TriangulatePoint(keyframe.cam_from_world, feature.ray, other.cam_from_world, match.ray);
@@ -129,7 +145,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
       // The pyramid levels must agree with the distances.
       const double distance_ratio = (*point - other_center).norm() / (*point - center).norm();
       const double level_ratio = LevelScale(feature.level) / LevelScale(match.level);
-      const double mismatch = options_.max_level_mismatch;
+      const double mismatch = kMapperMaxLevelMismatch;
       if (distance_ratio > mismatch * level_ratio || level_ratio > mismatch * distance_ratio) continue;
       const MapLock lock(owned_.shared);
       CommitPoint(*point, {newest, i, feature.img, DetectedSigmaPx(feature.level)},
@@ -156,13 +172,13 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
     const Vector3d towards = point.position - center;
     const double distance = towards.norm();
     if (distance < point.nearest || distance > point.farthest ||
-        towards.dot(point.mean_direction) < options_.fuse_min_cosine * distance)
+        towards.dot(point.mean_direction) < kMapperFuseMinCosine * distance)
       continue;
     const auto img = camera_.ImgFromCam(keyframe.cam_from_world * point.position);
     if (!img || !camera_.Contains(*img)) continue;
     const int level = NearestLevel(point.reference_distance / distance);
     NearestDescriptor nearest = UnderSureDistance();
-    keyframe.features->ForEachNear(*img, options_.fuse_radius_px * LevelScale(level), std::max(0, level - 1),
+    keyframe.features->ForEachNear(*img, kMapperFuseRadiusPx * LevelScale(level), std::max(0, level - 1),
                                    level + 1, [&](int j) {
                                      const Feature& feature = (*keyframe.features)[j];
                                      const double sigma = DetectedSigmaPx(feature.level);

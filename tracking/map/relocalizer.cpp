@@ -1,7 +1,6 @@
 #include "tracking/map/relocalizer.h"
 
 #include <algorithm>
-#include <numeric>
 #include <random>
 #include <utility>
 
@@ -9,6 +8,16 @@
 #include "tracking/estimation/absolute_pose.h"
 
 namespace ulf::tracking {
+
+namespace {
+
+constexpr MatchOptions kProposalMatching = {.max_distance = 70,
+                                            .max_ratio = 0.85};  // a search without prediction. Guessed
+constexpr int kProposalMinMatches = 12;  // with the keyframe's points; fewer give no pose. Guessed
+constexpr int kProposalMinInliers = 10;  // of the pose, before and after refinement. Guessed
+constexpr double kProposalThresholdPx = 5;
+
+}  // namespace
 
 KeyframeIndex::KeyframeIndex(unsigned seed) {
   std::mt19937 random(seed);
@@ -106,13 +115,11 @@ KeyframePoints PointsOf(const Map& map, int id) {
 }
 
 std::optional<Rigid3> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
-                                  const FeatureSet& features, unsigned seed,
-                                  const PoseProposalOptions& options) {
+                                  const FeatureSet& features, unsigned seed) {
   if (!keyframe.features) return std::nullopt;
-  std::vector<int> all(At(features.size()));
-  std::iota(all.begin(), all.end(), 0);
-  const auto matches = MatchAll(*keyframe.features, keyframe.with_points, features, all, options.matching);
-  if (static_cast<int>(matches.size()) < options.min_matches) return std::nullopt;
+  const auto matches =
+      MatchAll(*keyframe.features, keyframe.with_points, features, AllOf(features), kProposalMatching);
+  if (static_cast<int>(matches.size()) < kProposalMinMatches) return std::nullopt;
   std::vector<PointObservation> observations;
   for (const FeatureMatch& match : matches) {
     const Feature& feature = features[match.second];
@@ -121,12 +128,12 @@ std::optional<Rigid3> ProposePose(const CameraModel& camera, const KeyframePoint
   }
   const auto pose =
       AbsolutePose(camera, observations,
-                   {.threshold_px = options.threshold_px, .min_inliers = options.min_inliers, .seed = seed});
+                   {.threshold_px = kProposalThresholdPx, .min_inliers = kProposalMinInliers, .seed = seed});
   if (!pose) return std::nullopt;
   std::vector<PointObservation> agreeing;
   for (const int i : pose->inliers) agreeing.push_back(observations[At(i)]);
   const auto refined = RefinePose(camera, agreeing, pose->cam_from_world);
-  if (!refined || refined->inliers < options.min_inliers) return std::nullopt;
+  if (!refined || refined->inliers < kProposalMinInliers) return std::nullopt;
   return refined->cam_from_world;
 }
 

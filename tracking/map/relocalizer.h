@@ -1,9 +1,10 @@
 // Finds keyframes that look like a frame, and a pose from descriptors alone: for a lost camera and for loops.
 //
 // An index of descriptors ranks the keyframes. It files each descriptor under several keys of randomly drawn
-// bits (locality sensitive hashing, Indyk and Motwani 1998); a feature votes for each keyframe by the rarest key that
-// it shares with it, so that many points alone bring no votes. The frame is then matched with the best ranked keyframes, and P3P in the
-// seeded sampler proposes a pose. The caller verifies the proposal against the whole map.
+// bits (locality sensitive hashing, Indyk and Motwani 1998); a feature votes for each keyframe by the rarest
+// key that it shares with it, so that many points alone bring no votes. The frame is then matched with the
+// best ranked keyframes, and P3P in the seeded sampler proposes a pose. The caller verifies the proposal
+// against the whole map.
 #pragma once
 
 #include <memory>
@@ -56,16 +57,8 @@ struct KeyframePoints {
 // Empty for a removed keyframe. Reads the map: the caller holds its lock.
 KeyframePoints PointsOf(const Map& map, int keyframe);
 
-struct PoseProposalOptions {
-  MatchOptions matching = {.max_distance = 70, .max_ratio = 0.85};  // a search without prediction. Guessed
-  int min_matches = 12;  // with the keyframe's points; fewer give no pose. Guessed
-  int min_inliers = 10;  // of the pose, before and after refinement. Guessed
-  double threshold_px = 5;
-};
-
 // The pose that matches with one keyframe's points suggest.
 std::optional<Rigid3> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
-                                  const FeatureSet& features, unsigned seed,
-                                  const PoseProposalOptions& options = {});
+                                  const FeatureSet& features, unsigned seed);
 
 }  // namespace ulf::tracking

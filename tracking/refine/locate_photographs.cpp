@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <set>
 #include <utility>
 
@@ -16,7 +15,6 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/features/matching.h"
-#include "tracking/map/map.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/view_matching.h"
@@ -25,14 +23,15 @@
 namespace ulf::tracking {
 namespace {
 
-std::vector<int> AllOf(const FeatureSet& features) {
-  std::vector<int> indices(features.all().size());
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
-}
+constexpr int kLocateCorners = 2000;  // a picture. Guessed
+constexpr int kLocatePointsPerView = 1000;
+// A photograph's pose is sought with the views that look most like it, and the matches that each of them
+// needs at least. Guessed.
+constexpr int kLocateBestViews = 10, kLocateMinMatches = 12;
+constexpr int kLocateMinPoints = 25;  // that agree on a pose: fewer may do so by chance. Guessed
 
 // A photograph that has no pose yet, and what it matches of the views that have one.
-struct Sought {
+struct UnposedPhotograph {
   int index = 0;  // into RefineScene::views
   std::map<int, std::vector<FeatureMatch>> by_view;
 };
@@ -44,7 +43,7 @@ class Search {
       : options_(options),
         whole_(whole),
         first_unposed_(first_unposed),
-        scene_(ReadScene(input, {.max_side_px = options.max_side_px, .corners = options.corners},
+        scene_(ReadScene(input, {.max_side_px = options.max_side_px, .corners = kLocateCorners},
                          whole.Part(0, 0.3))) {
     for (std::size_t v = first_unposed; v < scene_.views.size(); ++v) {
       RefineView& view = scene_.views[v];
@@ -78,20 +77,20 @@ class Search {
   }
 
  private:
-  // Points of all views that have poses by now. Pairs that were matched before are not matched again.
+  // Triangulates the points of all views that have poses by now. Pairs that were matched before are not
+  // matched again.
   void TriangulateAgain(const RefineStage& stage) {
     const std::vector<std::pair<int, int>> pairs = ChoosePairs(scene_);
-    if (!error_px_) error_px_ = MeasurePoseErrorPx(scene_, pairs).value_or(RefineOptions{}.most_error_px);
+    if (!error_px_) error_px_ = MeasurePoseErrorPx(scene_, pairs).value_or(kMostStartErrorPx);
     std::vector<std::pair<int, int>> fresh;
     for (const auto& pair : pairs)
       if (matched_pairs_.insert(pair).second) fresh.push_back(pair);
     for (PairMatches& pair : MatchPairs(scene_, fresh, *error_px_, stage))
       matched_.push_back(std::move(pair));
-    const RefineOptions refine;
     BuildTracks(matched_,
-                {.gate_px = std::max(refine.least_gate_px, refine.gate_errors * *error_px_),
+                {.gate_px = std::max(kLeastGatePx, kGateErrors * *error_px_),
                  .min_views = scene_.MinViews(),
-                 .per_view = options_.points_per_view},
+                 .per_view = kLocatePointsPerView},
                 scene_);
     track_of_.assign(scene_.views.size(), {});
     for (std::size_t v = 0; v < scene_.views.size(); ++v)
@@ -107,7 +106,7 @@ class Search {
       std::size_t done ULF_GUARDED_BY(mutex) = 0;
     } matched;
     ParallelFor(sought_.size(), [&](std::size_t s) {
-      Sought& photograph = sought_[s];
+      UnposedPhotograph& photograph = sought_[s];
       const RefineView& own = scene_.view(photograph.index);
       const std::vector<int> all = AllOf(own.features);
       for (int v = 0; v < static_cast<int>(scene_.views.size()); ++v) {
@@ -122,29 +121,29 @@ class Search {
     });
   }
 
-  // Without it, what one photograph is off by adds to the next one's error. It has to reach its minimum: a chain of
-  // photographs that hangs on one side only would drift so far that no refinement finds back.
+  // Adjusts the located photographs. Without that, what one photograph is off by adds to the next one's
+  // error. It has to reach its minimum: a chain of photographs that hangs on one side only would drift so far
+  // that no refinement finds back.
   void Adjust() {
     if (located_ == 0) return;
     BundleProblem problem = ToBundle(scene_);
     for (std::size_t v = 0; v < first_unposed_; ++v) problem.fixed[v] = scene_.views[v].registered;
-    const RefineOptions refine;
     std::vector<CameraModel> lenses = scene_.lenses;
     const BundleSummary summary = AdjustBundle(lenses, problem,
-                                               {.robust_iterations = refine.unguided_iterations,
-                                                .iterations = refine.unguided_iterations,
-                                                .cauchy_scales = refine.cauchy_scales,
-                                                .gate_scales = refine.gate_scales});
+                                               {.robust_iterations = kUnguidedIterations,
+                                                .iterations = kUnguidedIterations,
+                                                .cauchy_scales = kSettledCauchyScales,
+                                                .gate_scales = kSettledGateScales});
     if (!summary.usable) return;
     for (std::size_t v = first_unposed_; v < scene_.views.size(); ++v)
       scene_.views[v].cam_from_world = problem.cam_from_world[v];
     for (std::size_t t = 0; t < scene_.tracks.size(); ++t) scene_.tracks[t].position = problem.points[t];
   }
 
-  // Whether any was found.
+  // Returns whether any pose was found.
   bool FindPoses() {
     std::map<int, AbsolutePoseResult> poses;
-    for (const Sought& photograph : sought_)
+    for (const UnposedPhotograph& photograph : sought_)
       if (auto pose = PoseOf(photograph)) poses[photograph.index] = std::move(*pose);
     for (const auto& [index, pose] : poses) {
       RefineView& view = scene_.views[At(index)];
@@ -152,21 +151,22 @@ class Search {
       view.registered = true;
       points_[At(index)] = static_cast<int>(pose.inliers.size());
     }
-    std::erase_if(sought_, [&](const Sought& photograph) { return poses.contains(photograph.index); });
+    std::erase_if(sought_,
+                  [&](const UnposedPhotograph& photograph) { return poses.contains(photograph.index); });
     located_ += poses.size();
     spdlog::debug("{} found, {} left", poses.size(), sought_.size());
     return !poses.empty();
   }
 
-  // From the points that the views show which look most like it.
-  std::optional<AbsolutePoseResult> PoseOf(const Sought& photograph) const {
+  // Estimates a photograph's pose from the points of the views that look most like it.
+  std::optional<AbsolutePoseResult> PoseOf(const UnposedPhotograph& photograph) const {
     std::vector<std::pair<std::size_t, int>> by_matches;
     for (const auto& [view, matches] : photograph.by_view)
-      if (matches.size() >= At(options_.min_matches)) by_matches.emplace_back(matches.size(), view);
+      if (matches.size() >= At(kLocateMinMatches)) by_matches.emplace_back(matches.size(), view);
     std::ranges::sort(by_matches, [](const auto& a, const auto& b) {
       return a.first != b.first ? a.first > b.first : a.second < b.second;
     });
-    if (by_matches.size() > At(options_.best_views)) by_matches.resize(At(options_.best_views));
+    if (by_matches.size() > At(kLocateBestViews)) by_matches.resize(At(kLocateBestViews));
     const RefineView& own = scene_.view(photograph.index);
     std::set<std::pair<int, int>> paired;  // a feature of the photograph, and a track
     std::vector<PointObservation> observations;
@@ -178,16 +178,16 @@ class Search {
         observations.push_back(
             {scene_.tracks[At(track)].position, feature.img, DetectedSigmaPx(feature.level)});
       }
-    return AbsolutePose(scene_.LensOf(own), observations,
-                        {.min_inliers = options_.min_points,
-                         .seed = options_.seed + static_cast<unsigned>(photograph.index)});
+    return AbsolutePose(
+        scene_.LensOf(own), observations,
+        {.min_inliers = kLocateMinPoints, .seed = options_.seed + static_cast<unsigned>(photograph.index)});
   }
 
   const LocateOptions& options_;
   const RefineStage whole_;
   const std::size_t first_unposed_;
   RefineScene scene_;
-  std::vector<Sought> sought_;
+  std::vector<UnposedPhotograph> sought_;
   std::size_t located_ = 0;
   std::vector<int> points_;         // that agree on a view's pose, by index
   std::optional<double> error_px_;  // of the views' poses

@@ -27,41 +27,60 @@ namespace {
 
 using Eigen::Vector3d;
 
+// The constants are guessed, except where a line says so.
+constexpr int kCheckCorners = 1200;           // a view, about
+constexpr int kCheckMaxSidePx = 1000;         // larger pictures are reduced
+constexpr std::size_t kCheckMinMatches = 15;  // shared by three views, or by two where no third shows them
+// A corner that is off by more standard deviations contradicts: more misses wrong poses, less blames right
+// ones whose errors are those of the set, but larger than most (settled: docs/tracking_measured.md, "Views
+// whose poses their neighbours contradict").
+constexpr double kCheckMostSigmas = 4;
+// A share of the picture's width: a set whose poses are usually off by more is wrong as a whole, and its
+// views are measured by this.
+constexpr double kCheckUsualShare = 0.005;
+// Two neighbours tell nothing about a view in which their errors would be so many times as large.
+constexpr double kCheckMostEnlarged = 4;
+// Share of the corners that another pose must explain before a pose is called wrong: else the matches are.
+constexpr double kCheckExplainedShare = 0.6;
+constexpr int kViewsElsewhere = 24;  // views that a view without matching neighbours is compared with
+
 // The views nearest to each, and one in each direction: farther ones share fewer corners without helping.
 constexpr PairOptions kNearPairs{.nearest = 4, .small_parallax_deg = 4, .large_parallax_deg = 4};
 
 // A neighbour of a view, with the neighbour's corner for each of the view's; -1: none.
-struct Matched {
+struct MatchedNeighbour {
   int view = 0;
   std::vector<int> corner;
   double error_px = 0;  // median distance from the epipolar lines of the recorded poses
 };
 
-// A corner of a view, and where two neighbours put it.
+// A corner of a view, triangulated from two neighbours. The error is the distance from where the view's pose
+// projects it.
 struct PlacedCorner {
   int corner = 0;
   Vector3d in_world = Vector3d::Zero();
   double error_px = 0, sigma_px = 1;
 };
 
-// What two neighbours that agree with each other say about a view.
-struct Testimony {
+// The test of a view's pose against two neighbours that agree with each other.
+struct ViewTest {
   int first = 0, second = 0;  // the neighbours
   std::vector<PlacedCorner> corners;
-  double sigmas = 0;              // median
-  double weight = 1;              // the less these neighbours' own errors are enlarged, the more they can see
-  bool lines_contradict = false;  // the view's epipolar lines in both neighbours contradict, too
+  double sigmas = 0;  // of its corners' errors, median
+  double weight = 1;  // falls with the square of how much the neighbours' own errors are enlarged
+  bool epipolar_lines_contradict = false;  // the view's epipolar lines in both neighbours contradict, too
 };
 
 // The views, with one standard deviation, px, of where each shows a corner of the others by its pose.
 struct MatchedSet {
   const RefineScene& scene;
   std::vector<double> sigma_px;
-  std::vector<std::vector<Matched>> neighbours;
+  std::vector<std::vector<MatchedNeighbour>> neighbours;
 };
 
-// Where two rays meet, and how far the projection into a third view moves, px, when either is off by its sigma.
-struct Meeting {
+// A point triangulated from two rays and projected into a third view, and how far the projection moves, px,
+// when either is off by its sigma.
+struct Transferred {
   Vector3d in_world = Vector3d::Zero();
   std::optional<Eigen::Vector2d> img;  // none: not before the third camera
   double moved_px = 0;
@@ -73,17 +92,17 @@ Vector3d TurnedTowards(const Vector3d& ray, const Vector3d& other_center, double
   return across.norm() > 0 ? (ray + angle * across.normalized()).normalized() : ray;
 }
 
-std::optional<Meeting> Meet(const MatchedSet& set, int view, int first, const Vector3d& first_ray, int second,
-                            const Vector3d& second_ray) {
+std::optional<Transferred> Transfer(const MatchedSet& set, int view, int first, const Vector3d& first_ray,
+                                    int second, const Vector3d& second_ray) {
   const RefineScene& scene = set.scene;
   const RefineView &own = scene.view(view), &one = scene.view(first), &other = scene.view(second);
-  const auto seen_from = [&](const Vector3d& ray, const Vector3d& other_ray) -> std::optional<Meeting> {
+  const auto seen_from = [&](const Vector3d& ray, const Vector3d& other_ray) -> std::optional<Transferred> {
     const auto point = TriangulatePoint(one.cam_from_world, ray, other.cam_from_world, other_ray);
     if (!point) return std::nullopt;
-    return Meeting{*point, scene.LensOf(own).ImgFromCam(own.cam_from_world * *point)};
+    return Transferred{*point, scene.LensOf(own).ImgFromCam(own.cam_from_world * *point)};
   };
-  std::optional<Meeting> meeting = seen_from(first_ray, second_ray);
-  if (!meeting || !meeting->img) return meeting;
+  std::optional<Transferred> transferred = seen_from(first_ray, second_ray);
+  if (!transferred || !transferred->img) return transferred;
   const auto angle = [&](int v) { return set.sigma_px[At(v)] / scene.LensOf(scene.view(v)).MeanFocalPx(); };
   const auto first_off = seen_from(
       TurnedTowards(first_ray, one.cam_from_world * other.cam_from_world.OriginInSource(), angle(first)),
@@ -92,24 +111,24 @@ std::optional<Meeting> Meet(const MatchedSet& set, int view, int first, const Ve
       first_ray,
       TurnedTowards(second_ray, other.cam_from_world * one.cam_from_world.OriginInSource(), angle(second)));
   if (!first_off || !first_off->img || !second_off || !second_off->img) return std::nullopt;
-  meeting->moved_px =
-      std::hypot((*first_off->img - *meeting->img).norm(), (*second_off->img - *meeting->img).norm());
-  return meeting;
+  transferred->moved_px =
+      std::hypot((*first_off->img - *transferred->img).norm(), (*second_off->img - *transferred->img).norm());
+  return transferred;
 }
 
-// None where the neighbours share too few corners with the view, do not agree about most of them, or stand so that
-// their own errors would pass for the view's.
-std::optional<Testimony> Ask(const MatchedSet& set, int view, const Matched& first, const Matched& second,
-                             const PoseCheckOptions& options) {
+// Tests a view's pose. None where the neighbours share too few corners with the view, do not agree about most
+// of them, or stand so that their own errors would pass for the view's.
+std::optional<ViewTest> TestByPair(const MatchedSet& set, int view, const MatchedNeighbour& first,
+                                   const MatchedNeighbour& second) {
   const RefineScene& scene = set.scene;
   const RefineView &own = scene.view(view), &one = scene.view(first.view), &other = scene.view(second.view);
   const Eigen::Matrix3d essential = EssentialFromPose(other.cam_from_world * one.cam_from_world.Inverse());
   if (!(essential.norm() > 0)) return std::nullopt;
   const double focal_px = scene.LensOf(one).MeanFocalPx();
-  const double agree_px = options.most_sigmas *
+  const double agree_px = kCheckMostSigmas *
                           std::hypot(set.sigma_px[At(first.view)], set.sigma_px[At(second.view)]) /
                           std::sqrt(2.0);
-  Testimony testimony{first.view, second.view, {}, 0, 1, false};
+  ViewTest test{first.view, second.view, {}, 0, 1, false};
   std::size_t shared = 0, agreed = 0;
   std::vector<double> sigmas, enlarged;
   for (std::size_t corner = 0; corner < first.corner.size(); ++corner) {
@@ -119,53 +138,52 @@ std::optional<Testimony> Ask(const MatchedSet& set, int view, const Matched& fir
                    &other_ray = other.features[second.corner[corner]].ray;
     if (EpipolarError(essential, {ray, other_ray}) * focal_px > agree_px) continue;
     ++agreed;
-    const auto meeting = Meet(set, view, first.view, ray, second.view, other_ray);
-    if (!meeting) continue;
+    const auto transferred = Transfer(set, view, first.view, ray, second.view, other_ray);
+    if (!transferred) continue;
     const int index = static_cast<int>(corner);
-    const double sigma_px = std::hypot(set.sigma_px[At(view)], meeting->moved_px);
-    const double error_px = meeting->img ? (*meeting->img - own.features[index].img).norm()
-                                         : std::numeric_limits<double>::infinity();
-    testimony.corners.push_back({index, meeting->in_world, error_px, sigma_px});
+    const double sigma_px = std::hypot(set.sigma_px[At(view)], transferred->moved_px);
+    const double error_px = transferred->img ? (*transferred->img - own.features[index].img).norm()
+                                             : std::numeric_limits<double>::infinity();
+    test.corners.push_back({index, transferred->in_world, error_px, sigma_px});
     sigmas.push_back(error_px / sigma_px);
     enlarged.push_back(sigma_px / set.sigma_px[At(view)]);
   }
   const double usually_enlarged = Median(std::move(enlarged));
-  if (testimony.corners.size() < options.min_matches || 2 * agreed < shared ||
-      usually_enlarged > options.most_enlarged)
+  if (test.corners.size() < kCheckMinMatches || 2 * agreed < shared || usually_enlarged > kCheckMostEnlarged)
     return std::nullopt;
-  testimony.weight = 1 / (usually_enlarged * usually_enlarged);
-  testimony.sigmas = Median(std::move(sigmas));
-  const double least_px = options.most_sigmas * set.sigma_px[At(view)];
-  testimony.lines_contradict = first.error_px > least_px && second.error_px > least_px;
-  return testimony;
+  test.weight = 1 / (usually_enlarged * usually_enlarged);
+  test.sigmas = Median(std::move(sigmas));
+  const double least_px = kCheckMostSigmas * set.sigma_px[At(view)];
+  test.epipolar_lines_contradict = first.error_px > least_px && second.error_px > least_px;
+  return test;
 }
 
-// The pose that most of what is said about a view agrees on, beside the recorded one; none where it agrees on none.
-std::optional<ContradictedView> BetterPose(const MatchedSet& set, int view,
-                                           const std::vector<const Testimony*>& said,
-                                           const PoseCheckOptions& options) {
+// Fits a pose to the corners of all tests of a view by consensus, without the recorded one; none where most
+// corners agree on no pose.
+std::optional<ContradictedView> RefitPose(const MatchedSet& set, int view,
+                                          const std::vector<const ViewTest*>& tests) {
   const RefineView& own = set.scene.view(view);
-  std::map<int, PlacedCorner> surest;
+  std::map<int, PlacedCorner> most_certain;
   std::set<int> by;
-  for (const Testimony* testimony : said) {
-    if (testimony->sigmas > options.most_sigmas) by.insert({testimony->first, testimony->second});
-    for (const PlacedCorner& corner : testimony->corners) {
-      const auto [at, is_new] = surest.emplace(corner.corner, corner);
+  for (const ViewTest* test : tests) {
+    if (test->sigmas > kCheckMostSigmas) by.insert({test->first, test->second});
+    for (const PlacedCorner& corner : test->corners) {
+      const auto [at, is_new] = most_certain.emplace(corner.corner, corner);
       if (!is_new && corner.sigma_px < at->second.sigma_px) at->second = corner;
     }
   }
   std::vector<PointObservation> observations;
   std::vector<double> all_sigmas;
-  for (const auto& [index, corner] : surest) {
+  for (const auto& [index, corner] : most_certain) {
     observations.push_back({corner.in_world, own.features[index].img, 1});
     all_sigmas.push_back(corner.sigma_px);
   }
   const auto found = AbsolutePose(set.scene.LensOf(own), observations,
-                                  {.threshold_px = options.most_sigmas * Median(std::move(all_sigmas)),
-                                   .min_inliers = static_cast<int>(options.min_matches),
+                                  {.threshold_px = kCheckMostSigmas * Median(std::move(all_sigmas)),
+                                   .min_inliers = static_cast<int>(kCheckMinMatches),
                                    .seed = static_cast<unsigned>(view) + 1});
   if (!found || static_cast<double>(found->inliers.size()) <
-                    options.explained_share * static_cast<double>(observations.size()))
+                    kCheckExplainedShare * static_cast<double>(observations.size()))
     return std::nullopt;
   ContradictedView contradicted;
   contradicted.view = view;
@@ -186,46 +204,46 @@ std::optional<ContradictedView> BetterPose(const MatchedSet& set, int view,
   return contradicted;
 }
 
-// Views and what is said about them, until no view is left that most of it contradicts.
-class Verdicts {
+// Removes the view that its tests contradict most, again and again, until no view is left that most of its
+// tests contradict.
+class OutlierSearch {
  public:
-  Verdicts(const MatchedSet& set, const std::vector<std::vector<Testimony>>& said,
-           const PoseCheckOptions& options)
-      : set_(set), said_(said), options_(options), counts_(said.size(), true) {
+  OutlierSearch(const MatchedSet& set, const std::vector<std::vector<ViewTest>>& tests)
+      : set_(set), tests_(tests), takes_part_(tests.size(), true) {
     while (const auto worst = Worst()) {
       const int view = *worst;
-      if (auto better = BetterPose(set_, view, Standing(view), options_))
+      if (auto better = RefitPose(set_, view, ValidTests(view)))
         contradicted_.emplace(view, std::move(*better));
       else
-        untold_.insert(view);
-      counts_[At(view)] = false;
+        no_consensus_.insert(view);
+      takes_part_[At(view)] = false;
     }
   }
-  // What others say about a view whose own poses are not in doubt.
-  std::vector<const Testimony*> Standing(int view) const {
-    std::vector<const Testimony*> standing;
-    for (const Testimony& testimony : said_[At(view)])
-      if (counts_[At(testimony.first)] && counts_[At(testimony.second)]) standing.push_back(&testimony);
-    return standing;
+  // The tests of a view by neighbours that have not been removed themselves.
+  std::vector<const ViewTest*> ValidTests(int view) const {
+    std::vector<const ViewTest*> valid;
+    for (const ViewTest& test : tests_[At(view)])
+      if (takes_part_[At(test.first)] && takes_part_[At(test.second)]) valid.push_back(&test);
+    return valid;
   }
   const std::map<int, ContradictedView>& contradicted() const { return contradicted_; }
-  bool AgreesOnNoPose(int view) const { return untold_.contains(view); }
+  bool HasNoConsensus(int view) const { return no_consensus_.contains(view); }
 
  private:
   std::optional<int> Worst() const {
     std::optional<int> worst;
     std::pair<double, double> most{0.5, 0};  // the share that contradicts, and by how much
-    for (int view = 0; view < static_cast<int>(said_.size()); ++view) {
-      if (!counts_[At(view)]) continue;
-      const std::vector<const Testimony*> standing = Standing(view);
+    for (int view = 0; view < static_cast<int>(tests_.size()); ++view) {
+      if (!takes_part_[At(view)]) continue;
+      const std::vector<const ViewTest*> valid = ValidTests(view);
       // One pair of neighbours may itself be wrong, along the line between the two, where they cannot see it.
-      if (standing.empty() || (standing.size() == 1 && !standing[0]->lines_contradict)) continue;
+      if (valid.empty() || (valid.size() == 1 && !valid[0]->epipolar_lines_contradict)) continue;
       std::vector<double> sigmas;
       double all = 0, against = 0;
-      for (const Testimony* testimony : standing) {
-        sigmas.push_back(testimony->sigmas);
-        all += testimony->weight;
-        if (testimony->sigmas > options_.most_sigmas) against += testimony->weight;
+      for (const ViewTest* test : valid) {
+        sigmas.push_back(test->sigmas);
+        all += test->weight;
+        if (test->sigmas > kCheckMostSigmas) against += test->weight;
       }
       const std::pair now(against / all, Median(sigmas));
       if (now.first > 0.5 && now > most) {
@@ -237,71 +255,67 @@ class Verdicts {
   }
 
   const MatchedSet& set_;
-  const std::vector<std::vector<Testimony>>& said_;
-  const PoseCheckOptions& options_;
-  std::vector<bool> counts_;  // as a witness
+  const std::vector<std::vector<ViewTest>>& tests_;
+  std::vector<bool> takes_part_;  // in tests of others, by view
   std::map<int, ContradictedView> contradicted_;
-  std::set<int> untold_;
+  std::set<int> no_consensus_;
 };
 
 // One standard deviation, px, of the usual distance from the epipolar lines of the recorded poses.
-double UsualErrorPx(const std::vector<UnguidedPair>& pairs, const PoseCheckOptions& options) {
-  constexpr double kMedianOfNormal = 0.6745;  // of the absolute value, unit variance
+double UsualErrorPx(const std::vector<UnguidedPair>& pairs) {
   std::vector<double> medians;
   for (const UnguidedPair& pair : pairs)
-    if (pair.errors_px.size() >= options.min_matches)
+    if (pair.errors_px.size() >= kCheckMinMatches)
       medians.push_back(Median(pair.errors_px) / kMedianOfNormal);
   return Median(std::move(medians));
 }
 
-std::vector<double> SigmasPx(const RefineScene& scene, const RefineInput& input, double usual_px,
-                             const PoseCheckOptions& options) {
+std::vector<double> SigmasPx(const RefineScene& scene, const RefineInput& input, double usual_px) {
   constexpr double kLeastPx = 0.3;  // of a corner by itself
   std::vector<double> sigmas;
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const CameraModel& lens = scene.LensOf(scene.views[v]);
-    const double usual = std::clamp(usual_px, kLeastPx, std::max(kLeastPx, options.usual_share * lens.width));
+    const double usual = std::clamp(usual_px, kLeastPx, std::max(kLeastPx, kCheckUsualShare * lens.width));
     sigmas.push_back(std::hypot(usual, input.views[v].center_error_share * lens.MeanFocalPx()));
   }
   return sigmas;
 }
 
 // The second view of a pair as the first one's neighbour.
-Matched OfFirst(const RefineScene& scene, const UnguidedPair& pair) {
-  Matched matched{pair.second, std::vector<int>(At(scene.view(pair.first).features.size()), -1),
-                  Median(pair.errors_px)};
+MatchedNeighbour NeighbourOfFirst(const RefineScene& scene, const UnguidedPair& pair) {
+  MatchedNeighbour matched{pair.second, std::vector<int>(At(scene.view(pair.first).features.size()), -1),
+                           Median(pair.errors_px)};
   for (const FeatureMatch& match : pair.matches) matched.corner[At(match.first)] = match.second;
   return matched;
 }
 
-std::vector<std::vector<Matched>> NeighboursBy(const RefineScene& scene,
-                                               const std::vector<UnguidedPair>& pairs,
-                                               const PoseCheckOptions& options) {
-  std::vector<std::vector<Matched>> neighbours(scene.views.size());
+std::vector<std::vector<MatchedNeighbour>> NeighboursBy(const RefineScene& scene,
+                                                        const std::vector<UnguidedPair>& pairs) {
+  std::vector<std::vector<MatchedNeighbour>> neighbours(scene.views.size());
   for (const UnguidedPair& pair : pairs) {
-    if (pair.errors_px.size() < options.min_matches) continue;
+    if (pair.errors_px.size() < kCheckMinMatches) continue;
     UnguidedPair back{pair.second, pair.first, {}, pair.errors_px};
     for (const FeatureMatch& match : pair.matches)
       back.matches.push_back({match.second, match.first, match.distance});
-    neighbours[At(pair.first)].push_back(OfFirst(scene, pair));
-    neighbours[At(pair.second)].push_back(OfFirst(scene, back));
+    neighbours[At(pair.first)].push_back(NeighbourOfFirst(scene, pair));
+    neighbours[At(pair.second)].push_back(NeighbourOfFirst(scene, back));
   }
   return neighbours;
 }
 
-// Further neighbours of a view about which those around it by its pose say nothing: it may belong elsewhere. It is
-// compared with views all over the set, then with those around the most similar one.
-void LookElsewhere(const RefineScene& scene, int view, const std::vector<std::pair<int, int>>& near,
-                   const PoseCheckOptions& options, std::vector<Matched>& neighbours) {
-  const int count = static_cast<int>(scene.views.size()), compared = std::min(count, options.elsewhere);
+// Further neighbours of a view about which those around it by its pose say nothing: it may belong elsewhere.
+// It is compared with views all over the set, then with those around the most similar one.
+void MatchElsewhere(const RefineScene& scene, int view, const std::vector<std::pair<int, int>>& near,
+                    std::vector<MatchedNeighbour>& neighbours) {
+  const int count = static_cast<int>(scene.views.size()), compared = std::min(count, kViewsElsewhere);
   std::set<int> known{view};
   for (const auto& [first, second] : near)
     if (first == view || second == view) known.insert({first, second});
   const auto compare = [&](int other) {
     if (!scene.view(other).registered || !known.insert(other).second) return std::size_t{0};
     const UnguidedPair pair = MatchUnguided(scene, view, other);
-    if (pair.errors_px.size() < options.min_matches) return std::size_t{0};
-    neighbours.push_back(OfFirst(scene, pair));
+    if (pair.errors_px.size() < kCheckMinMatches) return std::size_t{0};
+    neighbours.push_back(NeighbourOfFirst(scene, pair));
     return pair.matches.size();
   };
   std::size_t most = 0;
@@ -318,14 +332,13 @@ void LookElsewhere(const RefineScene& scene, int view, const std::vector<std::pa
     if (first == like || second == like) compare(first == like ? second : first);
 }
 
-std::vector<Testimony> AskAll(const MatchedSet& set, int view, const PoseCheckOptions& options) {
-  const std::vector<Matched>& matched = set.neighbours[At(view)];
-  std::vector<Testimony> said;
+std::vector<ViewTest> TestByAllPairs(const MatchedSet& set, int view) {
+  const std::vector<MatchedNeighbour>& matched = set.neighbours[At(view)];
+  std::vector<ViewTest> tests;
   for (std::size_t i = 0; i < matched.size(); ++i)
     for (std::size_t j = i + 1; j < matched.size(); ++j)
-      if (auto testimony = Ask(set, view, matched[i], matched[j], options))
-        said.push_back(std::move(*testimony));
-  return said;
+      if (auto test = TestByPair(set, view, matched[i], matched[j])) tests.push_back(std::move(*test));
+  return tests;
 }
 
 // The names of the first of these views, and whether there are more.
@@ -348,31 +361,31 @@ double ReducedBy(const RefineScene& scene, const RefineInput& input) {
 
 }  // namespace
 
-PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) {
-  const RefineStage reading{options.progress, 0, 0.6}, matching{options.progress, 0.6, 1};
-  const RefineScene scene = ReadScene(
-      input, {.max_side_px = options.max_side_px, .corners = options.corners, .masked = false}, reading);
+PoseCheck CheckPoses(const RefineInput& input,
+                     const std::function<void(double share, const std::string& stage)>& progress) {
+  const RefineStage reading{progress, 0, 0.6}, matching{progress, 0.6, 1};
+  const RefineScene scene =
+      ReadScene(input, {.max_side_px = kCheckMaxSidePx, .corners = kCheckCorners, .masked = false}, reading);
   const std::vector<std::pair<int, int>> near = ChoosePairs(scene, kNearPairs);
   matching.Show(0, "comparing photographs with their poses");
   std::vector<UnguidedPair> pairs(near.size());
   ParallelFor(pairs.size(),
               [&](std::size_t p) { pairs[p] = MatchUnguided(scene, near[p].first, near[p].second); });
-  MatchedSet set{scene, SigmasPx(scene, input, UsualErrorPx(pairs, options), options),
-                 NeighboursBy(scene, pairs, options)};
+  MatchedSet set{scene, SigmasPx(scene, input, UsualErrorPx(pairs)), NeighboursBy(scene, pairs)};
 
-  std::vector<std::vector<Testimony>> said(scene.views.size());
-  ParallelFor(said.size(), [&](std::size_t v) {
+  std::vector<std::vector<ViewTest>> tests(scene.views.size());
+  ParallelFor(tests.size(), [&](std::size_t v) {
     const int view = static_cast<int>(v);
-    said[v] = AskAll(set, view, options);
-    if (!said[v].empty() || !scene.view(view).registered) return;
-    LookElsewhere(scene, view, near, options, set.neighbours[v]);
-    said[v] = AskAll(set, view, options);
+    tests[v] = TestByAllPairs(set, view);
+    if (!tests[v].empty() || !scene.view(view).registered) return;
+    MatchElsewhere(scene, view, near, set.neighbours[v]);
+    tests[v] = TestByAllPairs(set, view);
   });
-  const Verdicts verdicts(set, said, options);
-  for (std::size_t v = 0; v < said.size(); ++v) {
+  const OutlierSearch outliers(set, tests);
+  for (std::size_t v = 0; v < tests.size(); ++v) {
     std::vector<double> sigmas;
-    for (const Testimony& testimony : said[v]) sigmas.push_back(testimony.sigmas);
-    spdlog::debug("{}: {} testimonies, {:.2f} sigmas in the median", scene.views[v].name, sigmas.size(),
+    for (const ViewTest& test : tests[v]) sigmas.push_back(test.sigmas);
+    spdlog::debug("{}: {} tests, {:.2f} sigmas in the median", scene.views[v].name, sigmas.size(),
                   Median(sigmas));
   }
 
@@ -380,46 +393,46 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) 
   std::vector<bool> fits_one(scene.views.size());
   std::vector<double> medians_px;
   for (const UnguidedPair& pair : pairs) {
-    if (pair.errors_px.size() < options.min_matches) continue;
+    if (pair.errors_px.size() < kCheckMinMatches) continue;
     const double median_px = Median(pair.errors_px);
-    if (median_px > options.most_sigmas * set.sigma_px[At(pair.first)]) continue;
+    if (median_px > kCheckMostSigmas * set.sigma_px[At(pair.first)]) continue;
     fits_one[At(pair.first)] = fits_one[At(pair.second)] = true;
     const RefineView& first = scene.view(pair.first);
     medians_px.push_back(median_px * input.lenses[At(first.lens)].width / scene.LensOf(first).width);
   }
   PoseCheck check;
   check.error_px = Median(std::move(medians_px));
-  if (const auto fit = FitOfPoses(scene, pairs, options.min_matches)) {
+  if (const auto fit = FitOfPoses(scene, pairs, kCheckMinMatches)) {
     spdlog::debug("off by {:.3f} px as they are compared; {:.3f} before both cameras", fit->error_px,
                   fit->before_share);
     check.fits_poorly = IsPoor(*fit);
     check.fit_error_px = fit->error_px * ReducedBy(scene, input);
-    check.looks_away = fit->before_share < PoseFitLimits{}.before_share;
-    if (check.fits_poorly) check.convention = PoseConvention(scene, pairs, options.min_matches);
+    check.looks_away = fit->before_share < kLeastBeforeShare;
+    if (check.fits_poorly) check.convention = PoseConvention(scene, pairs, kCheckMinMatches);
   }
-  const auto cannot_tell = [&](int view, std::string why) {
-    UntoldView& one = check.untold.emplace_back();
+  const auto add_undecided = [&](int view, std::string why) {
+    UndecidedView& one = check.undecided.emplace_back();
     one.view = view;
     one.why = std::move(why);
   };
   for (int view = 0; view < static_cast<int>(scene.views.size()); ++view) {
     const RefineView& own = scene.view(view);
-    if (const auto found = verdicts.contradicted().find(view); found != verdicts.contradicted().end()) {
+    if (const auto found = outliers.contradicted().find(view); found != outliers.contradicted().end()) {
       check.contradicted.push_back(found->second);
       check.contradicted.back().error_px *=
           static_cast<double>(input.lenses[At(own.lens)].width) / scene.LensOf(own).width;
     } else if (!own.registered) {
-      cannot_tell(view, own.why);
-    } else if (verdicts.AgreesOnNoPose(view)) {
-      cannot_tell(view, "what its neighbours show of it agrees on no pose");
+      add_undecided(view, own.why);
+    } else if (outliers.HasNoConsensus(view)) {
+      add_undecided(view, "what its neighbours show of it agrees on no pose");
     } else if (set.neighbours[At(view)].empty()) {
-      cannot_tell(view,
-                  "shares too little with the pictures of its neighbours: without texture, blurred, or "
-                  "of something else");
-    } else if (verdicts.Standing(view).empty() && (!said[At(view)].empty() || !fits_one[At(view)])) {
-      const bool disagree = said[At(view)].empty();
-      cannot_tell(view, disagree ? "its neighbours do not agree with each other about what it shows"
-                                 : "its neighbours are contradicted themselves");
+      add_undecided(view,
+                    "shares too little with the pictures of its neighbours: without texture, blurred, or "
+                    "of something else");
+    } else if (outliers.ValidTests(view).empty() && (!tests[At(view)].empty() || !fits_one[At(view)])) {
+      const bool disagree = tests[At(view)].empty();
+      add_undecided(view, disagree ? "its neighbours do not agree with each other about what it shows"
+                                   : "its neighbours are contradicted themselves");
     } else {
       ++check.agree;
     }
@@ -434,22 +447,21 @@ std::string FitInWords(const PoseCheck& check) {
   if (check.looks_away)
     return "the poses are wrong as a whole: by them most of what the photographs show lies behind the "
            "cameras, and no change of their axes or direction mends that; are the photographs in another "
-           "order "
-           "than the poses?";
+           "order than the poses?";
   if (check.fits_poorly)
     return fmt::format(
         "the poses fit the photographs poorly as a whole, {:.1f} px off in most pairs: are the photographs "
-        "in "
-        "another order than the poses, cropped, or by another lens? Where the poses are only inexact, 'ulf "
+        "in another order than the poses, cropped, or by another lens? Where the poses are only inexact, "
+        "'ulf "
         "refine' makes them better",
         check.fit_error_px);
   return {};
 }
 
-std::string UntoldInWords(const PoseCheck& check, const std::vector<std::string>& names) {
-  if (check.untold.empty()) return {};
-  return fmt::format("{} more show too little in common to tell ({})", check.untold.size(),
-                     SomeOf(check.untold, names));
+std::string UndecidedInWords(const PoseCheck& check, const std::vector<std::string>& names) {
+  if (check.undecided.empty()) return {};
+  return fmt::format("{} more show too little in common to tell ({})", check.undecided.size(),
+                     SomeOf(check.undecided, names));
 }
 
 std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>& views) {

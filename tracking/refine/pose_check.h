@@ -1,15 +1,19 @@
-// Whether photographs show what their poses say: for sets by other programs, whose poses may belong to other photographs
-// (another order, another run) or to another lens, and for a light field of which a view is suspected.
+// Checks whether photographs show what their poses say: for sets by other programs, whose poses may belong to
+// other photographs (another order, another run) or to another lens, and for a light field of which a view is
+// suspected.
 //
-// Corners of neighbouring views are matched without the poses. Two neighbours of a view that agree about a corner
-// (epipolar lines) put it into space, and the view must show it where its pose has it. Two views alone would not do:
-// along the line between them a pose can be off by anything and the epipolar lines stay the same. How far off is too
-// far follows from what the matches are off by in the whole set, from what each pose says of its own error, and from
-// how much the place of the three views enlarges both.
+// Corners of neighbouring views are matched without the poses. Where two neighbours of a view agree about a
+// corner (epipolar lines), it is triangulated from them and transferred into the view, which must show it
+// there (an outlier test with three views). Two views alone would not do: along the line between them a pose
+// can be off by anything, and the epipolar lines stay the same. The threshold follows from the matches'
+// errors in the whole set, from what each pose says of its own error, and from how much the geometry of the
+// three views enlarges both.
 //
-// A view is contradicted when most of the pairs of neighbours that testify about it do, and another pose explains what
-// they say. The worst view is taken first, and what it says of others counts no more: a wrong view condemns none of its
-// neighbours.
+// A view is an outlier when most of the tests about it contradict its pose, and another pose, fitted to the
+// same corners, explains them (a refit by consensus). The worst view is removed first, and it takes no part
+// in tests of others any more, so that a wrong view condemns none of its neighbours.
+//
+// Errors are pixels of the photographs, angles degrees; poses are cam_from_world in the input's units.
 #pragma once
 
 #include <functional>
@@ -17,68 +21,52 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
-#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::tracking {
-
-// Guessed, except where a line says so.
-struct PoseCheckOptions {
-  int corners = 1200;            // a view, about
-  int max_side_px = 1000;        // larger pictures are reduced
-  std::size_t min_matches = 15;  // that three views share, or two where no third shows them
-  // A corner that is off by more standard deviations contradicts: more misses wrong poses, less blames right ones
-  // whose errors are those of the set, but larger than most (settled: docs/tracking_measured.md, "Views whose poses
-  // their neighbours contradict").
-  double most_sigmas = 4;
-  // Of the picture's width: a set whose poses are usually off by more is wrong as a whole, and its views are measured
-  // by this.
-  double usual_share = 0.005;
-  // Two neighbours tell nothing about a view in which their errors would be so many times as large.
-  double most_enlarged = 4;
-  // Share of the corners that another pose must explain before a pose is called wrong: else the matches are.
-  double explained_share = 0.6;
-  int elsewhere = 24;  // views that one is compared with that shows nothing of what is around it
-  std::function<void(double share, const std::string& stage)> progress = {};
-};
 
 // A view whose neighbours' pictures contradict its pose. `view` and `by` are indices of the input.
 struct ContradictedView {
   int view = 0;
-  double error_px = 0;  // median, of its corners from where its neighbours put them; pixels of the photograph
-  // From the recorded pose to the one that explains these corners; the move as a share of their distance (median).
+  // The median distance of its corners from where the neighbours' points project; pixels of the photograph.
+  double error_px = 0;
+  // The change from the recorded pose to the one that explains these corners; the move as a share of their
+  // distance (median).
   double turned_deg = 0, moved_share = 0;
-  std::vector<int> by;  // the neighbours that say so
+  std::vector<int> by;  // the neighbours whose tests contradict the pose
 };
 
-// A view that cannot be judged.
-struct UntoldView {
+// A view about which nothing can be decided.
+struct UndecidedView {
   int view = 0;
   std::string why;
 };
 
 struct PoseCheck {
   std::vector<ContradictedView> contradicted;  // in order of view, as are the next
-  std::vector<UntoldView> untold;
+  std::vector<UndecidedView> undecided;
   int agree = 0;  // views whose neighbours confirm their poses
   // Median distance from the epipolar lines in most pairs of views that fit; pixels of the photographs.
   double error_px = 0;
-  // The poses are wrong as a whole (IsPoor of all pairs), whatever the views' verdicts.
+  // The poses are wrong as a whole (IsPoor() of all pairs), whatever the tests of single views say.
   bool fits_poorly = false;
-  double fit_error_px = 0;      // of all pairs, as error_px
+  double fit_error_px = 0;      // the same as error_px for all pairs
   bool looks_away = false;      // most of what the photographs show lies behind their cameras
   std::string convention = {};  // PoseConvention() of poses that fit poorly; empty: none
 };
 
-// Reads every photograph once; some 50 ms of processor time a view of 640 x 480.
-PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options = {});
+// Reads every photograph once; takes some 50 ms of processor time for a view of 640 x 480.
+PoseCheck CheckPoses(const RefineInput& input,
+                     const std::function<void(double share, const std::string& stage)>& progress = {});
 
-// Of poses that fit poorly as a whole, in words; else empty.
+// Says in words that the poses fit poorly as a whole; empty where they do not.
 std::string FitInWords(const PoseCheck& check);
 
-// Of views that cannot be judged, in words; empty: there are none.
-std::string UntoldInWords(const PoseCheck& check, const std::vector<std::string>& names);
+// Names the undecided views in words; empty where there are none.
+std::string UndecidedInWords(const PoseCheck& check, const std::vector<std::string>& names);
 
-// What is wrong with poses; empty where nothing is. `views`: those of the input.
+// The findings about the poses, for the light field; empty where nothing is wrong. `views`: the views of the
+// input.
 std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>& views);
 
 }  // namespace ulf::tracking

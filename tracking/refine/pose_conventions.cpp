@@ -14,7 +14,12 @@ namespace {
 using Eigen::Vector3d;
 using PoseChange = std::function<Rigid3(const Rigid3& cam_from_world)>;
 
-// Along both rays to where they are nearest to each other, in the first camera's frame; none: they are too parallel.
+// Poses with a larger error fit poorly: twice what the worst of ten right sets comes to, pictures at most
+// 1000 px a side (docs/tracking_measured.md, "Views whose poses their neighbours contradict").
+constexpr double kMostFitErrorPx = 1;
+
+// Along both rays to where they are nearest to each other, in the first camera's frame; none: they are too
+// parallel.
 std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& second_from_first,
                                                              const RayPair& rays) {
   constexpr double kLeastSine = 0.01;  // of their angle
@@ -60,8 +65,8 @@ Rigid3 WithYAndZTurned(const Rigid3& cam_from_world) {
 
 }  // namespace
 
-bool IsPoor(const PoseFit& fit, const PoseFitLimits& limits) {
-  return fit.error_px > limits.error_px || fit.before_share < limits.before_share;
+bool IsPoor(const PoseFit& fit) {
+  return fit.error_px > kMostFitErrorPx || fit.before_share < kLeastBeforeShare;
 }
 
 std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
@@ -71,24 +76,22 @@ std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<Un
 
 std::string PoseConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                            std::size_t min_matches) {
-  // Turning the world changes nothing between two cameras, so these three are all that there are. The words say how the
-  // file has the poses, and are true of every format: whatever axes a format means, poses that fit once they are
-  // inverted have OpenCV's in the file, and those that fit once they are inverted and turned OpenGL's.
+  // Turning the world changes nothing between two cameras, so these three are all that there are. The words
+  // say how the file has the poses, and are true of every format: whatever axes a format means, poses that
+  // fit once they are inverted have OpenCV's in the file, and those that fit once they are inverted and
+  // turned OpenGL's.
   const std::pair<const char*, PoseChange> conventions[] = {
       {"the cameras' y and z axes point the other way (up and back, as in OpenGL, where the format means "
-       "down "
-       "and forward, as in OpenCV, or the reverse)",
+       "down and forward, as in OpenCV, or the reverse)",
        WithYAndZTurned},
       {"the poses are inverted (they lead from the world to the camera where the format means from the "
-       "camera "
-       "to the world, or the reverse), with the camera's y axis down and z forward, as in OpenCV",
+       "camera to the world, or the reverse), with the camera's y axis down and z forward, as in OpenCV",
        [](const Rigid3& pose) { return pose.Inverse(); }},
       {"the poses are inverted (they lead from the world to the camera where the format means from the "
-       "camera "
-       "to the world, or the reverse), with the camera's y axis up and z back, as in OpenGL",
+       "camera to the world, or the reverse), with the camera's y axis up and z back, as in OpenGL",
        [](const Rigid3& pose) { return WithYAndZTurned(pose.Inverse()); }}};
   std::string best;
-  double least = PoseFitLimits{}.error_px;
+  double least = kMostFitErrorPx;
   for (const auto& [words, change] : conventions) {
     const auto fit = FitUnder(change, scene, pairs, min_matches);
     if (!fit || IsPoor(*fit) || fit->error_px >= least) continue;

@@ -1,5 +1,5 @@
-// Which usual mistake explains poses that do not fit their photographs: programs differ in what a pose maps from and to,
-// and in where a camera's axes point.
+// Which usual mistake explains poses that do not fit their photographs: programs differ in what a pose maps
+// from and to, and in where a camera's axes point.
 #pragma once
 
 #include <optional>
@@ -10,29 +10,27 @@
 
 namespace ulf::tracking {
 
-// How well the scene's poses fit matches that were found without them. Two photographs taken side by side fit the
-// poses of cameras that look the other way, too, but then what they show lies behind them.
+// How well the scene's poses fit matches that were found without them. Two photographs taken side by side fit
+// the poses of cameras that look the other way, too, but then what they show lies behind them.
 struct PoseFit {
   double error_px =
       0;  // median distance from the epipolar lines in most pairs; pixels of the scene's pictures
-  double before_share = 1;  // of the matches whose depth can be told: those that lie before both cameras
+  // The share that lies before both cameras, of the matches whose depth can be told.
+  double before_share = 1;
 };
 
-struct PoseFitLimits {
-  // Above, poses fit poorly: twice what the worst of ten right sets comes to, pictures at most 1000 px a side
-  // (docs/tracking_measured.md, "Views whose poses their neighbours contradict").
-  double error_px = 1;
-  double before_share = 0.5;  // below, the cameras look away. Guessed
-};
+// Below this share of matches before both cameras the cameras look away. Guessed.
+inline constexpr double kLeastBeforeShare = 0.5;
 
-bool IsPoor(const PoseFit& fit, const PoseFitLimits& limits = {});
+// Whether the poses do not fit their photographs.
+bool IsPoor(const PoseFit& fit);
 
-// Of `pairs` with at least `min_matches`; none: there is no such pair.
+// How well the poses fit the pairs with at least `min_matches` matches; none: there is no such pair.
 std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                   std::size_t min_matches);
 
-// What convention the poses have that fit poorly as they are, and well once they are changed to the format's: a clause
-// for people. Empty: no such change makes them fit.
+// What convention the poses have that fit poorly as they are, and well once they are changed to the format's:
+// a clause for people. Empty: no such change makes them fit.
 std::string PoseConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                            std::size_t min_matches);
 

@@ -13,17 +13,34 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
-#include "tracking/map/map.h"
+#include "tracking/refine/refine_result.h"
 #include "tracking/refine/refine_rows.h"
 #include "tracking/refine/refine_scene.h"
-#include "tracking/refine/refine_summary.h"
 #include "tracking/refine/track_building.h"
-#include "tracking/refine/track_extension.h"
 #include "tracking/refine/triangulate.h"
 #include "tracking/refine/view_matching.h"
 
 namespace ulf::tracking {
 namespace {
+
+// Corners of each of few views (kFewViews), which need more, and of each of many; points a view of few, of
+// many, and while poses are rough. More cost time. Guessed.
+constexpr int kRefineCornersOfFew = 4000, kRefineCornersOfMany = 1500;
+constexpr int kRefinePerViewOfFew = 1500, kRefinePerView = 500, kRefinePerViewRoughly = 400;
+constexpr int kRefineMinViewPoints = 20;  // a view with fewer points is not registered. Guessed
+// the matches of fewer pairs are too few to compare the views. Guessed
+constexpr int kRefineMinPairs = 10;
+// Relative change of the cost that ends all adjustments but the last ones, for which they are starts and
+// need not reach their minimum. Guessed.
+constexpr double kRefineRoughTolerance = 1e-4;
+// With RefineOptions::intrinsics a step of the lens that moves no point of the reduced image by more needs no
+// other pass; passes, at most. Guessed.
+constexpr double kRefineSettledLensPx = 0.5;
+constexpr int kRefineMostPasses = 6;
+// A view registered again: best descriptor distance / second best of a match. Guessed.
+constexpr double kRefineMaxRatio = 0.85;
+// A view that keeps a smaller share of its observations is contradicted by most of them.
+constexpr double kRefineContradictedShare = 0.5;
 
 void RequireReadable(const RefineScene& scene) {
   if (scene.Registered() >= 2) return;
@@ -34,25 +51,24 @@ void RequireReadable(const RefineScene& scene) {
               unread != scene.views.end() ? " (" + unread->why + ")" : "");
 }
 
-// How an adjustment treats observations that do not fit; the better the start poses, the later in the list.
+// How an adjustment treats outliers; the better the start poses, the later in the list.
 enum class Loss { kHuber, kCauchy, kCauchyAndGate };
 
-BundleOptions LastAdjustment(const RefineOptions& refine) {
-  BundleOptions options;
-  options.robust_iterations = options.iterations = refine.iterations;
-  options.cauchy_scales = refine.cauchy_scales;
-  options.gate_scales = refine.gate_scales;
-  return options;
+BundleOptions LastAdjustment() {
+  return {.robust_iterations = kLaterIterations,
+          .iterations = kLaterIterations,
+          .cauchy_scales = kSettledCauchyScales,
+          .gate_scales = kSettledGateScales};
 }
 
-BundleSummary Adjust(const RefineOptions& refine, RefineScene& scene, int iterations, Loss loss,
-                     const RefineStage& stage, const char* what) {
+BundleSummary Adjust(RefineScene& scene, int iterations, Loss loss, const RefineStage& stage,
+                     const char* what) {
   BundleProblem problem = ToBundle(scene);
   BundleOptions options;
   options.robust_iterations = options.iterations = iterations;
-  options.cauchy_scales = loss != Loss::kHuber ? refine.cauchy_scales : 0;
-  options.gate_scales = loss == Loss::kCauchyAndGate ? refine.gate_scales : 0;
-  if (loss != Loss::kCauchyAndGate) options.function_tolerance = refine.rough_tolerance;
+  options.cauchy_scales = loss != Loss::kHuber ? kSettledCauchyScales : 0;
+  options.gate_scales = loss == Loss::kCauchyAndGate ? kSettledGateScales : 0;
+  if (loss != Loss::kCauchyAndGate) options.function_tolerance = kRefineRoughTolerance;
   options.progress = [&](int count) {
     stage.Show(std::min(1.0, 0.5 * count / iterations),
                fmt::format("{}, {} observations, iteration {}", what, problem.observations.size(), count));
@@ -72,8 +88,8 @@ void RequireParallax(const RefineScene& scene, const std::vector<PairMatches>& m
                      const RefineOptions& options) {
   int alike = 0;
   for (const PairMatches& pair : matched) alike += pair.alike;
-  const bool few_tracks = scene.tracks.size() < At(options.min_view_points);
-  if (alike < options.min_pairs * kMinPairMatches && few_tracks)
+  const bool few_tracks = scene.tracks.size() < At(kRefineMinViewPoints);
+  if (alike < kRefineMinPairs * kMinPairMatches && few_tracks)
     throw Error(
         "the views share too little to compare them ({} look alike); check that they show one scene and that "
         "the poses belong to them",
@@ -99,18 +115,18 @@ void RegisterAgain(const RefineOptions& options, RefineScene& scene) {
       }
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     RefineView& view = scene.views[v];
-    if (!view.registered || seen[v] >= options.min_view_points) continue;
+    if (!view.registered || seen[v] >= kRefineMinViewPoints) continue;
     std::vector<PointObservation> matches;
     for (const Feature& feature : view.features.all()) {
       NearestDescriptor nearest{-1, kSureDistance + 1, kSureDistance + 1};
       for (std::size_t d = 0; d < descriptors.size(); ++d)
         nearest.Offer(static_cast<int>(d), Distance(feature.descriptor, *descriptors[d]));
-      if (nearest.index >= 0 && nearest.distance < options.max_ratio * nearest.second)
+      if (nearest.index >= 0 && nearest.distance < kRefineMaxRatio * nearest.second)
         matches.push_back({owners[At(nearest.index)]->position, feature.img, DetectedSigmaPx(feature.level)});
     }
-    const auto found = AbsolutePose(
-        scene.LensOf(view), matches,
-        {.min_inliers = options.min_view_points, .seed = options.seed + static_cast<unsigned>(v)});
+    const auto found =
+        AbsolutePose(scene.LensOf(view), matches,
+                     {.min_inliers = kRefineMinViewPoints, .seed = options.seed + static_cast<unsigned>(v)});
     if (found) {
       view.cam_from_world = found->cam_from_world;
       spdlog::debug("{}: registered again with {} points", view.name, found->inliers.size());
@@ -182,12 +198,12 @@ LensEstimate LensFit::Widened() const {
   return widened;
 }
 
-// Of each lens of the input.
+// The fits by lens of the input; none: the images say nothing of that lens.
 using LensFits = std::vector<std::optional<LensFit>>;
 
 // Weighs the evidence for each lens; takes the new lenses over on request.
-void WeighLenses(const RefineInput& input, const RefineOptions& options, bool is_first_pass,
-                 RefineScene& scene, LensFits& fits, RefineResult& result) {
+void EstimateLenses(const RefineInput& input, const RefineOptions& options, bool is_first_pass,
+                    RefineScene& scene, LensFits& fits, RefineResult& result) {
   const BundleProblem problem = ToBundle(scene);
   fits.resize(scene.lenses.size());
   for (int l = 0; l < static_cast<int>(scene.lenses.size()); ++l) {
@@ -217,7 +233,8 @@ void WeighLenses(const RefineInput& input, const RefineOptions& options, bool is
   }
 }
 
-// How far another lens moves points of the image, at most; those without a ray, where distortion folds, tell nothing.
+// How far another lens moves points of the image, at most; those without a ray, where distortion folds, tell
+// nothing.
 double LensChangePx(const CameraModel& from, const CameraModel& to) {
   double most = 0;
   for (const double x : {0.0, 0.5, 1.0})
@@ -237,8 +254,8 @@ double LargestChangePx(const std::vector<CameraModel>& from, const std::vector<C
   return most;
 }
 
-// For another pass: every readable view takes part again, from where it is now.
-void StartAgain(const std::vector<bool>& readable, RefineScene& scene) {
+// Prepares another pass: every readable view takes part again, from where it is now.
+void ResetScene(const std::vector<bool>& readable, RefineScene& scene) {
   scene.tracks.clear();
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     if (scene.views[v].registered || !readable[v]) continue;
@@ -247,7 +264,7 @@ void StartAgain(const std::vector<bool>& readable, RefineScene& scene) {
   }
 }
 
-// From the poses and lenses that the scene has to those that its images speak for.
+// A pass leads from the poses and lenses that the scene has to those that its images support.
 struct Pass {
   double start_error_px = 0;  // of the working resolution
   BundleSummary summary;      // of the last adjustment
@@ -257,8 +274,8 @@ struct Pass {
 Pass RegisterAll(const RefineInput& input, const RefineOptions& options, const RefineStage& whole,
                  bool is_first_pass, RefineScene& scene, LensFits& fits, RefineResult& result) {
   const bool few = input.views.size() <= kFewViews;
-  const int per_view = few ? options.per_view_of_few : options.per_view_roughly;
-  const ExtensionOptions extension{.per_view = few ? options.per_view_of_few : options.per_view};
+  const int per_view = few ? kRefinePerViewOfFew : kRefinePerViewRoughly;
+  const int extended_per_view = few ? kRefinePerViewOfFew : kRefinePerView;
   const RefineStage matching = whole.Part(0, 1.0 / 3), first = whole.Part(1.0 / 3, 0.5);
   Pass pass;
   const auto build_tracks = [&](const std::vector<std::pair<int, int>>& pairs, double error_px,
@@ -269,46 +286,46 @@ Pass RegisterAll(const RefineInput& input, const RefineOptions& options, const R
   };
   const auto adjust_first = [&](int iterations) {
     RequireParallax(scene, pass.matched, options);
-    Adjust(options, scene, iterations, Loss::kHuber, first, "first adjustment");
+    Adjust(scene, iterations, Loss::kHuber, first, "first adjustment");
   };
   const std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
-  const double error_px = MeasurePoseErrorPx(scene, pairs).value_or(options.most_error_px);
+  const double error_px = MeasurePoseErrorPx(scene, pairs).value_or(kMostStartErrorPx);
   pass.start_error_px = error_px;
   const bool guided = error_px < kGuidingErrorPx;
-  build_tracks(pairs, error_px, std::max(options.least_gate_px, options.gate_errors * error_px),
-               guided ? per_view : options.per_view_roughly);
+  build_tracks(pairs, error_px, std::max(kLeastGatePx, kGateErrors * error_px),
+               guided ? per_view : kRefinePerViewRoughly);
   spdlog::debug("start poses off by {:.2f} px, {} pairs, {} points", error_px, pairs.size(),
                 scene.tracks.size());
-  adjust_first(guided ? options.guided_iterations : options.unguided_iterations);
+  adjust_first(guided ? kGuidedIterations : kUnguidedIterations);
   if (!guided) {
     // Now the poses guide the matching: it finds more, and wrong matches go.
     RegisterAgain(options, scene);
     for (const double now_px : {1.0, 0.5}) {
-      build_tracks(ChoosePairs(scene), now_px, options.repeated_gate_errors * now_px,
-                   now_px < 1 ? per_view : options.per_view_roughly);
-      adjust_first(options.repeated_iterations);
+      build_tracks(ChoosePairs(scene), now_px, kRepeatedGateErrors * now_px,
+                   now_px < 1 ? per_view : kRefinePerViewRoughly);
+      adjust_first(kRepeatedIterations);
     }
   }
   RegisterAgain(options, scene);
   for (const RefineStage& stage : {whole.Part(0.5, 2.0 / 3), whole.Part(2.0 / 3, 0.8)}) {
     stage.Show(0, "looking for points in all views");
-    ExtendTracks(extension, scene);
-    Adjust(options, scene, options.iterations, Loss::kCauchy, stage, "adjustment");
+    ExtendTracks(extended_per_view, scene);
+    Adjust(scene, kLaterIterations, Loss::kCauchy, stage, "adjustment");
   }
-  DropUnsupported(options.min_view_points, scene);
+  DropUnsupported(kRefineMinViewPoints, scene);
   if (scene.Registered() < 2) throw Error("no two views agree; check that the poses belong to these images");
   const RefineStage lens = whole.Part(0.8, 0.9), last = whole.Part(0.9, 1);
   lens.Show(0, "weighing the lens");
   const std::vector<CameraModel> before = scene.lenses;
-  WeighLenses(input, options, is_first_pass, scene, fits, result);
+  EstimateLenses(input, options, is_first_pass, scene, fits, result);
   // Drop wrong observations only under the final lens: under a wrong lens right observations look wrong.
   if (scene.lenses != before)
-    Adjust(options, scene, options.iterations, Loss::kCauchy, lens, "adjustment with the new lens");
+    Adjust(scene, kLaterIterations, Loss::kCauchy, lens, "adjustment with the new lens");
   for (int round = 0; round < 2; ++round) {
-    DropSliding(scene);
-    pass.summary = Adjust(options, scene, options.iterations, Loss::kCauchyAndGate, last, "last adjustment");
+    DropSlidingPoints(scene);
+    pass.summary = Adjust(scene, kLaterIterations, Loss::kCauchyAndGate, last, "last adjustment");
   }
-  DropUnsupported(options.min_view_points, scene);
+  DropUnsupported(kRefineMinViewPoints, scene);
   return pass;
 }
 
@@ -318,7 +335,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   RefineResult result;
   result.lenses = input.lenses;
   const bool few = input.views.size() <= kFewViews;
-  const int by_number = few ? options.corners_of_few : options.corners;
+  const int by_number = few ? kRefineCornersOfFew : kRefineCornersOfMany;
   const int corners = options.features > 0 ? options.features : by_number;
   RefineScene scene =
       ReadScene(input, {.max_side_px = options.max_side_px, .corners = corners}, {options.progress, 0, 0.3});
@@ -332,7 +349,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   bool lens_settled = false;
   double done = 0.3;
   constexpr double kEnd = 0.9;
-  for (int count = 0; count < options.most_passes && !lens_settled; ++count) {
+  for (int count = 0; count < kRefineMostPasses && !lens_settled; ++count) {
     // Who takes over a lens may need another pass.
     const double until = options.intrinsics ? (done + kEnd) / 2 : kEnd;
     const RefineStage stage{options.progress, done, until};
@@ -343,14 +360,14 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
       for (const RefineView& view : scene.views)
         given_by_working.push_back(GivenByWorking(input.lenses[At(view.lens)], scene.LensOf(view)));
       result.start_error_px = pass.start_error_px * Median(std::move(given_by_working));
-      lens_settled = !options.intrinsics || LargestChangePx(given, scene.lenses) < options.settled_lens_px;
+      lens_settled = !options.intrinsics || LargestChangePx(given, scene.lenses) < kRefineSettledLensPx;
       continue;
     }
     // What the pass before reached stands until this one is better.
     RefineScene next = scene;
     LensFits next_fits = fits;
     RefineResult next_result = result;
-    StartAgain(readable, next);
+    ResetScene(readable, next);
     std::string worse;
     try {
       Pass again = RegisterAll(input, options, stage, false, next, next_fits, next_result);
@@ -366,18 +383,18 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
                    worse);
       break;
     }
-    lens_settled = LargestChangePx(scene.lenses, next.lenses) < options.settled_lens_px;
+    lens_settled = LargestChangePx(scene.lenses, next.lenses) < kRefineSettledLensPx;
     scene = std::move(next);
     fits = std::move(next_fits);
     result = std::move(next_result);
   }
   for (std::size_t lens = 0; lens < fits.size(); ++lens)
     if (fits[lens]) result.lens_fits.emplace(static_cast<int>(lens), fits[lens]->Widened());
-  if (pass.summary.least_kept < options.contradicted_share)
+  if (pass.summary.least_kept < kRefineContradictedShare)
     result.contradicted = pass.summary.least_kept_camera;
   result.rms_after_sigmas = pass.summary.final_rms_sigmas;
   if (input.readout_s != 0) {
-    const BundleSummary rows = AdjustRows(input, LastAdjustment(options), scene);
+    const BundleSummary rows = AdjustRows(input, LastAdjustment(), scene);
     if (!rows.usable)
       spdlog::warn("the adjustment that knows the shutter's rows failed ({}): poses are as without it",
                    rows.message);
@@ -387,11 +404,11 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))
     throw Error("the views' positions do not determine a scale; give poses that differ");
-  result = Summarise(options, scene, std::move(result));
+  result = Summarise(scene, std::move(result));
   if (options.all_points) {
     const RefineStage all{options.progress, kEnd, 1};
     all.Show(0, "measuring all points");
-    MeasureAllTracks(pass.matched, {}, scene);
+    MeasureAllTracks(pass.matched, scene);
   }
   result.points = PointsOf(scene, input.lenses);
   return result;

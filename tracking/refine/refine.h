@@ -6,11 +6,12 @@
 //   3. join the matches to tracks over all views, and triangulate
 //   4. adjust poses and points
 //   5. search the points in every view by their patches, and adjust again; twice
-//   6. weigh the evidence for another lens; on request take it over, and begin again at 2 until it stays: what was matched
-//      and adjusted under a wrong lens speaks for it
+//   6. weigh the evidence for another lens; on request take it over, and begin again at 2 until it stays,
+//      because what was matched and adjusted under a wrong lens speaks for that lens
 //
-// With a rolling shutter (RefineInput::readout_s) steps 1 to 6 take pictures as if taken at once; a last adjustment knows
-// the rows (refine_rows.h). Poses that go in and out are the pictures', those that explain all pixels of one at once.
+// With a rolling shutter (RefineInput::readout_s) steps 1 to 6 take pictures as if taken at once; a last
+// adjustment knows the rows (refine_rows.h). Poses that go in and out are the pictures', those that explain
+// all pixels of one at once.
 //
 // Start poses may be off by a percent and a degree: their error is measured first, and matching allows for
 // it. Images leave position, orientation and scale of the whole open; the start poses give them. A view that
@@ -31,103 +32,18 @@
 #include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/lens_evidence.h"
 #include "tracking/estimation/rolling_shutter.h"
+#include "tracking/refine/refine_input.h"
+#include "tracking/refine/refine_result.h"
 
 namespace ulf::tracking {
 
-struct RefineInput {
-  struct View {
-    std::string name;
-    int lens = 0;  // index into lenses
-    Rigid3 cam_from_world;
-    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0: nothing.
-    double center_error_share = 0;
-    std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
-    bool is_recorded = true;  // false: its pose has only just been found, and holds nothing of the world
-  };
-  std::vector<CameraModel> lenses;
-  std::vector<View> views;
-  std::function<Image(int view)> read;  // in any thread; throws Error
-  // What the photograph shows of the world of the poses: CV_8UC1 of its size, 0 elsewhere; empty: everything. None: no
-  // view has a mask. In any thread; throws Error.
-  std::function<cv::Mat(int view)> read_mask = {};
-  double readout_s =
-      0;  // of a rolling shutter: from the first row to the last, negative from the last; 0: global
-};
-
 struct RefineOptions {
-  int features = 0;         // corners a view; 0: by the number of views
+  int features = 0;         // corners a view; 0: chosen by the number of views
   int max_side_px = 1600;   // larger pictures are reduced
   bool intrinsics = false;  // take over the lens that the evidence speaks for
   bool all_points = false;  // measure all points that the views share, not only those that poses need
   unsigned seed = 1;
   std::function<void(double share, const std::string& stage)> progress = {};
-
-  // Corners of each of few views (kFewViews), which need more, and of each of many; points a view of few, of
-  // many, and while poses are rough. More cost time. Guessed.
-  int corners_of_few = 4000, corners = 1500;
-  int per_view_of_few = 1500, per_view = 500, per_view_roughly = 400;
-  double most_error_px = 40;  // of start poses: assumed where hardly anything matches. Guessed
-  int min_view_points = 20;   // a view with fewer points is not registered. Guessed
-  int min_pairs = 10;         // whose matches the views share at least, to be compared. Guessed
-  // Gates of triangulation: times the start poses' error and at least so much; times the error after a first
-  // adjustment. Wider ones let in wrong matches, narrower ones lose right ones. Guessed.
-  double gate_errors = 6, least_gate_px = 4, repeated_gate_errors = 8;
-  // Iterations of the first adjustment under good and under bad start poses, of the first with poses that
-  // guide, and of all later ones. Guessed.
-  int guided_iterations = 10, unguided_iterations = 60, repeated_iterations = 30, iterations = 12;
-  // Relative change of the cost that ends all adjustments but the last ones, for which they are starts and
-  // need not reach their minimum. Guessed.
-  double rough_tolerance = 1e-4;
-  // With `intrinsics`: a step of the lens that moves no point of the reduced image by more needs no other pass; passes, at
-  // most. Guessed.
-  double settled_lens_px = 0.5;
-  int most_passes = 6;
-  // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
-  // docs/tracking_measured.md, "Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
-  double cauchy_scales = 2, gate_scales = 4;
-  // A view registered again: best descriptor distance / second best of a match. Guessed.
-  double max_ratio = 0.85;
-  // A view that keeps a smaller share of its observations is contradicted by most of them.
-  double contradicted_share = 0.5;
-  int most_uncertainty_views = 200;  // whose uncertainty is predicted: the work grows with their third power
-};
-
-struct RefinedView {
-  Rigid3 cam_from_world;  // the start pose where it is not registered
-  bool registered = false;
-  std::string why;  // it is not
-  int points = 0;
-  double quality = 1;  // as of Track::quality; of views that are not recorded
-  // The camera when its middle row was read; none with a global shutter.
-  std::optional<Rigid3> middle_row_from_picture = {};
-};
-
-struct RefineResult {
-  std::vector<RefinedView> views;
-  // Under the new poses, with the views that show them; a track names a view by its index.
-  std::vector<ScenePoint> points;
-  std::vector<CameraModel> lenses;                  // changed with RefineOptions::intrinsics only
-  std::map<int, LensEstimate> lens_fits;            // that the evidence supports, by lens; sizes of the input
-  std::vector<std::vector<LensTrial>> lens_trials;  // how the given ones were left, lens by lens
-  std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
-  int registered = 0;
-  int groups = 0;  // of views that share points; between groups only the start poses say how they lie
-  std::size_t adjusted_points = 0, adjusted_observations = 0;  // of the adjustment
-  double start_error_px = 0;  // of epipolar lines by the start poses, one standard deviation
-  // Reprojection errors of the same observations, px; the points are fitted to each set of poses.
-  double rms_before_px = 0, rms_after_px = 0;
-  double median_before_px = 0, median_after_px = 0;
-  double rms_after_sigmas = 0;
-  bool settled = false;   // lens and last adjustment converged: more iterations would change little
-  int contradicted = -1;  // the view most of whose points contradict its pose; -1: none
-  // How far the registered views' centres moved, and by how much the views turned.
-  double moved_median = 0, moved_max = 0;
-  double turned_median_deg = 0, turned_max_deg = 0;
-  int moved_most = -1;  // the view
-  // One standard deviation of the registered views' centres; infinite where something can move freely. None
-  // for very many views, nor for several groups.
-  std::optional<double> center_sigma_median, center_sigma_max;
-  int least_sure = -1;  // the view
 };
 
 // Throws Error when nothing can be registered: fewer than two readable views, views that share nothing or

@@ -6,6 +6,13 @@
 namespace ulf::tracking {
 namespace {
 
+// One standard deviation of a recorded velocity: of a trembling hand, radians and median depths per second,
+// and as a share of the velocity. As in the tracker's map (map_adjustment.cpp).
+constexpr double kRowsTremorTurn = 0.01, kRowsTremorShift = 0.003, kRowsVelocityShare = 0.1;
+// One standard deviation of the velocity of a view without a recorded one, radians and median depths per
+// second. Guessed.
+constexpr double kRowsUnknown = 0.3;
+
 // Median depth of the points that each view shows.
 std::vector<double> DepthsByView(const RefineScene& scene) {
   std::vector<std::vector<double>> depths(scene.views.size());
@@ -17,13 +24,13 @@ std::vector<double> DepthsByView(const RefineScene& scene) {
   return medians;
 }
 
-RowsMotion MotionOf(const std::optional<Twist>& recorded, double depth, const RowsPriorOptions& options) {
+RowsMotion MotionOf(const std::optional<Twist>& recorded, double depth) {
   RowsMotion motion;
-  double turn = options.unknown, shift = options.unknown * depth;
+  double turn = kRowsUnknown, shift = kRowsUnknown * depth;
   if (recorded) {
     motion.twist = motion.prior = *recorded;
-    turn = std::hypot(options.tremor_turn, options.share * recorded->head<3>().norm());
-    shift = std::hypot(options.tremor_shift * depth, options.share * recorded->tail<3>().norm());
+    turn = std::hypot(kRowsTremorTurn, kRowsVelocityShare * recorded->head<3>().norm());
+    shift = std::hypot(kRowsTremorShift * depth, kRowsVelocityShare * recorded->tail<3>().norm());
   }
   motion.prior_sigma << Eigen::Vector3d::Constant(turn), Eigen::Vector3d::Constant(shift);
   return motion;
@@ -31,13 +38,12 @@ RowsMotion MotionOf(const std::optional<Twist>& recorded, double depth, const Ro
 
 }  // namespace
 
-BundleSummary AdjustRows(const RefineInput& input, const BundleOptions& options, RefineScene& scene,
-                         const RowsPriorOptions& prior) {
+BundleSummary AdjustRows(const RefineInput& input, const BundleOptions& options, RefineScene& scene) {
   BundleProblem problem = ToBundle(scene);
   problem.readout_s = input.readout_s;
   const std::vector<double> depths = DepthsByView(scene);
   for (std::size_t v = 0; v < scene.views.size(); ++v)
-    problem.rows.push_back(depths[v] > 0 ? std::optional(MotionOf(input.views[v].twist, depths[v], prior))
+    problem.rows.push_back(depths[v] > 0 ? std::optional(MotionOf(input.views[v].twist, depths[v]))
                                          : std::nullopt);
   std::vector<Rigid3> pictures;
   for (const RefineView& view : scene.views) pictures.push_back(view.cam_from_world);
@@ -49,8 +55,8 @@ BundleSummary AdjustRows(const RefineInput& input, const BundleOptions& options,
   for (const SceneTrack& track : scene.tracks)
     for (const TrackObservation& o : track.observations)
       seen[At(o.view)].push_back({track.position, o.img, 1});
-  // Users of the picture know neither rows nor how sure a corner is: all weigh the same, and none is an outlier because
-  // the rows displace it.
+  // Users of the picture know neither rows nor how sure a corner is: all weigh the same, and none is an
+  // outlier because the rows displace it.
   constexpr RefinePoseOptions kAllAlike{.huber_sigmas = 1e3, .gate_sigmas = 1e3, .rounds = 1};
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     RefineView& view = scene.views[v];

@@ -33,6 +33,17 @@ void RefineScene::DropShortTracks(int min_views) {
   std::erase_if(tracks, [&](const SceneTrack& track) { return track.observations.size() < At(min_views); });
 }
 
+double GivenByWorking(const CameraModel& given, const CameraModel& working) {
+  return static_cast<double>(given.width + given.height) / (working.width + working.height);
+}
+
+std::vector<int> PointsByView(const RefineScene& scene) {
+  std::vector<int> count(scene.views.size(), 0);
+  for (const SceneTrack& track : scene.tracks)
+    for (const TrackObservation& o : track.observations) ++count[At(o.view)];
+  return count;
+}
+
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen) {
   const RefineView& view = scene.view(seen.view);
   const auto img = scene.LensOf(view).ImgFromCam(view.cam_from_world * track.position);
@@ -81,7 +92,7 @@ void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene)
   scene.DropShortTracks(min_views);
 }
 
-void DropSliding(RefineScene& scene, double most_times_usual) {
+void DropSlidingPoints(RefineScene& scene, double most_times_usual) {
   std::vector<double> by_track, all;
   for (const SceneTrack& track : scene.tracks) {
     std::vector<double> errors;

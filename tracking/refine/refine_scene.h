@@ -64,6 +64,12 @@ struct RefineScene {
   void DropShortTracks(int min_views);
 };
 
+// Pixels of the given images for one pixel of the working resolution.
+double GivenByWorking(const CameraModel& given, const CameraModel& working);
+
+// How many points each view shows.
+std::vector<int> PointsByView(const RefineScene& scene);
+
 // Distance of an observation from its point's projection, px; infinite where the point does not project.
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen);
 
@@ -76,7 +82,7 @@ void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene)
 // outline, where a round thing turns away or one edge passes before another, has no fixed place in the world:
 // it slides as the camera moves, by the same amount in neighbouring views, and bends their poses although
 // single observations fit.
-void DropSliding(RefineScene& scene, double most_times_usual = 3);
+void DropSlidingPoints(RefineScene& scene, double most_times_usual = 3);
 
 // Numbers the groups of views that share points, directly or through others; -1: a view without points.
 struct ViewGroups {
@@ -85,13 +91,13 @@ struct ViewGroups {
 };
 ViewGroups GroupViews(const RefineScene& scene);
 
-// Views of groups in which no view is recorded are no longer registered, and their points go: nothing says where such a
-// group lies.
+// Views of groups in which no view is recorded are no longer registered, and their points go: nothing says
+// where such a group lies.
 void DropGroupsWithoutRecordedViews(RefineScene& scene);
 
-// Moves each group of views with its points by the similarity that brings its recorded views (all, where there is one
-// alone) nearest to their start poses, because images leave position, orientation and scale open. False where the views do not determine a
-// similarity.
+// Moves each group of views with its points by the similarity that brings its recorded views (all, where
+// there is one alone) nearest to their start poses, because images leave position, orientation and scale
+// open. False where the views do not determine a similarity.
 bool AlignToStart(RefineScene& scene);
 
 }  // namespace ulf::tracking

@@ -34,7 +34,7 @@ Vector3d MiddleOf(const std::vector<ScenePoint>& points) {
   return middle;
 }
 
-std::vector<std::pair<const char*, const TrajectoryError*>> Rows(const LightFieldErrors& errors) {
+std::vector<std::pair<const char*, const TrajectoryError*>> TruthRows(const LightFieldErrors& errors) {
   std::vector<std::pair<const char*, const TrajectoryError*>> rows;
   if (errors.recorded) rows.emplace_back("recorded", &*errors.recorded);
   rows.emplace_back("before", &*errors.before);
@@ -82,7 +82,7 @@ LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& 
 nlohmann::ordered_json ToJson(const LightFieldErrors& errors) {
   nlohmann::ordered_json json{
       {"file", errors.truth_name}, {"compared", errors.after->matched}, {"distance", errors.distance}};
-  for (const auto& [name, error] : Rows(errors))
+  for (const auto& [name, error] : TruthRows(errors))
     json[name] = {{"centre_rms", error->ate_rmse},
                   {"centre_median", error->ate_median},
                   {"centre_largest", error->ate_max},
@@ -95,7 +95,7 @@ std::string ToText(const LightFieldErrors& errors) {
   std::string text =
       fmt::format("camera centres against {} ({}, its unit taken as metres, {:.3f} m from what they see):\n",
                   errors.truth_name, Counted(errors.after->matched, "view"), errors.distance);
-  for (const auto& [name, error] : Rows(errors))
+  for (const auto& [name, error] : TruthRows(errors))
     text += fmt::format(
         "  {:<9} RMS {:.3f} mm ({:.4f} % of the distance), median {:.3f}, largest {:.3f}; turned by "
         "{:.4f} degrees\n",

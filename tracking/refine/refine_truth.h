@@ -9,7 +9,7 @@
 
 #include "core/geometry/trajectory.h"
 #include "core/light_field/light_field.h"
-#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_result.h"
 
 namespace ulf::tracking {
 

@@ -7,11 +7,18 @@
 #include "core/base/quantile.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tracking/refine/track_building.h"
-#include "tracking/refine/track_extension.h"
 #include "tracking/refine/view_matching.h"
 
 namespace ulf::tracking {
 namespace {
+
+// Corners of each of few views (kFewViews), which can afford more, and of each of many. Guessed.
+constexpr int kTriangulationCornersOfFew = 4000, kTriangulationCornersOfMany = 2500;
+
+constexpr double kAllTracksGatePx = 3;   // of triangulation, under poses that stay. Guessed
+constexpr int kAllTracksPerView = 4000;  // points a view, about: more cost time. Guessed
+// Observations are dropped that are off by so many times the usual error, within these limits. Guessed.
+constexpr double kAllTracksMostTimesUsual = 5, kAllTracksLeastPx = 0.5, kAllTracksMostPx = 4;
 
 // Fits every track's position to its observations. A track that fits nowhere loses all of them.
 void FitPositions(RefineScene& scene) {
@@ -30,14 +37,14 @@ void FitPositions(RefineScene& scene) {
 }
 
 // Drops observations that are off by several times the usual error, and tracks that too few views show then.
-void DropUnusual(int min_views, const AllTracksOptions& options, RefineScene& scene) {
+void DropUnusual(int min_views, RefineScene& scene) {
   std::vector<double> errors;
   for (const SceneTrack& track : scene.tracks)
     for (const TrackObservation& seen : track.observations)
       errors.push_back(ReprojectionErrorPx(scene, track, seen));
   if (errors.empty()) return;
   const double most_px =
-      std::clamp(options.most_times_usual * Median(std::move(errors)), options.least_px, options.most_px);
+      std::clamp(kAllTracksMostTimesUsual * Median(std::move(errors)), kAllTracksLeastPx, kAllTracksMostPx);
   for (SceneTrack& track : scene.tracks)
     std::erase_if(track.observations, [&](const TrackObservation& seen) {
       return !(ReprojectionErrorPx(scene, track, seen) <= most_px);
@@ -47,16 +54,15 @@ void DropUnusual(int min_views, const AllTracksOptions& options, RefineScene& sc
 
 }  // namespace
 
-void MeasureAllTracks(const std::vector<PairMatches>& matched, const AllTracksOptions& options,
-                      RefineScene& scene) {
+void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scene) {
   constexpr int kUnlimited = 1 << 20;  // points a view
   const int min_views = scene.MinViews();
-  BuildTracks(matched, {.gate_px = options.gate_px, .min_views = min_views, .per_view = kUnlimited}, scene);
+  BuildTracks(matched, {.gate_px = kAllTracksGatePx, .min_views = min_views, .per_view = kUnlimited}, scene);
   FitPositions(scene);
-  ExtendTracks({.per_view = options.per_view}, scene);
+  ExtendTracks(kAllTracksPerView, scene);
   for (int round = 0; round < 2; ++round) {
     FitPositions(scene);
-    DropUnusual(min_views, options, scene);
+    DropUnusual(min_views, scene);
   }
   FitPositions(scene);
   scene.DropShortTracks(1);
@@ -85,7 +91,8 @@ TriangulationResult TriangulateViews(const RefineInput& input, const Triangulati
   TriangulationResult result;
   const RefineStage reading{options.progress, 0, 0.3}, matching{options.progress, 0.3, 0.7},
       measuring{options.progress, 0.7, 1};
-  const int by_number = input.views.size() <= kFewViews ? options.corners_of_few : options.corners;
+  const int by_number =
+      input.views.size() <= kFewViews ? kTriangulationCornersOfFew : kTriangulationCornersOfMany;
   const int corners = options.features > 0 ? options.features : by_number;
   RefineScene scene = ReadScene(input, {.max_side_px = options.max_side_px, .corners = corners}, reading);
   for (const RefineView& view : scene.views)
@@ -97,7 +104,7 @@ TriangulationResult TriangulateViews(const RefineInput& input, const Triangulati
   const std::vector<PairMatches> matched =
       MatchPairs(scene, pairs, std::min(result.pose_error_px, kGuides), matching);
   measuring.Show(0, "measuring all points");
-  MeasureAllTracks(matched, options.all_tracks, scene);
+  MeasureAllTracks(matched, scene);
   result.points = PointsOf(scene, input.lenses);
   return result;
 }

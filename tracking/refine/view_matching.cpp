@@ -16,6 +16,17 @@
 namespace ulf::tracking {
 namespace {
 
+// Half width of the band about an epipolar line, in errors of the poses, and at least: a wider one holds
+// more wrong matches, a narrower one misses right ones. Guessed.
+constexpr double kBandErrors = 4, kLeastBandPx = 2;
+
+// Levels of the pyramid on which corners are detected: the views of a set differ more in distance than frames
+// that follow each other. Measured: docs/tracking_measured.md, "Published sets".
+constexpr int kReadingLevels = kPyramidLevels;
+// Neighbouring views whose corners share one adapting threshold, whatever the number of threads: more look
+// less alike, fewer give each processor less to do. Guessed.
+constexpr int kViewsInARow = 8;
+
 // Views without images, with the lenses of their working resolution.
 RefineScene SceneOf(const RefineInput& input, int max_side_px) {
   RefineScene scene;
@@ -35,7 +46,7 @@ RefineScene SceneOf(const RefineInput& input, int max_side_px) {
 }
 
 // The corners that `mask` (any size, 0: excluded) shows.
-FeatureSet Shown(const FeatureSet& features, const cv::Mat& mask, const CameraModel& lens) {
+FeatureSet ShownFeatures(const FeatureSet& features, const cv::Mat& mask, const CameraModel& lens) {
   std::vector<Feature> shown;
   for (const Feature& feature : features.all()) {
     const auto pixel = [](double at, int size, int mask_size) {
@@ -68,7 +79,7 @@ void ReadView(Image image, const cv::Mat& mask, int corners, const CameraModel& 
   if (!mask.empty()) corners = CornersFor(corners, mask);
   if (first) extractor.Extract(pyramid, corners);  // the corner threshold settles
   view.features = extractor.Extract(pyramid, corners);
-  if (!mask.empty()) view.features = Shown(view.features, mask, lens);
+  if (!mask.empty()) view.features = ShownFeatures(view.features, mask, lens);
   for (const Feature& feature : view.features.all()) view.feature_rgb.push_back(RgbAt(color, feature.img));
 }
 
@@ -76,7 +87,7 @@ void ReadView(Image image, const cv::Mat& mask, int corners, const CameraModel& 
 
 RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, const RefineStage& stage) {
   RefineScene scene = SceneOf(input, options.max_side_px);
-  const std::size_t count = scene.views.size(), in_a_row = At(options.in_a_row);
+  const std::size_t count = scene.views.size(), in_a_row = At(kViewsInARow);
   struct {
     Mutex mutex;
     int done ULF_GUARDED_BY(mutex) = 0;
@@ -87,7 +98,7 @@ RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, c
     for (std::size_t i = row * in_a_row; i < std::min(count, (row + 1) * in_a_row); ++i) {
       RefineView& view = scene.views[i];
       const bool first = view.lens != lens;
-      if (first) extractor.emplace(scene.LensOf(view), FeatureOptions{.levels = options.levels});
+      if (first) extractor.emplace(scene.LensOf(view), FeatureOptions{.levels = kReadingLevels});
       lens = view.lens;
       try {
         const int index = static_cast<int>(i);
@@ -107,9 +118,8 @@ RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, c
 }
 
 std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
-                                    double error_px, const RefineStage& stage,
-                                    const PairMatchingOptions& options) {
-  const double band_px = std::max(options.least_band_px, options.band_errors * error_px);
+                                    double error_px, const RefineStage& stage) {
+  const double band_px = std::max(kLeastBandPx, kBandErrors * error_px);
   std::vector<PairMatches> matched(pairs.size());
   struct {
     Mutex mutex;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tracking/refine/refine.h"
+#include "tracking/refine/refine_input.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/view_pairs.h"
 
@@ -18,6 +18,19 @@ inline constexpr double kGuidingErrorPx = 2.5;
 inline constexpr int kMinPairMatches = 15;
 // Few views can afford more corners and points, and need them. Guessed.
 inline constexpr std::size_t kFewViews = 100;
+
+// The error of start poses that is assumed where hardly anything matches. Guessed.
+inline constexpr double kMostStartErrorPx = 40;
+// Gates of triangulation: times the start poses' error and at least so much; times the error after a first
+// adjustment. Wider ones let in wrong matches, narrower ones lose right ones. Guessed.
+inline constexpr double kGateErrors = 6, kLeastGatePx = 4, kRepeatedGateErrors = 8;
+// Iterations of the first adjustment under good and under bad start poses, of the first with poses that
+// guide, and of all later ones. Guessed.
+inline constexpr int kGuidedIterations = 10, kUnguidedIterations = 60, kRepeatedIterations = 30,
+                     kLaterIterations = 12;
+// For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
+// docs/tracking_measured.md, "Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
+inline constexpr double kSettledCauchyScales = 2, kSettledGateScales = 4;
 
 // A part of the work and its share of the progress.
 struct RefineStage {
@@ -35,30 +48,17 @@ struct RefineStage {
 struct ReadingOptions {
   int max_side_px = 1600;  // larger pictures are reduced
   int corners = 1500;      // a view, about
-  // Of the pyramid: the views of a set differ more in distance than frames that follow each other. Measured:
-  // docs/tracking_measured.md, "Published sets".
-  int levels = kPyramidLevels;
-  // Corners where masks show nothing of the world of the poses: matched without these, a standing background before which
-  // the subject turned would speak against all of them.
+  // Corners where masks show nothing of the world of the poses: matched without these, a standing background
+  // before which the subject turned would speak against all of them.
   bool masked = true;
-  // Neighbouring views whose corners share one adapting threshold, whatever the number of threads: more look
-  // less alike, fewer give each processor less to do. Guessed.
-  int in_a_row = 8;
 };
 
 // Reads every view and describes its corners. A view that cannot be read is not registered and says why.
 RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, const RefineStage& stage);
 
-struct PairMatchingOptions {
-  // Half width of the band about an epipolar line, in errors of the poses, and at least: a wider one holds
-  // more wrong matches, a narrower one misses right ones. Guessed.
-  double band_errors = 4, least_band_px = 2;
-};
-
 // Matches along epipolar lines where the poses are good to a few pixels (kGuidingErrorPx); else moves the
 // relative poses first (MatchAroundPose).
 std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
-                                    double error_px, const RefineStage& stage,
-                                    const PairMatchingOptions& options = {});
+                                    double error_px, const RefineStage& stage);
 
 }  // namespace ulf::tracking

@@ -8,16 +8,29 @@ namespace ulf::tracking {
 
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr std::size_t kBoardMostPairs = 400, kBoardLeastPairs = 4;  // of poses. Guessed
+// One standard deviation of the scale; above it the map's adjustment would have too far to go. Guessed.
+constexpr double kBoardMaxScaleError = 0.05;
+// The least standard deviation of a board's pose, as a share of its distance, whatever its corners say.
+// Guessed.
+constexpr double kBoardLeastSigma = 1e-4;
+constexpr int kBoardRounds = 3;         // the fit is weighted anew so many times. Guessed
+constexpr double kBoardGateSigmas = 3;  // pairs with larger errors weigh less. Guessed
+
+}  // namespace
+
 void BoardFromMap::Add(const Anchored& anchor, const MarkerPose& pose) {
   pairs_.push_back(
-      {anchor, pose.cam_from_world, std::max(pose.center_sigma, options_.least_sigma * pose.distance)});
+      {anchor, pose.cam_from_world, std::max(pose.center_sigma, kBoardLeastSigma * pose.distance)});
   // Keep both ends: they determine the scale.
-  if (pairs_.size() > options_.most_pairs)
-    pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(options_.most_pairs / 2));
+  if (pairs_.size() > kBoardMostPairs)
+    pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(kBoardMostPairs / 2));
 }
 
 std::optional<Similarity3> BoardFromMap::Fit(const Tracker& tracker) const {
-  if (pairs_.size() < options_.least_pairs) return std::nullopt;
+  if (pairs_.size() < kBoardLeastPairs) return std::nullopt;
   std::vector<Rigid3> in_map;
   std::vector<double> weights;
   for (const Pair& pair : pairs_) {
@@ -25,13 +38,13 @@ std::optional<Similarity3> BoardFromMap::Fit(const Tracker& tracker) const {
     weights.push_back(1 / (pair.sigma * pair.sigma));
   }
   std::optional<Similarity3> fitted;
-  for (int round = 0; round < options_.rounds; ++round) {
+  for (int round = 0; round < kBoardRounds; ++round) {
     fitted = Fit(in_map, weights);
     if (!fitted) return std::nullopt;
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const double off =
           (*fitted * in_map[i].OriginInSource() - pairs_[i].cam_from_board.OriginInSource()).norm();
-      weights[i] = std::min(1.0, options_.gate_sigmas * pairs_[i].sigma / std::max(1e-12, off)) /
+      weights[i] = std::min(1.0, kBoardGateSigmas * pairs_[i].sigma / std::max(1e-12, off)) /
                    (pairs_[i].sigma * pairs_[i].sigma);
     }
   }
@@ -65,7 +78,7 @@ std::optional<Similarity3> BoardFromMap::Fit(const std::vector<Rigid3>& in_map,
   if (!(along > 0) || !(across > 0)) return std::nullopt;
   fitted.scale = across / along;
   // The scale's standard deviation: each centre's error over its distance from their middle.
-  if (1 / std::sqrt(along * fitted.scale * fitted.scale) > options_.max_scale_error) return std::nullopt;
+  if (1 / std::sqrt(along * fitted.scale * fitted.scale) > kBoardMaxScaleError) return std::nullopt;
   fitted.translation = mean_board - fitted.scale * (fitted.rotation * mean_map);
   return fitted;
 }

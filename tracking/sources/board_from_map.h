@@ -15,18 +15,8 @@
 
 namespace ulf::tracking {
 
-struct BoardFromMapOptions {
-  std::size_t most_pairs = 400, least_pairs = 4;  // guessed
-  // One standard deviation of the scale; above it the map's adjustment would have too far to go. Guessed.
-  double max_scale_error = 0.05;
-  double least_sigma = 1e-4;  // of a board's distance: no board is better, whatever its corners say. Guessed
-  int rounds = 3;             // of weighing. Guessed
-  double gate_sigmas = 3;     // pairs farther off weigh less. Guessed
-};
-
 class BoardFromMap {
  public:
-  explicit BoardFromMap(const BoardFromMapOptions& options = {}) : options_(options) {}
   void Add(const Anchored& anchor, const MarkerPose& pose);
   void Clear() { pairs_.clear(); }
   // Uses the map's present poses. None until there are enough pairs, far enough apart to determine the scale.
@@ -40,7 +30,6 @@ class BoardFromMap {
   };
   std::optional<Similarity3> Fit(const std::vector<Rigid3>& in_map, const std::vector<double>& weights) const;
 
-  BoardFromMapOptions options_;
   std::vector<Pair> pairs_;
 };
 

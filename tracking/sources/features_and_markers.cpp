@@ -4,7 +4,7 @@
 #include "core/base/host_time.h"
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::tracking {
 namespace {
@@ -35,10 +35,9 @@ class FeaturesAndMarkers : public PoseSource {
     const double tracker_cpu_s = track.cpu_s, tracked_s = ThreadCpuSeconds();
     if (track.map_id != map_id_) board_from_map_.Clear();
     map_id_ = track.map_id;
-    if (track.cam_from_world && pose && !pose->by_history && !tracker_.WorldIsGiven())
-      LearnWorld(*pose, track);
-    on_map_ =
-        track.cam_from_world && tracker_.WorldIsGiven() && !(pose && IsFarOff(*track.cam_from_world, *pose));
+    if (track.cam_from_world && pose && !pose->by_history && !tracker_.WorldIsGiven()) FitWorld(*pose, track);
+    on_map_ = track.cam_from_world && tracker_.WorldIsGiven() &&
+              !(pose && DisagreesWithBoard(*track.cam_from_world, *pose));
     if (!on_map_) track = TrackByBoard(frame, pose, tracker_.WorldIsGiven() ? std::nullopt : track.anchor);
     frames_by_features_ += on_map_;
     track.map_id = 0;  // one world: the board's
@@ -53,18 +52,18 @@ class FeaturesAndMarkers : public PoseSource {
     if (tracker_.WorldIsGiven()) {
       const std::optional<Rigid3> expected = pose ? pose->cam_from_world : near;
       if (auto track = tracker_.Locate(photograph.image, camera, expected, FiducialsOf(pose)))
-        if (!pose || !IsFarOff(*track->cam_from_world, *pose)) return track;
+        if (!pose || !DisagreesWithBoard(*track->cam_from_world, *pose)) return track;
     }
     if (!pose) return std::nullopt;
     Track track;
     Describe(*pose, track);
-    track.anchor = Anchored{kByBoardForGood, pose->cam_from_world};
+    track.anchor = Anchored{kFixedBoardPose, pose->cam_from_world};
     return track;
   }
   Rigid3 PoseOf(const Anchored& anchor) const override {
-    if (anchor.keyframe_id == kByBoardForGood) return anchor.cam_from_keyframe;
-    if (anchor.keyframe_id > kByBoard) return tracker_.PoseOf(anchor);
-    const ByBoard& given = by_board_[At(kByBoard - anchor.keyframe_id)];
+    if (anchor.keyframe_id == kFixedBoardPose) return anchor.cam_from_keyframe;
+    if (anchor.keyframe_id > kFirstBoardPose) return tracker_.PoseOf(anchor);
+    const ByBoard& given = by_board_[At(kFirstBoardPose - anchor.keyframe_id)];
     return given.in_map && given.map_id == map_id_ && tracker_.WorldIsGiven() ? tracker_.PoseOf(*given.in_map)
                                                                               : given.cam_from_board;
   }
@@ -105,9 +104,9 @@ class FeaturesAndMarkers : public PoseSource {
   // A map pose is not used that differs from an unambiguous board pose by more than this (of the distance, or
   // radians) and this many of the board pose's standard deviations. Guessed.
   static constexpr double kFar = 0.05, kFarSigmas = 5;
-  // Anchors of poses that the board gave are numbered downwards from kByBoard. Where the tracker knew the
-  // pose as well (`in_map`), its anchor is better once the map has moved.
-  static constexpr int kByBoardForGood = -2, kByBoard = -3;
+  // Anchors of poses that the board gave are numbered downwards from kFirstBoardPose. Where the tracker knew
+  // the pose as well (`in_map`), its anchor is better once the map has moved.
+  static constexpr int kFixedBoardPose = -2, kFirstBoardPose = -3;
   struct ByBoard {
     Rigid3 cam_from_board;
     std::optional<Anchored> in_map;
@@ -115,7 +114,7 @@ class FeaturesAndMarkers : public PoseSource {
   };
   Anchored AnchorByBoard(const Rigid3& cam_from_board, const std::optional<Anchored>& in_map) {
     by_board_.push_back({cam_from_board, in_map, map_id_});
-    return {kByBoard - static_cast<int>(by_board_.size()) + 1, cam_from_board};
+    return {kFirstBoardPose - static_cast<int>(by_board_.size()) + 1, cam_from_board};
   }
 
   static std::optional<FiducialObservation> FiducialsOf(const std::optional<MarkerPose>& pose) {
@@ -124,7 +123,7 @@ class FeaturesAndMarkers : public PoseSource {
                 : std::nullopt;
   }
 
-  void LearnWorld(const MarkerPose& pose, Track& track) {
+  void FitWorld(const MarkerPose& pose, Track& track) {
     board_from_map_.Add(*track.anchor, pose);
     const auto board_from_map = board_from_map_.Fit(tracker_);
     if (!board_from_map) return;
@@ -139,7 +138,7 @@ class FeaturesAndMarkers : public PoseSource {
     if (track.middle_row_from_picture) track.middle_row_from_picture->translation *= board_from_map->scale;
   }
 
-  static bool IsFarOff(const Rigid3& by_map, const MarkerPose& pose) {
+  static bool DisagreesWithBoard(const Rigid3& by_map, const MarkerPose& pose) {
     if (pose.by_history) return false;
     const double off = (by_map.OriginInSource() - pose.cam_from_world.OriginInSource()).norm();
     const double turned = RotationAngle(by_map.rotation * pose.cam_from_world.rotation.conjugate());

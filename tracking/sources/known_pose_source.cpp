@@ -1,4 +1,4 @@
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/pose_sources.h"
 
 #include <algorithm>
 #include <deque>

@@ -12,7 +12,7 @@
 #include "core/fiducials/board_detector.h"
 #include "core/fiducials/marker_detector.h"
 #include "core/geometry/small_matrices.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 #include "tracking/tracker/working_size.h"
 
 namespace ulf::tracking {
@@ -20,6 +20,30 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+// Usual error of a corner; many corners show their own. Guessed.
+constexpr double kMarkerCornerSigmaPx = 0.15;
+// The usual error counts as so many residuals beside the frame's own. Guessed.
+constexpr double kMarkerUsualWeight = 10;
+// Neighbouring corners share errors (lens, light, print) that no number of them averages out: a board
+// counts as so many independent corners. Guessed.
+constexpr double kMarkerIndependentCorners = 8;
+constexpr double kMarkerSameRad = 1e-3;  // two poses that differ by less are one
+// Centres this close, of the distance: it does not matter which pose is chosen. Guessed.
+constexpr double kMarkerCloseShare = 0.01;
+// The history decides when one pose is this much nearer to it than the other. Guessed.
+constexpr double kMarkerHistoryRatio = 0.5;
+constexpr double kMarkerHistoryS = 0.5;  // a pose older than this decides nothing. Guessed
+constexpr double kMarkerMaxRmsPx = 2.5;  // above it the corners are no marker, or not this board. Guessed
+// A wrong corner among more than so many is dropped beyond this gate; fewer can spare none. Guessed.
+constexpr std::size_t kMarkerFewCorners = 8;
+constexpr double kMarkerGateSigmas = 10;
+// The part of the image that is searched first: this share of the markers' box and of the image's width
+// around the box, and at least so many pixels. Every so many frames the whole image is searched for
+// markers without a place. Guessed.
+constexpr double kMarkerBoxMargin = 1.0 / 3, kMarkerWidthMargin = 1.0 / 24;
+constexpr int kMarkerLeastPartPx = 32;
+constexpr int kMarkerSearchAllEvery = 10;
 
 double SquaredSigmas(const CameraModel& camera, std::span<const PointObservation> corners, const Rigid3& pose,
                      double sigma_px) {
@@ -86,9 +110,8 @@ std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const Poin
 
 }  // namespace
 
-MarkerLocator::MarkerLocator(const CameraModel& camera, const MarkerSpec& spec,
-                             const MarkerLocatorOptions& options)
-    : camera_(camera), spec_(spec), options_(options), map_(camera, spec.side_m) {
+MarkerLocator::MarkerLocator(const CameraModel& camera, const MarkerSpec& spec, double sure_difference)
+    : camera_(camera), spec_(spec), sure_difference_(sure_difference), map_(camera, spec.side_m) {
   camera.Validate("markers");
   if (spec_.kind == MarkerSpec::Kind::kOne) map_.Begin(spec_.id);
 }
@@ -116,11 +139,11 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray, bool is_par
     const auto points = spec_.board.Points();
     const BoardView view = DetectBoard(spec_.board, gray);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
-      found.board.push_back({0.001 * points[At(view.ids[i])], view.img[i], options_.corner_sigma_px});
+      found.board.push_back({0.001 * points[At(view.ids[i])], view.img[i], kMarkerCornerSigmaPx});
       found.all.emplace_back(static_cast<float>(view.img[i].x()), static_cast<float>(view.img[i].y()));
     }
-    // Where something stands on the board, hardly any of its squares meet in sight: the markers' own corners, which are
-    // less exact, have to do.
+    // Where something stands on the board, hardly any of its squares meet in sight: the markers' own corners,
+    // which are less exact, have to do.
     constexpr std::size_t kEnough = 4;  // for a pose
     if (is_part || april || view.ids.size() >= kEnough) return found;
   }
@@ -139,14 +162,14 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray, bool is_par
   for (const auto& [id, img] : found.markers)
     for (std::size_t k = 0; k < 4; ++k) {
       found.all.emplace_back(static_cast<float>(img[k].x()), static_cast<float>(img[k].y()));
-      if (board) found.board.push_back({0.001 * points[At(4 * id) + k], img[k], options_.corner_sigma_px});
+      if (board) found.board.push_back({0.001 * points[At(4 * id) + k], img[k], kMarkerCornerSigmaPx});
     }
   return found;
 }
 
 MarkerLocator::Detections MarkerLocator::DetectNearLast(const cv::Mat& gray) const {
   const cv::Rect part = *last_seen_ & cv::Rect({}, gray.size());
-  if (std::min(part.width, part.height) < options_.least_part_px) return {};
+  if (std::min(part.width, part.height) < kMarkerLeastPartPx) return {};
   Detections found = Detect(gray(part), true);
   const Vector2d shift(part.x, part.y);
   for (PointObservation& corner : found.board) corner.img += shift;
@@ -158,11 +181,11 @@ MarkerLocator::Detections MarkerLocator::DetectNearLast(const cv::Mat& gray) con
 
 std::vector<PointObservation> MarkerLocator::KnownCorners(const Detections& detections) const {
   return spec_.kind == MarkerSpec::Kind::kBoard ? detections.board
-                                                : map_.Corners(detections.markers, options_.corner_sigma_px);
+                                                : map_.Corners(detections.markers, kMarkerCornerSigmaPx);
 }
 
 std::optional<Rigid3> MarkerLocator::Predicted(double time_s) const {
-  if (!last_pose_ || std::abs(time_s - last_pose_->time_s) > options_.history_s) return std::nullopt;
+  if (!last_pose_ || std::abs(time_s - last_pose_->time_s) > kMarkerHistoryS) return std::nullopt;
   return last_pose_->cam_from_world;
 }
 
@@ -176,11 +199,10 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
   std::vector<Candidate> candidates;
   constexpr double kNoGate = 1e6;
   const RefinePoseOptions refine{
-      .gate_sigmas = corners.size() > options_.few_corners ? options_.gate_sigmas : kNoGate,
-      .max_iterations = 20};
+      .gate_sigmas = corners.size() > kMarkerFewCorners ? kMarkerGateSigmas : kNoGate, .max_iterations = 20};
   for (const Rigid3& guess : FirstGuesses(camera_, corners))
     if (auto refined = RefinePose(camera_, corners, guess, refine)) {
-      const double error = SquaredSigmas(camera_, corners, refined->cam_from_world, options_.corner_sigma_px);
+      const double error = SquaredSigmas(camera_, corners, refined->cam_from_world, kMarkerCornerSigmaPx);
       candidates.push_back({std::move(*refined), error});
     }
   if (candidates.empty()) return std::nullopt;
@@ -188,7 +210,7 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
             [](const Candidate& a, const Candidate& b) { return a.error < b.error; });
   // The corners' variance over the usual one.
   const auto freedom = 2 * static_cast<double>(corners.size()) - 6;
-  const double worse = (options_.usual_weight + candidates[0].error) / (options_.usual_weight + freedom);
+  const double worse = (kMarkerUsualWeight + candidates[0].error) / (kMarkerUsualWeight + freedom);
   std::size_t chosen = 0;
   MarkerPose pose;
   double between = 0;
@@ -198,14 +220,14 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
     };
     const Rigid3 &first = candidates[0].refined.cam_from_world,
                  &second = candidates[1].refined.cam_from_world;
-    const bool sure = candidates[1].error - candidates[0].error > options_.sure_difference * worse;
-    if (!sure && apart(first, second) > options_.same_rad)
+    const bool sure = candidates[1].error - candidates[0].error > sure_difference_ * worse;
+    if (!sure && apart(first, second) > kMarkerSameRad)
       between = 0.5 * (first.OriginInSource() - second.OriginInSource()).norm();
     // Where the centres are close, either pose will do: the predicted error covers both.
-    if (between > options_.close_share * first.translation.norm()) {
+    if (between > kMarkerCloseShare * first.translation.norm()) {
       const double to_first = history ? apart(first, *history) : 1;
       const double to_second = history ? apart(second, *history) : 1;
-      if (std::min(to_first, to_second) > options_.history_ratio * std::max(to_first, to_second)) {
+      if (std::min(to_first, to_second) > kMarkerHistoryRatio * std::max(to_first, to_second)) {
         if (ambiguous) *ambiguous = true;
         return std::nullopt;
       }
@@ -229,10 +251,10 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
   const auto count = static_cast<double>(pose.corners.size());
   pose.rms_px = std::sqrt(squared / count);
   pose.distance = (mean / count).norm();
-  if (pose.corners.size() < 4 || 2 * pose.corners.size() < corners.size() ||
-      pose.rms_px > options_.max_rms_px || (pose.cam_from_world * corners.front().point_in_world).z() <= 0)
+  if (pose.corners.size() < 4 || 2 * pose.corners.size() < corners.size() || pose.rms_px > kMarkerMaxRmsPx ||
+      (pose.cam_from_world * corners.front().point_in_world).z() <= 0)
     return std::nullopt;
-  const double alike = std::max(1.0, count / options_.independent_corners);
+  const double alike = std::max(1.0, count / kMarkerIndependentCorners);
   pose.center_sigma = std::max(between, best.refined.center_sigma * std::sqrt(worse * alike));
   for (PointObservation& corner : pose.corners) corner.sigma_px *= std::sqrt(worse * alike);
   return pose;
@@ -245,7 +267,7 @@ void MarkerLocator::Learn(const Detections& detections, const std::optional<Mark
   for (const auto& [id, img] : detections.markers) {
     if (map_.Knows(id)) continue;
     std::vector<PointObservation> corners;
-    for (std::size_t k = 0; k < 4; ++k) corners.push_back({local[k], img[k], options_.corner_sigma_px});
+    for (std::size_t k = 0; k < 4; ++k) corners.push_back({local[k], img[k], kMarkerCornerSigmaPx});
     if (const auto own = Solve(std::move(corners), std::nullopt)) alone[id] = own->cam_from_world;
   }
   if (map_.Size() == 0) {
@@ -258,7 +280,7 @@ void MarkerLocator::Learn(const Detections& detections, const std::optional<Mark
 std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time_s) {
   RequireSize("markers: an image", gray.size(), camera_);
   Detections found;
-  if (last_seen_ && (spec_.kind != MarkerSpec::Kind::kSeveral || frames_near_ < options_.search_all_every)) {
+  if (last_seen_ && (spec_.kind != MarkerSpec::Kind::kSeveral || frames_near_ < kMarkerSearchAllEvery)) {
     found = DetectNearLast(gray);
     ++frames_near_;
   }
@@ -270,8 +292,8 @@ std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time
   if (!found.all.empty()) {
     const cv::Rect box = cv::boundingRect(found.all);
     // The margin covers a hand's motion between frames, and parts of the board that were hidden.
-    const int margin = static_cast<int>(options_.box_margin * std::max(box.width, box.height)) +
-                       static_cast<int>(options_.width_margin * gray.cols);
+    const int margin = static_cast<int>(kMarkerBoxMargin * std::max(box.width, box.height)) +
+                       static_cast<int>(kMarkerWidthMargin * gray.cols);
     last_seen_ = cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin);
   }
   bool ambiguous = false;

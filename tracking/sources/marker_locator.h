@@ -44,39 +44,14 @@ std::vector<VisiblePoint> VisibleCorners(const MarkerPose& pose);
 // The frame with this known pose, or with none.
 Frame WithPose(const Frame& frame, const std::optional<MarkerPose>& pose);
 
-struct MarkerLocatorOptions {
-  // Usual error of a corner; many corners show their own. Guessed.
-  double corner_sigma_px = 0.15;
-  // The usual error counts as so many residuals beside the frame's own. Guessed.
-  double usual_weight = 10;
-  // Neighbouring corners share errors (lens, light, print) that no number of them averages out: a board
-  // counts as so many independent corners. Guessed.
-  double independent_corners = 8;
-  // One of a plane's two poses is sure when the other's sum of squared errors, in sigmas, is larger by this:
-  // odds of 1000 : 1.
-  double sure_difference = 14;
-  double same_rad = 1e-3;  // two poses that differ by less are one
-  // Centres this close, of the distance: it does not matter which pose is chosen. Guessed.
-  double close_share = 0.01;
-  // The history decides when one pose is this much nearer to it than the other. Guessed.
-  double history_ratio = 0.5;
-  double history_s = 0.5;   // a pose older than this decides nothing. Guessed
-  double max_rms_px = 2.5;  // above it the corners are no marker, or not this board. Guessed
-  // A wrong corner among more than so many is dropped beyond this gate; fewer can spare none. Guessed.
-  std::size_t few_corners = 8;
-  double gate_sigmas = 10;
-  // The part of the image that is searched first: this share of the markers' box and of the image's width
-  // around the box, and at least so many pixels. Every so many frames the whole image is searched for
-  // markers without a place. Guessed.
-  double box_margin = 1.0 / 3, width_margin = 1.0 / 24;
-  int least_part_px = 32;
-  int search_all_every = 10;
-};
-
 class MarkerLocator {
  public:
+  // One of a plane's two poses is sure when the other's sum of squared errors, in sigmas, is larger by this:
+  // odds of 1000 : 1.
+  static constexpr double kSureDifference = 14;
+
   // Throws Error when the camera's intrinsics are out of range.
-  MarkerLocator(const CameraModel& camera, const MarkerSpec& spec, const MarkerLocatorOptions& options = {});
+  MarkerLocator(const CameraModel& camera, const MarkerSpec& spec, double sure_difference = kSureDifference);
 
   // `gray`: CV_8UC1 of the camera's size, display-encoded (GrayForTracking).
   std::optional<MarkerPose> Locate(const cv::Mat& gray, double time_s);
@@ -87,7 +62,8 @@ class MarkerLocator {
 
   const MarkerSpec& spec() const { return spec_; }
   const CameraModel& camera() const { return camera_; }
-  // Which of several markers became the world, as --poses names it; empty where there was no choice.
+  // Which of several markers became the world, as PosesSpec::Parse() names it; empty where there was no
+  // choice.
   std::string WorldInWords() const;
   int AmbiguousFrames() const { return ambiguous_frames_; }
 
@@ -109,7 +85,7 @@ class MarkerLocator {
 
   CameraModel camera_;
   MarkerSpec spec_;
-  MarkerLocatorOptions options_;
+  double sure_difference_;
   MarkerMap map_;  // of markers that are learnt
   std::optional<cv::Rect> last_seen_;
   int frames_near_ = 0;  // since the whole image was searched

@@ -11,6 +11,21 @@ namespace ulf::tracking {
 
 namespace {
 
+// A place is known when so many proposals agree, of the newest four times as many; they agree within this
+// angle and this share of a marker's side. Guessed.
+constexpr std::size_t kMarkerMapProposals = 6;
+constexpr double kMarkerMapAgreeRad = 0.06;
+constexpr double kMarkerMapAgreeShare = 0.5;
+// A frame becomes a keyframe when no other lies within this share of the distance and shows its markers.
+// Guessed.
+constexpr double kMarkerMapKeyframeMoved = 0.05;
+constexpr std::size_t kMarkerMapMostKeyframes = 60;
+constexpr int kMarkerMapRounds = 5,
+              kMarkerMapRoundsAfterGrowth = 20;  // of refinement for a keyframe. Guessed
+constexpr double kMarkerMapCornerSigmaPx = 0.5;  // beyond 2.45 of it a corner weighs less. Guessed
+constexpr double kMarkerMapHuberPx = 1;          // the same for a marker's pose. Guessed
+constexpr int kMarkerMapMinCorners = 8;          // corners that refine a marker's pose: two views'
+
 // The proposal that most others agree with, and how many do.
 std::pair<Rigid3, std::size_t> Consensus(const std::vector<Rigid3>& proposals, double agree_m,
                                          double agree_rad) {
@@ -45,9 +60,9 @@ void MarkerMap::Add(const Rigid3& cam_from_world, const std::map<int, MarkerImag
   for (const auto& [id, cam_from_marker] : cam_from_new) {
     std::vector<Rigid3>& proposals = proposed_[id];
     proposals.push_back(cam_from_world.Inverse() * cam_from_marker);
-    if (proposals.size() > 4 * options_.proposals) proposals.erase(proposals.begin());
-    const auto [place, agree] = Consensus(proposals, options_.agree_share * side_m_, options_.agree_rad);
-    if (agree < options_.proposals) continue;
+    if (proposals.size() > 4 * kMarkerMapProposals) proposals.erase(proposals.begin());
+    const auto [place, agree] = Consensus(proposals, kMarkerMapAgreeShare * side_m_, kMarkerMapAgreeRad);
+    if (agree < kMarkerMapProposals) continue;
     world_from_marker_[id] = place;
     proposed_.erase(id);
     grew = true;
@@ -58,14 +73,14 @@ void MarkerMap::Add(const Rigid3& cam_from_world, const std::map<int, MarkerImag
   const double distance = cam_from_world.translation.norm();
   const bool like_another = std::any_of(keyframes_.begin(), keyframes_.end(), [&](const Keyframe& k) {
     return (k.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm() <
-               options_.keyframe_moved * distance &&
+               kMarkerMapKeyframeMoved * distance &&
            std::all_of(seen.begin(), seen.end(), [&](const auto& s) { return k.seen.contains(s.first); });
   });
   if (like_another && !grew) return;
-  if (keyframes_.size() >= options_.most_keyframes)
-    keyframes_.erase(keyframes_.begin() + static_cast<std::ptrdiff_t>(options_.most_keyframes / 2));
+  if (keyframes_.size() >= kMarkerMapMostKeyframes)
+    keyframes_.erase(keyframes_.begin() + static_cast<std::ptrdiff_t>(kMarkerMapMostKeyframes / 2));
   keyframes_.push_back({cam_from_world, seen});
-  Adjust(grew ? options_.rounds_after_growth : options_.rounds);
+  Adjust(grew ? kMarkerMapRoundsAfterGrowth : kMarkerMapRounds);
 }
 
 void MarkerMap::Adjust(int rounds) {
@@ -73,7 +88,7 @@ void MarkerMap::Adjust(int rounds) {
   const auto local = MarkerCorners(side_m_);
   for (int round = 0; round < rounds; ++round) {
     for (Keyframe& keyframe : keyframes_)
-      if (const auto refined = RefinePose(camera_, Corners(keyframe.seen, options_.corner_sigma_px),
+      if (const auto refined = RefinePose(camera_, Corners(keyframe.seen, kMarkerMapCornerSigmaPx),
                                           keyframe.cam_from_world, {.gate_sigmas = kNoGate, .rounds = 1}))
         keyframe.cam_from_world = refined->cam_from_world;
     for (auto& [id, world_from_marker] : world_from_marker_) {
@@ -94,13 +109,13 @@ void MarkerMap::Adjust(int rounds) {
           Eigen::Matrix<double, 2, 6> jacobian;
           const Eigen::Matrix<double, 2, 3> by_local = img_by_point * cam_from_marker.RotationMatrix();
           jacobian << -by_local * CrossMatrix(local[k]), by_local;
-          const double weight = std::min(1.0, options_.huber_px / std::max(1e-9, residual.norm()));
+          const double weight = std::min(1.0, kMarkerMapHuberPx / std::max(1e-9, residual.norm()));
           hessian += weight * jacobian.transpose() * jacobian;
           gradient += weight * jacobian.transpose() * residual;
           ++corners;
         }
       }
-      if (corners < options_.min_corners) continue;
+      if (corners < kMarkerMapMinCorners) continue;
       const Eigen::Matrix<double, 6, 1> step = -SolveNormal(hessian, gradient);
       if (!step.allFinite()) continue;
       world_from_marker = world_from_marker * Perturbed({}, step);

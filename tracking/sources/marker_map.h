@@ -19,26 +19,9 @@
 
 namespace ulf::tracking {
 
-struct MarkerMapOptions {
-  // A place is known when so many proposals agree, of the newest four times as many; they agree within this
-  // angle and this share of a marker's side. Guessed.
-  std::size_t proposals = 6;
-  double agree_rad = 0.06;
-  double agree_share = 0.5;
-  // A frame becomes a keyframe when no other lies within this share of the distance and shows its markers.
-  // Guessed.
-  double keyframe_moved = 0.05;
-  std::size_t most_keyframes = 60;
-  int rounds = 5, rounds_after_growth = 20;  // of refinement for a keyframe. Guessed
-  double corner_sigma_px = 0.5;              // beyond 2.45 of it a corner weighs less. Guessed
-  double huber_px = 1;                       // the same for a marker's pose. Guessed
-  int min_corners = 8;                       // that refine a marker: two views'
-};
-
 class MarkerMap {
  public:
-  MarkerMap(const CameraModel& camera, double side_m, const MarkerMapOptions& options = {})
-      : camera_(camera), side_m_(side_m), options_(options) {}
+  MarkerMap(const CameraModel& camera, double side_m) : camera_(camera), side_m_(side_m) {}
 
   bool Knows(int id) const { return world_from_marker_.contains(id); }
   int Size() const { return static_cast<int>(world_from_marker_.size()); }
@@ -63,7 +46,6 @@ class MarkerMap {
 
   CameraModel camera_;
   double side_m_;
-  MarkerMapOptions options_;
   std::map<int, Rigid3> world_from_marker_;
   std::map<int, std::vector<Rigid3>> proposed_;
   std::vector<Keyframe> keyframes_;

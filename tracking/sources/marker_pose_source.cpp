@@ -3,7 +3,7 @@
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
 #include "tracking/sources/marker_locator.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::tracking {
 namespace {

@@ -1,5 +1,7 @@
 #include "tracking/sources/marker_spec.h"
 
+#include <fmt/core.h>
+
 #include <cstdio>
 
 #include "core/base/error.h"
@@ -8,19 +10,16 @@ namespace ulf::tracking {
 
 MarkerSpec MarkerSpec::Parse(const std::string& text) {
   MarkerSpec spec;
+  const std::string quoted = fmt::format("'{}'", text);
   if (!text.starts_with("marker:")) {
     if (text.starts_with("chessboard"))
-      throw UsageError(
-          "markers '{}': a chessboard looks the same turned by half a turn; use a charuco, aruco or "
-          "aprilgrid board",
-          text);
+      throw Refusal("markers", quoted, "a chessboard looks the same turned by half a turn",
+                    "use a charuco, aruco or aprilgrid board");
     if (!text.starts_with("charuco:") && !text.starts_with("aruco:") && !text.starts_with("aprilgrid:"))
-      throw UsageError(
-          "markers '{}': markers are written as charuco:7x5:30:22:DICT_5X5_100, "
-          "aruco:4x5:37.5:5:DICT_6X6_1000, aprilgrid:6x6:30:9 or marker:80:DICT_APRILTAG_36h11:3 (side in "
-          "mm, "
-          "dictionary, number)",
-          text);
+      throw Refusal("markers", quoted,
+                    "markers are written as charuco:7x5:30:22:DICT_5X5_100, aruco:4x5:37.5:5:DICT_6X6_1000, "
+                    "aprilgrid:6x6:30:9 or marker:80:DICT_APRILTAG_36h11:3 (side in mm, dictionary, number)",
+                    "");
     spec.board = Board::Parse(text);
     spec.dictionary = spec.board.dictionary;
     return spec;
@@ -30,10 +29,10 @@ MarkerSpec MarkerSpec::Parse(const std::string& text) {
   const int read =
       std::sscanf(text.c_str(), "marker:%lf:%63[^:]:%15[^:]%c", &side_mm, dictionary, id_text, &rest);
   if ((read != 2 && read != 3) || text.ends_with(':') || !(side_mm > 0 && side_mm < 1e5))
-    throw UsageError(
-        "markers '{}': a marker is written as marker:SIDE_MM:DICTIONARY or with its number "
-        "behind, as marker:80:DICT_APRILTAG_36h11:3",
-        text);
+    throw Refusal("markers", quoted,
+                  "a marker is written as marker:SIDE_MM:DICTIONARY or with its number behind, as "
+                  "marker:80:DICT_APRILTAG_36h11:3",
+                  "");
   DictionaryNumber(dictionary);
   spec.dictionary = dictionary;
   spec.side_m = side_mm / 1000;
@@ -41,7 +40,7 @@ MarkerSpec MarkerSpec::Parse(const std::string& text) {
   if (read == 3) {
     int used = 0;
     if (std::sscanf(id_text, "%d%n", &spec.id, &used) != 1 || id_text[used] != 0 || spec.id < 0)
-      throw UsageError("markers '{}': '{}' is not a marker's number", text, id_text);
+      throw Refusal("markers", quoted, fmt::format("'{}' is not a marker's number", id_text), "");
   }
   return spec;
 }

@@ -27,7 +27,7 @@ struct MarkerSpec {
   int id = 0;         // of one
   std::string dictionary;
 
-  static MarkerSpec Parse(const std::string& text);  // throws UsageError
+  static MarkerSpec Parse(const std::string& text);  // throws Refusal
   std::string Text() const;
   // The middle of the board, in its own frame; zero for single markers.
   Eigen::Vector3d Middle() const;

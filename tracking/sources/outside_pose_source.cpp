@@ -2,7 +2,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::tracking {
 namespace {
@@ -106,8 +106,7 @@ class StreamSource : public OutsidePoses {
     else if (counts.found == 0)
       spdlog::warn(
           "tcp:{}: none of the poses that arrived ({}) has a frame's time; give the clock that they are "
-          "timed by "
-          "(clock=host or device)",
+          "timed by (clock=host or device)",
           stream_->Port(), counts.poses);
     if (counts.malformed > 0)
       spdlog::warn("tcp:{}: lines that cannot be read: {}; the first: {}", stream_->Port(), counts.malformed,

@@ -18,11 +18,12 @@ std::optional<Rigid3> PoseFromNumbers(std::span<const double, 7> numbers);
 
 class PoseHistory {
  public:
-  // Between poses farther apart than `max_gap_s` there is no pose. The history keeps the latest `most` poses.
+  // There is no pose between two that are farther apart than `max_gap_s`. The history keeps the latest `most`
+  // poses.
   explicit PoseHistory(double max_gap_s, std::size_t most = std::size_t(-1))
       : max_gap_s_(max_gap_s), most_(most) {}
 
-  // In any order; a second pose of one time replaces the first.
+  // Poses may come in any order; a second pose of one time replaces the first.
   void Add(double time_s, const Rigid3& world_from_body);
   PoseAnswer At(double time_s, Rigid3* world_from_body) const;
   bool empty() const { return poses_.empty(); }

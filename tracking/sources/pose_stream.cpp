@@ -12,7 +12,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <cstring>
+#include <span>
 
 #include "core/base/at.h"
 #include "core/base/error.h"
@@ -50,7 +53,7 @@ int PortOf(int fd) {
   return ntohs(address.sin_port);
 }
 
-// For messages: replaces what cannot be printed by dots.
+// A line as messages show it: characters that cannot be printed become dots.
 std::string Shown(const std::string& line) {
   std::string shown = line.substr(0, kShown);
   std::replace_if(
@@ -59,6 +62,26 @@ std::string Shown(const std::string& line) {
 }
 
 }  // namespace
+
+std::optional<SentLine> ReadSentLine(const std::string& line) {
+  const std::size_t first = line.find_first_not_of(" \t\r");
+  if (first == std::string::npos || line[first] == '#') return SentComment{};
+  int used = 0;
+  const auto all_read = [&] { return line.find_first_not_of(" \t\r", At(used)) == std::string::npos; };
+  double value = 0;
+  if (std::sscanf(line.c_str(), " sync %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value))
+    return SentSync{value};
+  if (std::sscanf(line.c_str(), " offset %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value))
+    return SentOffset{value};
+  double v[8];
+  if (std::sscanf(line.c_str(), "%lf %lf %lf %lf %lf %lf %lf %lf%n", v, v + 1, v + 2, v + 3, v + 4, v + 5,
+                  v + 6, v + 7, &used) != 8 ||
+      !all_read() || !std::isfinite(v[0]))
+    return std::nullopt;
+  const auto pose = PoseFromNumbers(std::span<const double, 7>(v + 1, 7));
+  if (!pose) return std::nullopt;
+  return SentPose{v[0], *pose};
+}
 
 PoseStream::PoseStream(const PoseStreamOptions& options)
     : options_(options), history_(options.max_gap_s, kMostPoses) {

@@ -24,17 +24,34 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/base/clock_offset.h"
 #include "core/base/mutex.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/sources/pose_history.h"
-#include "tracking/sources/sent_line.h"
 
 namespace ulf::tracking {
 
 enum class SenderClock { kOwn, kHost, kDevice };
+
+// A line that a sender may write.
+struct SentPose {
+  double time_s = 0;  // by the sender's clock
+  Rigid3 world_from_tool;
+};
+struct SentSync {
+  double sender_s = 0;
+};
+struct SentOffset {
+  double offset_s = 0;  // our clock minus the sender's
+};
+struct SentComment {};  // also an empty line
+using SentLine = std::variant<SentComment, SentPose, SentSync, SentOffset>;
+
+// `line`: without its end. None: the line has none of these forms, or a number in it is not finite.
+std::optional<SentLine> ReadSentLine(const std::string& line);
 
 struct PoseStreamOptions {
   int port = 0;  // 0: any that is free

@@ -13,6 +13,25 @@
 namespace ulf::tracking {
 namespace {
 
+// The median parallax of the two views that start a map, at least. Smaller angles leave the depths open,
+// larger ones make the operator wait. Guessed.
+constexpr double kStartMinParallaxDeg = 0.8;
+// Matches between the two views; fewer start again from a new reference. Guessed.
+constexpr int kStartMinMatches = 60;
+// Share of the matches that give points, at least. Measured: 0.98 and more where a scene stands still; less
+// than 0.75 where half of it moves, or tiles are taken for their neighbours (docs/tracking_measured.md, "How
+// a map starts").
+constexpr double kStartMinPointShare = 0.85;
+// A match lies within this share of the image's width of where its feature was last seen. Guessed.
+constexpr double kStartSearchRadius = 0.08;
+constexpr int kStartMaxDistance = kSureDistance + 10;  // bits. Guessed
+constexpr double kStartMaxRatio = 0.85;                // best distance / second best. Guessed
+// A part of the image (a twelfth) that lies off the epipolar lines to one side by more than this, in the
+// median of at least so many matches, moves on its own. Measured: less than half of it where a scene stands
+// still, drawn and recorded.
+constexpr double kStartMaxPartShiftPx = 1;
+constexpr int kStartMinPartMatches = 8;
+
 // The ray of a match in the second view, aligned with the first view's patch where that works: detected
 // corners alone are too coarse for the small parallax at the start. The patch is warped by rotation only.
 Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const Pyramid& first,
@@ -29,11 +48,10 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
 // Whether a part of the image moves on its own: lies off the motion's epipolar lines to one side. Two motions
 // can look like one for a while, because depth explains all motion along the lines. Motion across them
 // remains; it has one sign where one thing moves, while errors of matches have both.
-bool PartMovesOnItsOwn(const CameraModel& camera, const InitializerOptions& options,
-                       const Rigid3& second_from_first, std::span<const Eigen::Vector2d> first_img,
-                       std::span<const RayPair> pairs) {
+bool PartMovesOnItsOwn(const CameraModel& camera, const Rigid3& second_from_first,
+                       std::span<const Eigen::Vector2d> first_img, std::span<const RayPair> pairs) {
   constexpr int kColumns = 4, kRows = 3;
-  const double most_px = options.max_part_shift_px * PxAt640(camera.width);
+  const double most_px = kStartMaxPartShiftPx * PxAt640(camera.width);
   const Eigen::Matrix3d essential = EssentialFromPose(second_from_first);
   std::array<std::vector<double>, kColumns * kRows> off_px;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -44,7 +62,7 @@ bool PartMovesOnItsOwn(const CameraModel& camera, const InitializerOptions& opti
                                                                     pairs[i].second.dot(line) / across);
   }
   return std::any_of(off_px.begin(), off_px.end(), [&](const std::vector<double>& part) {
-    return part.size() >= At(options.min_part_matches) && std::abs(Median(part)) > most_px;
+    return part.size() >= At(kStartMinPartMatches) && std::abs(Median(part)) > most_px;
   });
 }
 
@@ -90,8 +108,8 @@ void Initializer::SetReference(const TrackedImage& image) {
 InitializerAttempt Initializer::Step(const TrackedImage& image) {
   InitializerAttempt attempt;
   StartProgress& progress = attempt.progress;
-  progress.matches_needed = options_.min_matches;
-  progress.parallax_needed_deg = options_.min_parallax_deg;
+  progress.matches_needed = kStartMinMatches;
+  progress.parallax_needed_deg = kStartMinParallaxDeg;
   if (!reference_) {
     if (TooFewFeatures(image, progress)) return attempt;
     SetReference(image);
@@ -99,10 +117,10 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   }
   const FeatureSet &first = *reference_->features, &second = *image.features;
   const std::vector<FeatureMatch> matches =
-      MatchInWindow(first, second, expected_, options_.search_radius * camera_.width,
-                    {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
+      MatchInWindow(first, second, expected_, kStartSearchRadius * camera_.width,
+                    {.max_distance = kStartMaxDistance, .max_ratio = kStartMaxRatio});
   progress.matches = static_cast<int>(matches.size());
-  if (progress.matches < options_.min_matches) {
+  if (progress.matches < kStartMinMatches) {
     progress.obstacle = StartObstacle::kTooFewMatches;
     reference_.reset();
     if (!TooFewFeatures(image, progress)) SetReference(image);
@@ -128,11 +146,11 @@ InitializerAttempt Initializer::Step(const TrackedImage& image) {
   attempt.median_motion_px = Median(std::move(motion_px));
 
   RelativePoseResult relative = RelativePose(pairs, {.focal_px = camera_.MeanFocalPx(),
-                                                     .min_parallax_deg = options_.min_parallax_deg,
-                                                     .min_point_share = options_.min_point_share,
+                                                     .min_parallax_deg = kStartMinParallaxDeg,
+                                                     .min_point_share = kStartMinPointShare,
                                                      .seed = seed_});
   if (relative.outcome == RelativePoseOutcome::kFound &&
-      PartMovesOnItsOwn(camera_, options_, relative.second_from_first, first_img, pairs))
+      PartMovesOnItsOwn(camera_, relative.second_from_first, first_img, pairs))
     relative.outcome = RelativePoseOutcome::kConflicting;
   attempt.outcome = relative.outcome;
   progress.obstacle = ObstacleOf(relative);

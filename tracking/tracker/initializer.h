@@ -14,21 +14,10 @@
 #include "tracking/estimation/rolling_shutter.h"
 #include "tracking/features/matching.h"
 #include "tracking/map/map_matching.h"
+#include "tracking/map/tracked_image.h"
 #include "tracking/tracker/start_progress.h"
-#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
-
-struct TwoViewStart {
-  TrackedImage first, second;
-  Rigid3 second_from_first;
-  std::vector<FeatureMatch> matches;    // that gave a point
-  std::vector<Eigen::Vector3d> points;  // in the first view's frame, by match
-  // The matches' velocities in the image, px/s: after the first view and before the second; NaN: unknown.
-  std::vector<Eigen::Vector2d> first_flow, second_flow;
-  // The cameras' velocities that the flow shows (RowMotion::AtStart).
-  std::optional<Twist> first_velocity, second_velocity;
-};
 
 struct InitializerAttempt {
   StartProgress progress;
@@ -42,8 +31,7 @@ struct InitializerAttempt {
 
 class Initializer {
  public:
-  Initializer(const CameraModel& camera, const InitializerOptions& options, unsigned seed)
-      : camera_(camera), options_(options), seed_(seed) {}
+  Initializer(const CameraModel& camera, unsigned seed) : camera_(camera), seed_(seed) {}
   InitializerAttempt Step(const TrackedImage& image);
   void Restart() { reference_.reset(); }
   // Another lens, the same image size.
@@ -55,7 +43,6 @@ class Initializer {
  private:
   void SetReference(const TrackedImage& image);
   CameraModel camera_;
-  InitializerOptions options_;
   unsigned seed_;
   std::optional<TrackedImage> reference_;
   std::vector<Eigen::Vector2d> expected_;  // by reference feature: where it was last seen

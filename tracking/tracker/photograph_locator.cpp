@@ -7,6 +7,18 @@
 namespace ulf::tracking {
 namespace {
 
+// Search radii about the expected pose, tried in turn, because the hand moves on after the release. Pixels
+// here are for images 640 px wide. Guessed.
+constexpr double kNearRadiusPx = 15, kFarRadiusPx = 60;
+constexpr int kPhotographMaxDistance = 70;   // bits of a match's descriptors. Guessed
+constexpr double kPhotographGateSigmas = 3;  // of the first refinement. Guessed
+// A pose that was refined in the full photograph is kept where at least this share of the points agrees: a
+// photograph that is sharp only when it is small keeps the pose of the small one. Guessed.
+constexpr double kMinSharpShare = 0.5;
+// Where the points lie farther (median) from where the expected pose projects them, that pose does not say
+// which of several like things the photograph shows. Guessed.
+constexpr double kUnmovedPx = 4;
+
 CameraModel Reduced(const CameraModel& camera, double focal_px) {
   const double share = std::min(1.0, focal_px / camera.MeanFocalPx());
   return camera.ScaledTo(static_cast<int>(std::lround(share * camera.width)),
@@ -37,9 +49,10 @@ std::shared_ptr<const FiducialObservation> ResizedTo(const FiducialObservation& 
 }  // namespace
 
 PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel& photograph,
-                                     const SharedMap& shared, const KeyframeIndex& index,
-                                     const PhotographOptions& options)
-    : options_(options),
+                                     const SharedMap& shared, const KeyframeIndex& index, int features,
+                                     unsigned seed)
+    : features_(features),
+      seed_(seed),
       photograph_px_(photograph.width, photograph.height),
       // A patch is aligned on the pyramid level where its pixels are as large as the image's: more pixels
       // than the pyramid spans would not be used.
@@ -47,7 +60,7 @@ PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel&
       small_(Reduced(photograph, live.MeanFocalPx())),
       shared_(shared),
       index_(index),
-      locator_(small_, shared, options.features) {}
+      locator_(small_, shared, features) {}
 
 std::optional<FramePose> PhotographLocator::Locate(
     const cv::Mat& gray, const std::optional<Rigid3>& near,
@@ -57,11 +70,11 @@ std::optional<FramePose> PhotographLocator::Locate(
   if (fiducials) image.fiducials = ResizedTo(*fiducials, gray, small_);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(ResizedTo(full, small_)));
   FeatureExtractor extractor(small_);
-  extractor.Extract(*image.pyramid, options_.features);  // the corner threshold settles
-  image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, options_.features));
+  extractor.Extract(*image.pyramid, features_);  // the corner threshold settles
+  image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, features_));
   std::optional<FramePose> frame_pose;
   if (near) frame_pose = LocateNear(image, *near);
-  if (!frame_pose) frame_pose = locator_.Find(image, index_, options_.seed);
+  if (!frame_pose) frame_pose = locator_.Find(image, index_, seed_);
   if (!frame_pose) return std::nullopt;
   TrackedImage at_full;
   at_full.pyramid = std::make_shared<const Pyramid>(BuildPyramid(full));
@@ -77,20 +90,20 @@ std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image
   FramePose frame_pose;
   {
     const MapLock lock(shared_);
-    frame_pose.candidates = GatherCandidates(shared_.map, small_, near, {.part = shared_.map.main_part()});
+    frame_pose.candidates = GatherCandidates(shared_.map, small_, near, shared_.map.main_part());
   }
-  for (const double radius_px : {options_.near_radius_px * unit, options_.far_radius_px * unit}) {
+  for (const double radius_px : {kNearRadiusPx * unit, kFarRadiusPx * unit}) {
     const MapMatches coarse = MatchMap(small_, image, frame_pose.candidates, {}, near,
-                                       {.radius_px = radius_px, .max_distance = options_.max_distance});
+                                       {.radius_px = radius_px, .max_distance = kPhotographMaxDistance});
     const auto refined = RefinePose(small_, ToObservations(frame_pose.candidates, coarse.matches), near,
-                                    {.gate_sigmas = options_.gate_sigmas});
+                                    {.gate_sigmas = kPhotographGateSigmas});
     if (!refined) continue;
     frame_pose.cam_from_world = refined->cam_from_world;
     std::optional<FramePose> found = locator_.RefineTwice(image, frame_pose);
     if (!found) continue;
     // The camera may have moved since `near`: then only unambiguous points tell similar things apart.
-    LeftOut left_out;
-    if (MedianShiftPx(small_, *found, near) > options_.unmoved_px * unit)
+    ExcludedCandidates left_out;
+    if (MedianShiftPx(small_, *found, near) > kUnmovedPx * unit)
       ExcludeAmbiguousMatches(small_, *image.features, *found, left_out);
     if (PoseLogOdds(small_, *found, left_out) > kRelocalizedLogOdds) return found;
   }
@@ -109,7 +122,7 @@ FramePose PhotographLocator::RefineAtFull(TrackedImage image, FramePose frame_po
   const auto refined = RefinePose(full_, observations, frame_pose.cam_from_world);
   if (!refined) return frame_pose;
   std::vector<PointMatch> inliers = InliersOf(matches, *refined);
-  if (static_cast<double>(inliers.size()) < options_.min_sharp_share * static_cast<double>(matches.size()))
+  if (static_cast<double>(inliers.size()) < kMinSharpShare * static_cast<double>(matches.size()))
     return frame_pose;
   frame_pose.cam_from_world = refined->cam_from_world;
   frame_pose.center_sigma = refined->center_sigma;

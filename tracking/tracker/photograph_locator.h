@@ -10,15 +10,16 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/frame_locator.h"
 
 namespace ulf::tracking {
 
 class PhotographLocator {
  public:
+  // `features`: corners that are detected in the photograph.
   PhotographLocator(const CameraModel& live, const CameraModel& photograph, const SharedMap& shared,
-                    const KeyframeIndex& index, const PhotographOptions& options);
+                    const KeyframeIndex& index, int features, unsigned seed);
 
   // `gray` has the photograph's size; `fiducials` and the result's matches are in its pixels. Takes the map's
   // lock. None when the pose is not certain.
@@ -29,7 +30,8 @@ class PhotographLocator {
   std::optional<FramePose> LocateNear(const TrackedImage& image, const Rigid3& near) const;
   FramePose RefineAtFull(TrackedImage image, FramePose frame_pose) const;
 
-  PhotographOptions options_;
+  int features_;
+  unsigned seed_;
   Eigen::Vector2d photograph_px_;  // width and height
   CameraModel full_;               // the photograph's, as far as the pyramid's levels reach
   CameraModel small_;              // the photograph's, reduced to the live view's focal length

@@ -1,36 +1,37 @@
 // Decides whether the camera has a rolling shutter, from what the mapper measures as the map grows, and
 // reports it. On request it compensates: the mapper gives the keyframes their rows, adjusts the map and
-// measures again until the readout no longer changes. A readout that was given stays; the search says when images
-// contradict it.
+// measures again until the readout no longer changes. A readout that was given stays; the search says when
+// images contradict it.
 #pragma once
 
 #include <optional>
 
-#include "tracking/estimation/row_motion.h"
+#include "tracking/map/map.h"
 #include "tracking/map/mapper.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/readout.h"
+#include "tracking/tracker/row_motion.h"
 
 namespace ulf::tracking {
 
 enum class ReadoutUse {
-  kCompensate,  // change `rows`, and have the mapper change the map, when a readout is found
-  kReport,
-  kGiven  // that of `rows`
+  kCompensate,  // a readout that is found is compensated in frames and in the map
+  kReport,      // a readout that is found is reported only
+  kGiven        // the readout of `rows` was given and stays
 };
 
 class ReadoutSearch {
  public:
-  ReadoutSearch(RowMotion& rows, Mapper& mapper, ReadoutUse use, const ReadoutSearchOptions& options = {});
+  ReadoutSearch(RowMotion& rows, Mapper& mapper, ReadoutUse use);
 
   void Step();     // call it between frames
-  void Restart();  // under another lens
-  const std::optional<Readout>& found() const {
-    return found_;
-  }  // a given one: none while it is 0 and nothing contradicts it
-  // The size of the readout that has to be reckoned with because it is not compensated: what was measured, if that is
-  // likely, and a usual one before anything was measured.
+  void Restart();  // call it after the lens was replaced
+  // The readout that was found or given; none: the shutter is global as far as is known.
+  const std::optional<Readout>& found() const { return found_; }
+  // The size, s, of a readout that may be there and is not compensated: what was measured, if that is likely,
+  // and a usual one before anything was measured.
   double Suspected() const;
-  // The map is an earlier session's, which would have found a rolling shutter: until one is measured, none is suspected.
+  // Call it where the map is an earlier session's, which would have found a rolling shutter: until one is
+  // measured, none is suspected.
   void MapIsGiven() { last_ = ReadoutEstimate{}; }
 
  private:
@@ -42,7 +43,6 @@ class ReadoutSearch {
   RowMotion& rows_;
   Mapper& mapper_;
   ReadoutUse use_;
-  ReadoutSearchOptions options_;
   std::optional<Readout> found_;
   std::optional<ReadoutEstimate> last_;
   int judged_ = 0;   // measurements

@@ -1,10 +1,11 @@
-// Tells the operator why a map has not started yet: how much parallax there is, how much is needed, and
-// what prevents the start. Angles are degrees, medians over the matched features.
+// Tells the operator why a map has not started yet: how much parallax there is, how much is needed, and what
+// prevents the start. Angles are degrees, medians over the matched features.
 #pragma once
 
 #include <string>
 
 #include "core/frames/frame.h"
+#include "tracking/estimation/relative_pose.h"
 
 namespace ulf::tracking {
 
@@ -26,13 +27,23 @@ inline constexpr int kFewestFeatures = 80;
 struct StartProgress {
   StartObstacle obstacle = StartObstacle::kFirstView;
   double parallax_deg = 0;
-  // What is needed at this frame's noise, as far as is known: at least the smallest angle that is accepted.
+  // The parallax that suffices at this frame's noise, as far as is known: at least the smallest that is
+  // accepted.
   double parallax_needed_deg = 0;
-  int matches = 0;  // for kTooFewFeatures: features
+  int matches = 0;  // where features are too few: their number
   int matches_needed = 0;
 };
 
-// What stands in the way and, where a camera is in the hand, what to do about it: a sentence without a full stop.
+// The model and the evidence of the two views that started a map.
+struct MapStart {
+  RelativePoseModel model = RelativePoseModel::kEssential;
+  MotionEvidence evidence;
+};
+
+// The obstacle and, where a camera is in the hand, what to do about it: a sentence without a full stop.
 std::string Advice(StartObstacle obstacle, FrameSource source);
+
+// The same with how much of the parallax or of the matches there is.
+std::string InWords(const StartProgress& start, FrameSource source);
 
 }  // namespace ulf::tracking

@@ -1,5 +1,5 @@
-// What becomes of the lens while frames are tracked: another one, where the map's images ask for it, and a zoom that is
-// moved.
+// What becomes of the lens while frames are tracked: another one, where the map's images ask for it, and a
+// zoom that is moved.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 
 #include "core/base/quantile.h"
 #include "tracking/estimation/focal_change.h"
-#include "tracking/estimation/pose_error.h"
 #include "tracking/map/map_matching.h"
-#include "tracking/tracker/tracker_state.h"
+#include "tracking/map/pose_error.h"
+#include "tracking/tracker/tracker_core.h"
 
 namespace ulf::tracking {
 namespace {
@@ -23,19 +23,19 @@ CameraModel Zoomed(const CameraModel& lens, double log_ratio) {
 
 }  // namespace
 
-std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
+std::optional<RefinedLens> TrackerCore::RefinedLensInOriginalPixels() const {
   if (!refined_lens) return std::nullopt;
   const double scale = size.original().MeanFocalPx() / size.working().MeanFocalPx();
   return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale, refined_lens->center_is_found};
 }
 
-bool Tracker::State::ContradictsLens() const {
+bool TrackerCore::ContradictsLens() const {
   const MapLock lock(shared);
   return shared.wrong_lens.has_value();
 }
 
-// Between frames. The mapper rests meanwhile, so a live camera's next frame waits.
-bool Tracker::State::RefineLens() {
+// Replaces the lens between two frames. The mapper rests meanwhile, so a live camera's next frame waits.
+bool TrackerCore::RefineLens() {
   mapper.Rest();
   std::optional<RefinedLens> refined = mapper.RefineLens();
   if (!refined) return false;
@@ -53,8 +53,8 @@ bool Tracker::State::RefineLens() {
   return true;
 }
 
-// Frames to come, of the map's lens or of that with its zoom moved; the map keeps its own.
-void Tracker::State::FollowWith(const CameraModel& lens) {
+// Tracks the frames to come with this lens: the map's, or that with its zoom moved. The map keeps its own.
+void TrackerCore::FollowWith(const CameraModel& lens) {
   camera = lens;
   extractor.SetCamera(camera);
   locator.SetCamera(camera);
@@ -63,10 +63,10 @@ void Tracker::State::FollowWith(const CameraModel& lens) {
   rows.SetCamera(camera);
 }
 
-// Before a frame.
-void Tracker::State::PrepareLens() {
+// Is called before each frame.
+void TrackerCore::PrepareLens() {
   if (zoom.IsMoved()) {
-    // Whoever has lost his place with a moved zoom may have put it back.
+    // A camera that was lost with its zoom moved may come back with the zoom where it was.
     if (state == TrackState::kLost)
       FollowWith(frame % 2 == 0 ? size.working() : Zoomed(size.working(), zoom.log_ratio()));
     return;
@@ -77,16 +77,16 @@ void Tracker::State::PrepareLens() {
     spdlog::warn("images contradict the given lens, and no other explains them better yet");
 }
 
-// After a frame that has a pose.
-void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track& track) {
+// Is called after each frame that has a pose.
+void TrackerCore::WatchZoom(double time_s, const FramePose& frame_pose, Track& track) {
   if (options.lens == LensUse::kFixed) return;
   if (!zoom.IsMoved() && track.wrong_lens) return zoom.Forget();        // which bends the map ever anew
   if (zoom.IsMoved() && camera.fx == size.working().fx) zoom.Forget();  // found again without it
   std::vector<double> depths;
   for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
   const double distance = std::max(1e-9, Median(std::move(depths)));
-  // What a map is off by, a focal length may be, too: a share of the pose's deviation. Where that is large, nothing is told.
-  // Guessed.
+  // What a map is off by, a focal length may be, too: a share of the pose's deviation. Where that is large,
+  // nothing is told. Guessed.
   constexpr double kMapShare = 0.15, kLeastQuality = 0.4;
   const double by_map = kMapShare * track.center_sigma.value_or(0) / distance;
   std::optional<FocalChange> change;
@@ -106,8 +106,8 @@ void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track
   }
   if (zoom.log_ratio() != before) FollowWith(Zoomed(size.working(), zoom.log_ratio()));
   if (zoom.IsMoved()) track.focal_ratio = std::exp(zoom.log_ratio());
-  // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom was moved is
-  // measured against a map that it does not fit: a jump may be told as a tenth of itself.
+  // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom
+  // was moved is measured against a map that it does not fit: a jump may be told as a tenth of itself.
   constexpr double kLeast = 0.02;  // of a moved one; guessed
   const double off = std::hypot(zoom.Disagrees() && change ? change->log_ratio : 0,
                                 zoom.IsMoved() ? std::max(kLeast, std::abs(zoom.log_ratio())) : 0);
@@ -116,9 +116,9 @@ void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track
   track.quality = std::min(track.quality, QualityOf(*track.center_sigma, distance));
 }
 
-// One standard deviation of what a rolling shutter adds to a frame's focal length: a camera that pitches while its rows
-// are read sees them stretched. Compensated rows leave a part of that.
-double Tracker::State::ZoomByRows() const {
+// One standard deviation of what a rolling shutter adds to a frame's focal length: a camera that pitches
+// while its rows are read sees them stretched. Compensated rows leave a part of that.
+double TrackerCore::ZoomByRows() const {
   if (!last.between) return 0;
   constexpr double kStretch = 0.5, kLeft = 0.3;  // of both axes; guessed
   const double readout_s = std::max(kLeft * std::abs(rows.readout_s()), readout_search.Suspected());

@@ -1,14 +1,14 @@
-// What a lost tracker does: found again, or on in another part of the map.
+// What a lost tracker does: it relocalizes, or begins another part of the map.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "tracking/tracker/tracker_state.h"
+#include "tracking/tracker/tracker_core.h"
 
 namespace ulf::tracking {
 
-bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
+bool TrackerCore::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   std::optional<FramePose> found;
   const int joins = shared.joins;
@@ -16,39 +16,39 @@ bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   if (image.fiducials && image.fiducials->center_sigma > 0 && shared.world_given)
     found = locator.FindAt(image, image.fiducials->cam_from_world);
   if (!found) found = locator.Find(image, mapper.index(), SeedOfFrame());
-  return found && GoOnFrom(std::move(*found), joins, image, track);
+  return found && ContinueFrom(std::move(*found), joins, image, track);
 }
 
-bool Tracker::State::ReturnToMainPart(TrackedImage& image, Track& track) {
+bool TrackerCore::ReturnToMainPart(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   const int joins = shared.joins;
   std::optional<FramePose> found = locator.FindInMainPart(image, mapper.index(), SeedOfFrame());
-  return found && GoOnFrom(std::move(*found), joins, image, track);
+  return found && ContinueFrom(std::move(*found), joins, image, track);
 }
 
-// From a pose that does not follow from the frame before.
-bool Tracker::State::GoOnFrom(FramePose found, int joins, TrackedImage& image, Track& track) {
+// Continues from a pose that does not follow from the frame before.
+bool TrackerCore::ContinueFrom(FramePose found, int joins, TrackedImage& image, Track& track) {
   last = {};
   rows.Forget();
   frame_pose_ = std::move(found);
-  if (rows.rolls()) rows.Settle(image, *frame_pose_, {}, shared.world_given);
+  if (rows.rolls()) rows.RefineWithRows(image, *frame_pose_, {}, shared.world_given);
   const int before = part;
   if (!Accept(image.time_s, *frame_pose_, joins, track)) return false;
   if (part != before) {
     // A part that was lost within its first frames is worth nothing.
-    if (frames_tracked <= options.proven_frames) {
+    if (frames_tracked <= kProvenFrames) {
       mapper.Rest();
       mapper.RemovePart(before);
     }
-    frames_tracked = options.proven_frames;
+    frames_tracked = kProvenFrames;
   }
   track.relocalized = true;
   spdlog::debug("frame {}: found again", frame);
   return true;
 }
 
-// From the last frame that had a pose, or from the first frame.
-void Tracker::State::FollowTurn(const TrackedImage& image, Track& track) {
+// Follows the rotation since the last frame that had a pose, or since the first frame.
+void TrackerCore::FollowTurn(const TrackedImage& image, Track& track) {
   if (track.cam_from_world) {
     turns.Forget();
     last_features_ = image.features;
@@ -60,13 +60,13 @@ void Tracker::State::FollowTurn(const TrackedImage& image, Track& track) {
   track.turn = turns.Step(image.features);
 }
 
-bool Tracker::State::MayBeginPart(double time_s) const {
+bool TrackerCore::MayBeginPart(double time_s) const {
   return options.begin_parts && !shared.world_given && !zoom.IsMoved() && lost_since_s &&
-         time_s - *lost_since_s >= options.begin_part_after_s;
+         time_s - *lost_since_s >= kBeginPartAfterS;
 }
 
-// Something lies in its world: recorded views, or poses that were given.
-bool Tracker::State::IsMainPartHeld() const {
+// Whether recorded views or given poses lie in the main part's world.
+bool TrackerCore::IsMainPartHeld() const {
   const Map& map = shared.map;
   const int main = map.main_part();
   return std::ranges::any_of(map.living(),
@@ -79,7 +79,7 @@ bool Tracker::State::IsMainPartHeld() const {
 }
 
 // A part that has been followed for longer takes the main one's place, where nothing lies in its world.
-void Tracker::State::ChooseMainPart() {
+void TrackerCore::ChooseMainPart() {
   {
     const MapLock lock(shared);
     const int main = shared.map.main_part();
@@ -89,7 +89,7 @@ void Tracker::State::ChooseMainPart() {
 }
 
 // The part in work was lost within its first frames.
-void Tracker::State::Abandon() {
+void TrackerCore::Abandon() {
   spdlog::debug("frame {}: lost at once, starting again", frame);
   mapper.Rest();
   mapper.RemovePart(part);
@@ -98,7 +98,7 @@ void Tracker::State::Abandon() {
   FollowWith(size.working());
   initializer.Restart();
   last = {};
-  if (lost_since_s) *lost_since_s -= options.begin_part_after_s;  // begin the next one at once
+  if (lost_since_s) *lost_since_s -= kBeginPartAfterS;  // begin the next one at once
   const MapLock lock(shared);
   const bool nothing_left = shared.map.living().empty();
   if (nothing_left) {
@@ -106,7 +106,7 @@ void Tracker::State::Abandon() {
     last_features_.reset();
   }
   state = nothing_left ? TrackState::kInitializing : TrackState::kLost;
-  frames_tracked = nothing_left ? 0 : options.proven_frames;
+  frames_tracked = nothing_left ? 0 : kProvenFrames;
 }
 
 }  // namespace ulf::tracking

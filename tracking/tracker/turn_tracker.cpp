@@ -16,6 +16,22 @@ using Eigen::Vector2d;
 
 namespace {
 
+// All constants here are guessed.
+// A rotation needs so many directions that agree, and this share of the matches.
+constexpr int kTurnMinDirections = 30;
+constexpr double kTurnMinShare = 0.5;
+// Directions agree to within this, px in images 640 px wide: as much parallax as a map starts with.
+constexpr double kTurnThresholdPx = 6;
+// The search radius about where a direction is expected, as a share of the width, and after a frame without a
+// fit.
+constexpr double kTurnSearchRadius = 0.12, kTurnSearchRadiusAfterMiss = 0.5;
+constexpr int kTurnMaxDistance = kSureDistance + 10;  // bits of a match's descriptors
+constexpr double kTurnMaxRatio = 0.85;                // best distance / second best
+constexpr double kTurnKeyframeTurnedDeg = 8;          // a frame that is turned farther becomes a keyframe
+// Keyframes that a frame is compared with, and after a frame without a fit; keyframes that are kept.
+constexpr int kTurnKeyframesTried = 3, kTurnKeyframesTriedAfterMiss = 10;
+constexpr std::size_t kTurnMostKeyframes = 200;
+
 double AngleBetween(const Quaterniond& a, const Quaterniond& b) { return RotationAngle(a * b.conjugate()); }
 
 }  // namespace
@@ -39,7 +55,7 @@ std::optional<Quaterniond> TurnTracker::Step(const std::shared_ptr<const Feature
     return AngleBetween(a->cam_from_world, expected) < AngleBetween(b->cam_from_world, expected);
   });
   // After a miss the camera may have turned on: more keyframes, and directions looked for farther away.
-  const auto tried = At(missed_ ? options_.keyframes_tried_after_miss : options_.keyframes_tried);
+  const auto tried = At(missed_ ? kTurnKeyframesTriedAfterMiss : kTurnKeyframesTried);
   std::optional<Fit> best;
   for (std::size_t i = 0; i < std::min(tried, nearest.size()) && !best; ++i)
     best = FitTo(*nearest[i], *features, expected);
@@ -50,9 +66,8 @@ std::optional<Quaterniond> TurnTracker::Step(const std::shared_ptr<const Feature
   }
   step_ = (best->cam_from_world * last_.conjugate()).normalized();
   last_ = best->cam_from_world;
-  const bool far =
-      AngleBetween(nearest.front()->cam_from_world, last_) > Radians(options_.keyframe_turned_deg);
-  if (far && keyframes_.size() < options_.most_keyframes) keyframes_.push_back({features, last_});
+  const bool far = AngleBetween(nearest.front()->cam_from_world, last_) > Radians(kTurnKeyframeTurnedDeg);
+  if (far && keyframes_.size() < kTurnMostKeyframes) keyframes_.push_back({features, last_});
   return last_;
 }
 
@@ -63,22 +78,22 @@ std::optional<TurnTracker::Fit> TurnTracker::FitTo(const TurnKeyframe& keyframe,
   std::vector<Vector2d> expected_img;
   for (const Feature& feature : keyframe.features->all())
     expected_img.push_back(camera_.ImgFromCam(turn * feature.ray).value_or(Vector2d::Constant(kFarAway)));
-  const double radius = missed_ ? options_.search_radius_after_miss : options_.search_radius;
+  const double radius = missed_ ? kTurnSearchRadiusAfterMiss : kTurnSearchRadius;
   const std::vector<FeatureMatch> matches =
       MatchInWindow(*keyframe.features, features, expected_img, radius * camera_.width,
-                    {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
-  if (static_cast<int>(matches.size()) < options_.min_directions) return std::nullopt;
+                    {.max_distance = kTurnMaxDistance, .max_ratio = kTurnMaxRatio});
+  if (static_cast<int>(matches.size()) < kTurnMinDirections) return std::nullopt;
   std::vector<RayPair> pairs;
   for (const FeatureMatch& match : matches)
     pairs.push_back({(*keyframe.features)[match.first].ray, features[match.second].ray});
-  const double threshold_px = options_.threshold_px * PxAt640(camera_.width);
+  const double threshold_px = kTurnThresholdPx * PxAt640(camera_.width);
   const Quaterniond found = FitRotation(pairs, camera_.MeanFocalPx(), threshold_px, seed_);
   const double most = threshold_px / camera_.MeanFocalPx();
   const auto agree = std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
     return (found * pair.first - pair.second).norm() < most;
   });
-  if (agree < options_.min_directions ||
-      static_cast<double>(agree) < options_.min_share * static_cast<double>(pairs.size()))
+  if (agree < kTurnMinDirections ||
+      static_cast<double>(agree) < kTurnMinShare * static_cast<double>(pairs.size()))
     return std::nullopt;
   return Fit{(found * keyframe.cam_from_world).normalized(), static_cast<int>(agree)};
 }

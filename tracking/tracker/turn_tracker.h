@@ -1,11 +1,12 @@
-// Follows how a camera is turned while nobody knows where it is: before a map has started, and while the camera is lost.
+// Follows how a camera is turned while nobody knows where it is: before a map has started, and while the
+// camera is lost.
 //
-// Features count as directions, that is as points at infinity. Keyframes have known rotations; a frame is matched with the
-// one that looks nearest to where it is expected, and turned until most directions fit. A shift of the camera looks like
-// a turn by as much parallax as it makes, and what one keyframe hides adds up over the next ones. Measured: swaying by
-// 20 cm before walls 2.6 to 3.4 m away, rotations are off by 0.6 to 4 degrees when the map starts, by up to 7 before one
-// flat wall, where it starts late (docs/tracking_measured.md, "A hand that turns on the spot"). Of the position they tell
-// nothing.
+// Features count as directions, that is as points at infinity. Keyframes have known rotations; a frame is
+// matched with the one that looks nearest to where it is expected, and turned until most directions fit. A
+// shift of the camera looks like a turn by as much parallax as it makes, and what one keyframe hides adds up
+// over the next ones. Measured: swaying by 20 cm before walls 2.6 to 3.4 m away, rotations are off by 0.6 to
+// 4 degrees when the map starts, by up to 7 before one flat wall, where it starts late
+// (docs/tracking_measured.md, "A hand that turns on the spot"). Of the position they tell nothing.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,18 +17,16 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/features/features.h"
 #include "tracking/tracker/start_progress.h"
-#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
 
 class TurnTracker {
  public:
-  TurnTracker(const CameraModel& camera, const TurnOptions& options, unsigned seed)
-      : camera_(camera), options_(options), seed_(seed) {}
+  TurnTracker(const CameraModel& camera, unsigned seed) : camera_(camera), seed_(seed) {}
   // Frames to come have another lens and the same size; features keep the rays that theirs gave them.
   void SetCamera(const CameraModel& camera) { camera_ = camera; }
-  void Forget() { *this = TurnTracker(camera_, options_, seed_); }
-  // From a frame whose rotation is known.
+  void Forget() { *this = TurnTracker(camera_, seed_); }
+  // Starts from a frame whose rotation is known.
   void Begin(std::shared_ptr<const FeatureSet> features, const Eigen::Quaterniond& cam_from_world);
   bool HasBegun() const { return !keyframes_.empty(); }
   // None where too few directions fit.
@@ -46,7 +45,6 @@ class TurnTracker {
                            const Eigen::Quaterniond& expected) const;
 
   CameraModel camera_;
-  TurnOptions options_;
   unsigned seed_;
   std::vector<TurnKeyframe> keyframes_;
   bool missed_ = false;  // in the last frame

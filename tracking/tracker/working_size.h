@@ -10,7 +10,7 @@
 // had to be rounded); distortion, poses, angles and world lengths are the same in both.
 // Unit: "working" is pixels of the size that is tracked, "original" those of the images as they come.
 //
-// Only tracker.cpp and tracker_state.cpp convert: everything inside the tracker is in working pixels,
+// Only tracker.cpp and tracker_core.cpp convert: everything inside the tracker is in working pixels,
 // everything that goes in or comes out is in original ones.
 #pragma once
 

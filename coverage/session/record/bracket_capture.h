@@ -20,7 +20,7 @@
 #include "acquisition/device/device.h"
 #include "core/frames/frame.h"
 #include "coverage/session/record/view_spool.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

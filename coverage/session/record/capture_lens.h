@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/geometry/camera_model.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

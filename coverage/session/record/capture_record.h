@@ -29,7 +29,7 @@
 #include "coverage/session/record/measured_geometry.h"
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/view_spool.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

@@ -22,7 +22,7 @@
 #include "coverage/session/record/exposure.h"
 #include "coverage/session/record/posed_photographs.h"
 #include "coverage/session/record/still_capture.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

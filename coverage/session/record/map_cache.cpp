@@ -111,7 +111,7 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
       spdlog::info("the map of the last session was loaded in {:.2f} s", SecondsSince(start));
       return;
     }
-    if (why == tracking::kMapOfOthers && !light_field.taken_back.empty())
+    if (why == tracking::MapOfOthers() && !light_field.taken_back.empty())
       why = "views were taken back, or poses changed";
   }
   SeedFrom(light_field, tracked, why, poses);

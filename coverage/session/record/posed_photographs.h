@@ -14,7 +14,7 @@
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/record/recorded_views.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

@@ -13,8 +13,9 @@
 #include "core/frames/frame.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
+#include "coverage/bound/criterion.h"
 #include "coverage/bound/criterion_view.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

@@ -24,7 +24,7 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
 #include "coverage/bound/view_decision.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::coverage {
 

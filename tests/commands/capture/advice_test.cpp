@@ -24,7 +24,7 @@
 #include "coverage/session/turntable_watch.h"
 #include "coverage/session/watch/mistake_watch.h"
 #include "tests/support/floors.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf {
 namespace {

@@ -48,7 +48,7 @@ TEST(CaptureReport, AWrongFocalLengthAndARollingShutterAreSaid) {
       .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
   summary.rolling_shutter = Readout{.readout_s = 0.02, .sigma_s = 0.001, .compensated = false};
   EXPECT_THAT(ToText(summary, 0, "vase"),
-              AllOf(HasSubstr("500.0 px"), HasSubstr("ulf refine"), HasSubstr("--readout-ms 20")));
+              AllOf(HasSubstr("500.0 px"), HasSubstr("ulf refine"), HasSubstr("readout_ms 20")));
   nlohmann::json json;
   AddTo(json, summary, 0);
   EXPECT_EQ(json["calibration"]["wrong"], true);

@@ -23,7 +23,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 #include "tracking/refine/triangulate.h"
 
 namespace ulf {

@@ -31,7 +31,7 @@
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf {
 namespace {

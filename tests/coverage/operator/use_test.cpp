@@ -32,7 +32,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/growth/capture_growth.h"
 #include "tests/support/test_paths.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::test {
 namespace {

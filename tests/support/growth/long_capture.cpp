@@ -5,7 +5,7 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::test {
 namespace {

@@ -1,5 +1,5 @@
-// Tests: tracking/estimation/rolling_shutter, tracking/estimation/row_motion,
-// tracking/tracker/readout_search.
+// Tests: tracking/estimation/rolling_shutter, tracking/tracker/readout, tracking/tracker/readout_search,
+// tracking/tracker/row_motion.
 #include "tracking/estimation/rolling_shutter.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/estimation/absolute_pose.h"
-#include "tracking/estimation/row_motion.h"
+#include "tracking/tracker/row_motion.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf {
@@ -155,7 +155,7 @@ TEST(RowMotionTest, ThePicturesPoseExplainsItsPixelsAndTheMiddleRowsIsWhereTheCa
                                .sigma_px = 0.4});
   }
   RowMotion motion(camera, kReadout_s);
-  motion.Settle(image, located, QuickTurn(), false);
+  motion.RefineWithRows(image, located, QuickTurn(), false);
   EXPECT_LT(located.cam_from_world.OriginInSource().norm(), 1e-3);
   const Rigid3 picture = located.picture_from_cam * located.cam_from_world;
   EXPECT_GT(picture.OriginInSource().norm(), 3e-3);
@@ -341,7 +341,7 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
   ASSERT_TRUE(plain.rolling);
   EXPECT_NEAR(plain.rolling->readout_s, kReadout_s, 0.2 * kReadout_s);
   EXPECT_FALSE(plain.rolling->compensated);
-  EXPECT_NE(plain.rolling->InWords().find("--readout-ms"), std::string::npos);
+  EXPECT_NE(plain.rolling->InWords().find("readout_ms"), std::string::npos);
 
   const Outcome told = Follow(kReadout_s, {.deterministic = true, .readout = {.readout_s = kReadout_s}});
   EXPECT_LT(told.error_m, 2.5 * global.error_m);

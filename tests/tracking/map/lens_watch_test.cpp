@@ -11,7 +11,7 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/seeds.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {

@@ -225,8 +225,8 @@ struct Turn {
   }
 
   // As the mapper does it: each keyframe is examined, then filed.
-  void Close(const LoopOptions& loop_options = {}) {
-    LoopCloser closer(camera, owned, index, 1, loop_options);
+  void Close(int agreeing = LoopCloser::kAgreeing) {
+    LoopCloser closer(camera, owned, index, 1, agreeing);
     for (int k = 0; k < options.keyframes; ++k) {
       if (!shared.ReadByOwner().keyframe(k).alive) continue;
       loops += closer.Examine(k).has_value();
@@ -296,7 +296,7 @@ TEST(LoopCloserTest, WhatHungOnAKeyframeFollowsInItsUnits) {
 
 TEST(LoopCloserTest, OneKeyframeAloneIsNotBelieved) {
   Turn few({.keyframes = 80});
-  few.Close({.agreeing = 100});
+  few.Close(100);
   EXPECT_EQ(few.loops, 0);
   EXPECT_EQ(few.shared.revision, 0);
 }

@@ -1,4 +1,4 @@
-// Tests: tracking/map/map_rows, tracking/map/map_adjustment, tracking/tracker/readout_estimator.
+// Tests: tracking/map/map_rows, tracking/map/map_adjustment, tracking/map/readout_estimator.
 #include "tracking/map/map_rows.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include "tests/tracking/scenes/mapped_wall.h"
 #include "tracking/map/loop_closer.h"
 #include "tracking/map/map_adjustment.h"
-#include "tracking/tracker/readout_estimator.h"
+#include "tracking/map/readout_estimator.h"
 
 namespace ulf {
 namespace {
@@ -115,7 +115,7 @@ TEST(AdjustedRowsTest, AreFoundWithTheMapAndScaledWithIt) {
   ASSERT_TRUE(AdjustMap(camera, owned, map.living(), {}, {}).usable);
   for (const int id : map.living()) held += off(id);
   EXPECT_DOUBLE_EQ(held, before) << "only when it is asked for";
-  ASSERT_TRUE(AdjustMap(camera, owned, map.living(), {}, {}, {}, true).usable);
+  ASSERT_TRUE(AdjustMap(camera, owned, map.living(), {}, {}, true).usable);
   for (const int id : map.living()) after += off(id);
   EXPECT_LT(after, 0.85 * before) << "a third off is more than the tracker is trusted to be";
 }
@@ -135,7 +135,7 @@ TEST(EstimateReadoutTest, NeedsKeyframesEnough) {
   World world(5);
   ReadByRows(world, kReadout_s);
   EXPECT_FALSE(EstimateReadout(world.camera, world.map));
-  EXPECT_TRUE(EstimateReadout(world.camera, world.map, {.least_keyframes = 4}));
+  EXPECT_TRUE(EstimateReadout(world.camera, world.map, 4));
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ TEST(MapParts, AreSeenAndSavedApartUntilTheyAreJoined) {
   map.BeginPart();
   ASSERT_EQ(map.BeginPart(), 1);
   const Rigid3 pose = map.keyframe(1).cam_from_world;
-  const auto gathered = [&](int part) { return GatherCandidates(map, world.camera, pose, {.part = part}); };
+  const auto gathered = [&](int part) { return GatherCandidates(map, world.camera, pose, part); };
   const std::size_t before = gathered(0).size();
   const int part = AddSecondPart(world);
   EXPECT_EQ(gathered(0).size(), before);

@@ -1,4 +1,4 @@
-// Tests: tracking/tracker/tracker_parts, tracking/tracker/tracker_state, tracking/map/loop_closer, tracking/map/map.
+// Tests: tracking/tracker/tracker_parts, tracking/tracker/tracker_core, tracking/map/loop_closer, tracking/map/map.
 // A camera that is lost for good begins another part of the map; parts are joined when a place is seen from both.
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {

@@ -1,4 +1,4 @@
-// Tests: tracking/estimation/pose_log_odds, tracking/map/map_matching, tracking/tracker/frame_locator.
+// Tests: tracking/map/pose_log_odds, tracking/map/map_matching, tracking/map/frame_locator.
 // Found again, at once and never wrong: after shakes and occlusions, and where things look alike.
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tests/tracking/scenes/tiled_wall.h"
-#include "tracking/estimation/pose_log_odds.h"
-#include "tracking/tracker/frame_locator.h"
+#include "tracking/map/frame_locator.h"
+#include "tracking/map/pose_log_odds.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf {
@@ -24,7 +24,7 @@ using test::TexturedRoom;
 using test::TiledWall;
 
 // A pose that sees 30 points in each cell of its grid, of which `found(cell)` were.
-double EvidenceOf(const std::function<int(int)>& found, const LeftOut& left_out = {}) {
+double EvidenceOf(const std::function<int(int)>& found, const ExcludedCandidates& left_out = {}) {
   const CameraModel camera = test::SceneCamera();
   FramePose located;
   for (int cell = 0; cell < 12; ++cell)
@@ -55,11 +55,11 @@ TEST(PoseLogOddsTest, AHandCostsLittleAndThinSupportEverywhereIsNoSupport) {
 }
 
 TEST(PoseLogOddsTest, WhatRepeatsDoesNotCount) {
-  LeftOut repeats(12 * 30, false);
+  ExcludedCandidates repeats(12 * 30, false);
   for (std::size_t i = 0; i < repeats.size(); ++i) repeats[i] = i % 30 < 20;
   EXPECT_GT(EvidenceOf([](int) { return 28; }, repeats), kRelocalizedLogOdds) << "the rest is found";
   EXPECT_LT(EvidenceOf([](int) { return 20; }, repeats), kFollowedLogOdds) << "the rest is not";
-  EXPECT_LT(EvidenceOf([](int) { return 24; }, LeftOut(12 * 30, true)), kRelocalizedLogOdds)
+  EXPECT_LT(EvidenceOf([](int) { return 24; }, ExcludedCandidates(12 * 30, true)), kRelocalizedLogOdds)
       << "nothing is left";
 }
 

@@ -1,4 +1,4 @@
-// Tests: tracking/refine/light_field_input.
+// Tests: tracking/refine/refine_input.
 //
 // Points that are measured under poses, and masks.
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "tests/support/test_paths.h"
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::test {
 namespace {

@@ -22,8 +22,8 @@
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
-#include "tracking/refine/light_field_input.h"
 #include "tracking/refine/pose_check.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf {
 namespace {
@@ -117,7 +117,7 @@ struct Found {
 };
 
 Found Compare(const PoseCheck& check, const std::set<int>& wrong) {
-  Found found{static_cast<int>(wrong.size()), 0, 0, static_cast<int>(check.untold.size())};
+  Found found{static_cast<int>(wrong.size()), 0, 0, static_cast<int>(check.undecided.size())};
   for (const tracking::ContradictedView& view : check.contradicted)
     ++(wrong.contains(view.view) ? found.found : found.blamed);
   return found;
@@ -142,7 +142,7 @@ void ExpectFound(const PosedPictures& pictures) {
   EXPECT_EQ(right.contradicted.size(), 0u) << pictures.name;
   std::string row = fmt::format("| {} | {} | {:.2f} px | {}", pictures.name, pictures.input.views.size(),
                                 right.error_px, right.contradicted.size());
-  if (!right.untold.empty()) row += fmt::format(", {} not judged", right.untold.size());
+  if (!right.undecided.empty()) row += fmt::format(", {} not judged", right.undecided.size());
   for (const auto& [shift, angle_deg] : {std::pair(0.03, 0.0), std::pair(0.0, 2.0)}) {
     PosedPictures off = pictures;
     test::Draw draw(7);

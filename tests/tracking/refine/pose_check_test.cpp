@@ -20,7 +20,7 @@
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::test {
 namespace {
@@ -208,19 +208,19 @@ TEST(PoseCheck, WhatCannotBeToldIsNotBlamed) {
   for (const std::size_t v : {2u, 5u}) views->input.views[v].cam_from_world = views->truth[0];
   const PoseCheck two = CheckPoses(views->input);
   EXPECT_THAT(two.contradicted, IsEmpty());
-  ASSERT_EQ(two.untold.size(), 2u);
-  EXPECT_EQ(two.untold[0].view, 2);
-  EXPECT_THAT(two.untold[0].why, HasSubstr("shares too little"));
-  EXPECT_EQ(two.untold[1].view, 5);
+  ASSERT_EQ(two.undecided.size(), 2u);
+  EXPECT_EQ(two.undecided[0].view, 2);
+  EXPECT_THAT(two.undecided[0].why, HasSubstr("shares too little"));
+  EXPECT_EQ(two.undecided[1].view, 5);
 
   for (Image& image : views->images) image.pixels.setTo(cv::Scalar::all(90));
   const PoseCheck plain = CheckPoses(views->input);
   EXPECT_THAT(plain.contradicted, IsEmpty());
-  EXPECT_EQ(plain.untold.size(), 8u);
+  EXPECT_EQ(plain.undecided.size(), 8u);
   views->input.read = [](int) -> Image { throw std::runtime_error("gone"); };
   const PoseCheck unread = CheckPoses(views->input);
-  ASSERT_EQ(unread.untold.size(), 8u);
-  EXPECT_EQ(unread.untold[0].why, "gone");
+  ASSERT_EQ(unread.undecided.size(), 8u);
+  EXPECT_EQ(unread.undecided[0].why, "gone");
 }
 
 // What ulf info lists, of a folder whose journal has one wrong pose.

@@ -1,4 +1,4 @@
-// Tests: tracking/refine/refine_rows, tracking/refine/light_field_input.
+// Tests: tracking/refine/refine_rows, tracking/refine/refine_input.
 #include "tracking/refine/refine_rows.h"
 
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include "tests/support/floors.h"
 #include "tests/tracking/refine/refine_views.h"
 #include "tests/tracking/scenes/geometry_scene.h"
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::test {
 namespace {

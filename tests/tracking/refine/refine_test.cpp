@@ -1,7 +1,6 @@
 // Tests: commands/tracking/refine_command, commands/tracking/refine_report,
-// tracking/estimation/calibration_check,
-// tracking/estimation/lens_evidence, tracking/refine/light_field_input, tracking/refine/refine, tracking/refine/refine_summary,
-// tracking/refine/refine_truth, tracking/refine/track_extension, tracking/refine/triangulate.
+// tracking/estimation/calibration_check, tracking/estimation/lens_evidence, tracking/refine/refine_input, tracking/refine/refine, tracking/refine/refine_result,
+// tracking/refine/refine_truth, tracking/refine/track_building, tracking/refine/triangulate.
 // Poses that are a little off come back, and what cannot be refined is named.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -113,7 +112,7 @@ TEST(Refine, PointsThatSlideAreDropped) {
     }
     track.rgb[0] = t % 10;
   }
-  DropSliding(scene);
+  DropSlidingPoints(scene);
   EXPECT_EQ(scene.tracks.size(), 180u);
   for (const SceneTrack& track : scene.tracks) EXPECT_NE(track.rgb[0], 0);
 }

@@ -17,7 +17,7 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {

@@ -9,7 +9,7 @@
 
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
-#include "tracking/tracker/frame_locator.h"
+#include "tracking/map/frame_locator.h"
 
 namespace ulf::test {
 

@@ -1,9 +1,9 @@
-// Tests: tracking/sources/known_pose_source, tracking/sources/tracker_pose_source.
+// Tests: tracking/sources/known_pose_source, tracking/sources/pose_sources, tracking/tracker/pose_source.
 #include <gtest/gtest.h>
 
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::known_pose_source {
 namespace {

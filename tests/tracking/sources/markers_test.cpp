@@ -19,7 +19,8 @@
 #include "tests/support/test_paths.h"
 #include "tracking/sources/board_from_map.h"
 #include "tracking/sources/marker_locator.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf {
 namespace {
@@ -77,13 +78,13 @@ TEST(MarkerSpec, WhatCannotBeReadIsSaid) {
     try {
       MarkerSpec::Parse(text);
       ADD_FAILURE() << "accepted " << text;
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
     }
   }
   EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50:7").id, 7);
   EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50").kind, MarkerSpec::Kind::kSeveral);
-  EXPECT_THROW(PosesSpec::Parse("markers:dots"), UsageError);
+  EXPECT_THROW(PosesSpec::Parse("markers:dots"), Refusal);
 }
 
 // A board in a hand, behind lenses with and without distortion: metric from the first frame, a fraction of a
@@ -173,7 +174,7 @@ TEST(Markers, OfTwoEquallyLikelyPosesNoneIsGuessed) {
     const Rigid3 truth = Rigid3{turn, 0.001 * place};  // the marker's own frame begins in its middle
     const cv::Mat gray = Picture(scene, cam_from_board, i);
     const auto sure = MarkerLocator(options.camera, spec).Locate(gray, 0);
-    const auto guess = MarkerLocator(options.camera, spec, {.sure_difference = 0}).Locate(gray, 0);
+    const auto guess = MarkerLocator(options.camera, spec, 0).Locate(gray, 0);
     constexpr double kOtherPoseDeg = 12;
     seen += guess.has_value();
     guessed_wrong += guess && TurnDeg(guess->cam_from_world, truth) > kOtherPoseDeg;

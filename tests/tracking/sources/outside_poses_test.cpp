@@ -1,5 +1,5 @@
-// Tests: tracking/sources/outside_pose_source, tracking/sources/pose_history, tracking/sources/pose_source,
-// tracking/sources/pose_stream, tracking/sources/sent_line.
+// Tests: tracking/sources/outside_pose_source, tracking/sources/pose_history, tracking/sources/poses_spec,
+// tracking/sources/pose_stream.
 // Poses from outside, with the simulated hand as the truth: a trajectory file with gaps, and a stream that is
 // late, out of order, broken and cut. A fault each, and what is kept.
 #include <arpa/inet.h>
@@ -21,8 +21,10 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/pose_sources.h"
 #include "tracking/sources/pose_stream.h"
+#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf {
 namespace {
@@ -174,7 +176,7 @@ TEST(OutsidePoses, WhatCannotBeReadIsSaid) {
   EXPECT_THROW(PosesSpec::Parse("tum:" + empty + "?hand_eye=" + bad), Error);
   for (const char* text :
        {"tum:x?speed=2", "tcp:port", "tcp:70000", "tcp:5000?clock=sundial", "tcp:5000?wait_s=-1"})
-    EXPECT_THROW(PosesSpec::Parse(text), UsageError) << text;
+    EXPECT_THROW(PosesSpec::Parse(text), Refusal) << text;
 }
 
 struct Streamed {

@@ -1,12 +1,12 @@
-// Tests: tracking/tracker/initializer, tracking/tracker/start_progress, tracking/tracker/track_words,
-// tracking/tracker/tracker_options.
+// Tests: tracking/tracker/initializer, tracking/tracker/start_progress, tracking/tracker/track,
+// tracking/tracker/tracker_options, tracking/map/tracked_image.
 #include "tracking/tracker/initializer.h"
 
 #include <gmock/gmock.h>
 
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf {
 namespace {
@@ -28,7 +28,7 @@ class InitializerTest : public ::testing::Test {
 
   const TexturedRoom room_{{}};
   FeatureExtractor extractor_{TexturedRoom::Camera()};
-  Initializer initializer_{TexturedRoom::Camera(), {}, 1};
+  Initializer initializer_{TexturedRoom::Camera(), 1};
   int frame_ = 0;
 };
 

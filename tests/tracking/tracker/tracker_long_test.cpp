@@ -1,4 +1,4 @@
-// Tests: tracking/estimation/pose_error, tracking/map/mapper, tracking/tracker/frame_locator,
+// Tests: tracking/map/pose_error, tracking/map/mapper, tracking/map/frame_locator,
 // tracking/tracker/tracker.
 // Whole real sequences, several seeds: stable, not lucky.
 #include <gtest/gtest.h>

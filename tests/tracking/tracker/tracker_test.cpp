@@ -1,4 +1,4 @@
-// Tests: tracking/tracker/tracker, tracking/tracker/tracker_keyframes, tracking/tracker/tracker_state,
+// Tests: tracking/tracker/tracker, tracking/tracker/tracker_keyframes, tracking/tracker/tracker_core,
 // commands/tracking/track_command.
 #include "tracking/tracker/tracker.h"
 #include "core/base/json_text.h"

@@ -1,4 +1,4 @@
-// Tests: tracking/tracker/turn_tracker, tracking/tracker/track_words.
+// Tests: tracking/tracker/turn_tracker, tracking/tracker/track.
 // How a camera is turned is known before a map starts and while the camera is lost.
 #include "tracking/tracker/turn_tracker.h"
 
@@ -8,7 +8,7 @@
 #include "core/geometry/angles.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {
@@ -125,7 +125,7 @@ TEST(TurnTrackerTest, NothingInCommonIsNoTurn) {
     const Frame frame = room.Take(TexturedRoom::TurningAt(0), 0, kTurnCamera);
     return std::make_shared<const FeatureSet>(extractor.Extract(BuildPyramid(frame.image.pixels), 500));
   };
-  TurnTracker turns(kTurnCamera, {}, 1);
+  TurnTracker turns(kTurnCamera, 1);
   EXPECT_TRUE(turns.Step(features_of(1)));
   EXPECT_TRUE(turns.Step(features_of(1)));
   EXPECT_FALSE(turns.Step(features_of(2)));

@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf {
 namespace {
@@ -200,7 +200,7 @@ TEST_F(EnlargedRoom, AMapIsFoundAgainAtTheSizeThatItWasMadeAt) {
   TrackerOptions other = options;
   other.max_side_px = 480;
   EXPECT_THAT(Tracker(camera, other).RestoreMap(scratch / "map.ulf", 5),
-              testing::HasSubstr("--tracking-side"));
+              testing::HasSubstr("tracking_side"));
 
   Tracker restored(camera, options), seeded(camera, options);
   ASSERT_EQ(restored.RestoreMap(scratch / "map.ulf", 5), "");

@@ -12,7 +12,7 @@
 #include "tests/support/seeds.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/estimation/focal_change.h"
-#include "tracking/tracker/track_words.h"
+#include "tracking/tracker/track.h"
 #include "tracking/tracker/tracker.h"
 #include "tracking/tracker/zoom_watch.h"
 

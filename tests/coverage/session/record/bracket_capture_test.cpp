@@ -13,7 +13,7 @@
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 namespace ulf::test {
 namespace {

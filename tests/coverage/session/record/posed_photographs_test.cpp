@@ -20,8 +20,8 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
-#include "tracking/refine/light_field_input.h"
 #include "tracking/refine/locate_photographs.h"
+#include "tracking/refine/refine_input.h"
 
 namespace ulf::test {
 namespace {

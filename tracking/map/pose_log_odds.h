@@ -16,40 +16,30 @@
 #include "core/geometry/camera_model.h"
 #include "tracking/features/features.h"
 #include "tracking/map/map.h"
+#include "tracking/map/map_matching.h"
 
 namespace ulf::tracking {
-
-struct FramePose;
 
 // Log odds that a pose must exceed: even odds where a prediction led to it, a thousand to one where the image
 // alone did.
 inline constexpr double kFollowedLogOdds = 0;
 inline constexpr double kRelocalizedLogOdds = 7;
 
-// By candidate: whether it is excluded.
-using LeftOut = std::vector<bool>;
-
-// Checked by the tests of relocalisation (docs/tracking_measured.md, "Found again"); guessed one by one.
-struct PoseLogOddsOptions {
-  int columns = 4, rows = 3;  // of the grid: smaller cells hold too few points, larger ones hide as a whole
-  double by_chance = 0.05;    // share of the searched points that a wrong pose finds, at most
-  double hidden = 0.5;        // prior probability that a cell is hidden
-  double spread = 0.4;        // relative spread of the counts from cell to cell
-  double unnoticed = 0.1;     // share of the repetitive points that is not excluded
-};
+// Whether a candidate is excluded, by candidate.
+using ExcludedCandidates = std::vector<bool>;
 
 // Natural logarithm of the odds that the pose is right rather than wrong, both as likely beforehand.
-double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out = {},
-                   const PoseLogOddsOptions& options = {});
+double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose,
+                   const ExcludedCandidates& left_out = {});
 
 // Excludes candidates that look like something elsewhere in the image, or like another point that the pose
 // should see.
 void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
-                             const FramePose& frame_pose, LeftOut& left_out);
+                             const FramePose& frame_pose, ExcludedCandidates& left_out);
 // Excludes candidates that look like points of another place, which a keyframe shows; nearer than
 // `apart_share` of the distance (guessed) is a second copy of the same point. The caller holds the map's
 // lock.
-void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out,
-                             double apart_share = 0.05);
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose,
+                             ExcludedCandidates& left_out, double apart_share = 0.05);
 
 }  // namespace ulf::tracking

@@ -1,15 +1,13 @@
-#include "tracking/tracker/frame_locator.h"
+#include "tracking/map/frame_locator.h"
 
 #include <spdlog/spdlog.h>
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <iterator>
-#include <limits>
 
 #include "core/base/at.h"
-#include "core/base/quantile.h"
-#include "tracking/estimation/pose_log_odds.h"
+#include "tracking/map/pose_log_odds.h"
 
 namespace ulf::tracking {
 
@@ -17,6 +15,23 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
+
+// Finding a frame in the map.
+// For so many corners of a frame one patch is tried where no corner was detected. Guessed.
+constexpr int kLocatorCornersPerPatch = 5;
+// Search radii: a pose that is good to a few pixels, and one that is not; descriptor distances for the
+// frame before's points, and for all. Guessed.
+constexpr double kLocatorFineRadiusPx = 4, kLocatorWideRadiusPx = 10;
+constexpr int kLocatorFirstMaxDistance = 80, kLocatorMaxDistance = 70;
+constexpr RefinePoseOptions kLocatorFirstRefinement = {.gate_sigmas = 3, .rounds = 2, .min_step = 1e-5};
+// Relocalization: keyframes that are ranked, and tried until one shows where the camera is; other places
+// that look alike and are asked whether the pose is ambiguous (a keyframe that shows less than this share
+// of the points is another place). Guessed.
+constexpr int kLocatorRanked = 100, kLocatorTried = 6, kLocatorOtherPlaces = 5;
+constexpr double kLocatorOtherPlaceShare = 1.0 / 3;
+// A detected corner this close (level pixels) to a point that its patch alone found is the same point.
+// Guessed.
+constexpr double kLocatorShadowPx = 3;
 
 // Whether a match fits a pose within the pose's covariance and its own sigma.
 bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3d& position,
@@ -60,21 +75,8 @@ std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const
 
 }  // namespace
 
-std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
-  std::vector<PointMatch> inliers;
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (refined.inlier[i]) inliers.push_back(matches[i]);
-  return inliers;
-}
-
-double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world) {
-  std::vector<double> shifts;
-  for (const PointMatch& match : frame_pose.matches) {
-    if (const auto img = camera.ImgFromCam(cam_from_world * frame_pose.CandidateOf(match).position))
-      shifts.push_back((*img - match.img).norm());
-  }
-  return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
-}
+FrameLocator::FrameLocator(const CameraModel& camera, const SharedMap& shared, int corners)
+    : camera_(camera), shared_(shared), undetected_(corners / kLocatorCornersPerPatch) {}
 
 std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted, int part,
                                               double first_radius_px,
@@ -84,8 +86,7 @@ std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const R
   FramePose frame_pose;
   {
     const MapLock lock(shared_);
-    frame_pose.candidates =
-        GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_, {.part = part});
+    frame_pose.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_, part);
   }
   std::vector<int> first;
   for (int i = 0; i < static_cast<int>(frame_pose.candidates.size()); ++i)
@@ -94,22 +95,22 @@ std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const R
 
   const MapMatches coarse =
       MatchMap(camera_, image, frame_pose.candidates, first, predicted,
-               {.radius_px = first_radius_px, .max_distance = options_.first_max_distance});
+               {.radius_px = first_radius_px, .max_distance = kLocatorFirstMaxDistance});
   matching.Stop();
   StageTimer refinement(&stages.refinement_s);
   const auto refined = RefinePose(camera_, ToObservations(frame_pose.candidates, coarse.matches), predicted,
-                                  options_.first_refinement);
+                                  kLocatorFirstRefinement);
   refinement.Stop();
-  if (!refined || refined->inliers < options_.min_matches) return std::nullopt;
+  if (!refined || refined->inliers < kMinLocatedMatches) return std::nullopt;
   frame_pose.cam_from_world = refined->cam_from_world;
-  return Refine(image, std::move(frame_pose), options_.fine_radius_px * PxAt640(camera_.width), stages);
+  return Refine(image, std::move(frame_pose), kLocatorFineRadiusPx * PxAt640(camera_.width), stages);
 }
 
 std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePose frame_pose,
                                               double radius_px, StageTimes& stages) const {
   StageTimer matching(&stages.matching_s);
   MapMatches fine = MatchMap(camera_, image, frame_pose.candidates, {}, frame_pose.cam_from_world,
-                             {.radius_px = radius_px, .max_distance = options_.max_distance});
+                             {.radius_px = radius_px, .max_distance = kLocatorMaxDistance});
   matching.Stop();
   StageTimer alignment(&stages.alignment_s);
   AlignMatches(camera_, image, frame_pose.candidates, frame_pose.cam_from_world, fine.matches);
@@ -117,7 +118,7 @@ std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePo
   StageTimer refinement(&stages.refinement_s);
   const auto refine = [&](std::vector<PointMatch>& matches, const Rigid3& from) {
     const std::vector<PointObservation> corners = CornersOf(shared_, image, frame_pose.cam_from_world);
-    matches = FilterByConfirmedPoints(camera_, frame_pose, matches, corners, options_.min_matches);
+    matches = FilterByConfirmedPoints(camera_, frame_pose, matches, corners, kMinLocatedMatches);
     std::vector<PointObservation> all = ToObservations(frame_pose.candidates, matches);
     all.insert(all.end(), corners.begin(), corners.end());
     return RefinePose(camera_, all, from);
@@ -125,7 +126,7 @@ std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePo
   auto refined = refine(fine.matches, frame_pose.cam_from_world);
   if (!refined) return std::nullopt;
   frame_pose.matches = InliersOf(fine.matches, *refined);
-  if (static_cast<int>(frame_pose.matches.size()) < options_.min_matches) return std::nullopt;
+  if (static_cast<int>(frame_pose.matches.size()) < kMinLocatedMatches) return std::nullopt;
   refinement.Stop();
   StageTimer search(&stages.alignment_s);
   const std::vector<int> looked_for =
@@ -158,12 +159,12 @@ std::optional<FramePose> FrameLocator::FindAt(const TrackedImage& image, const R
 
 std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
                                             unsigned seed) const {
-  return FindAmong(index.Query(*image.features, options_.ranked), image, seed);
+  return FindAmong(index.Query(*image.features, kLocatorRanked), image, seed);
 }
 
 std::optional<FramePose> FrameLocator::FindInMainPart(const TrackedImage& image, const KeyframeIndex& index,
                                                       unsigned seed) const {
-  std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, options_.ranked);
+  std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, kLocatorRanked);
   {
     const MapLock lock(shared_);
     std::erase_if(ranked, [&](const KeyframeIndex::Ranked& r) ULF_REQUIRES(shared_.mutex) {
@@ -175,11 +176,11 @@ std::optional<FramePose> FrameLocator::FindInMainPart(const TrackedImage& image,
 
 std::optional<FramePose> FrameLocator::FindAmong(const std::vector<KeyframeIndex::Ranked>& ranked,
                                                  const TrackedImage& image, unsigned seed) const {
-  for (int k = 0; k < std::min(options_.tried, static_cast<int>(ranked.size())); ++k) {
+  for (int k = 0; k < std::min(kLocatorTried, static_cast<int>(ranked.size())); ++k) {
     const int keyframe = ranked[At(k)].keyframe;
     std::optional<FramePose> found = FindBy(keyframe, image, seed);
     if (!found) continue;
-    LeftOut left_out;
+    ExcludedCandidates left_out;
     ExcludeAmbiguousMatches(camera_, *image.features, *found, left_out);
     ExcludeOtherPlaces(ranked, *found, left_out);
     const double evidence = PoseLogOdds(camera_, *found, left_out);
@@ -192,7 +193,7 @@ std::optional<FramePose> FrameLocator::FindAmong(const std::vector<KeyframeIndex
 
 // Excludes matches that also fit keyframes of other places, which look like this image but share few points.
 void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
-                                      const FramePose& frame_pose, LeftOut& left_out) const {
+                                      const FramePose& frame_pose, ExcludedCandidates& left_out) const {
   const MapLock lock(shared_);
   std::unordered_map<int, int> shows;  // by keyframe: how many of the points it sees
   for (const PointMatch& match : frame_pose.matches) {
@@ -202,11 +203,10 @@ void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& 
   const int part = shared_.map.point(frame_pose.CandidateOf(frame_pose.matches.front()).id).part;
   int others = 0;
   for (const auto& [keyframe, votes] : ranked) {
-    if (others >= options_.other_places) break;
+    if (others >= kLocatorOtherPlaces) break;
     // Another part may show this very place.
     if (shared_.map.keyframe(keyframe).part != part) continue;
-    if (shows[keyframe] > options_.other_place_share * static_cast<double>(frame_pose.matches.size()))
-      continue;
+    if (shows[keyframe] > kLocatorOtherPlaceShare * static_cast<double>(frame_pose.matches.size())) continue;
     ++others;
     ExcludeAmbiguousMatches(shared_.map, keyframe, frame_pose, left_out);
   }
@@ -230,7 +230,7 @@ std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image, const
   frame_pose.cam_from_world = cam_from_world;
   {
     const MapLock lock(shared_);
-    frame_pose.candidates = GatherCandidates(shared_.map, camera_, cam_from_world, {.part = part});
+    frame_pose.candidates = GatherCandidates(shared_.map, camera_, cam_from_world, part);
   }
   return RefineTwice(image, std::move(frame_pose));
 }
@@ -238,9 +238,8 @@ std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image, const
 std::optional<FramePose> FrameLocator::RefineTwice(const TrackedImage& image, FramePose frame_pose) const {
   StageTimes ignored;  // the caller counts all of this as one stage
   const double unit = PxAt640(camera_.width);
-  std::optional<FramePose> wide =
-      Refine(image, std::move(frame_pose), options_.wide_radius_px * unit, ignored);
-  return wide ? Refine(image, std::move(*wide), options_.fine_radius_px * unit, ignored) : std::nullopt;
+  std::optional<FramePose> wide = Refine(image, std::move(frame_pose), kLocatorWideRadiusPx * unit, ignored);
+  return wide ? Refine(image, std::move(*wide), kLocatorFineRadiusPx * unit, ignored) : std::nullopt;
 }
 
 void FrameLocator::Describe(const FeatureSet& detected, const FramePose& frame_pose,
@@ -268,7 +267,7 @@ void FrameLocator::Describe(const FeatureSet& detected, const FramePose& frame_p
     const Candidate& candidate = frame_pose.CandidateOf(match);
     const double distance = (frame_pose.cam_from_world * candidate.position).norm();
     const int level = NearestLevel(candidate.reference_distance / distance);
-    detected.ForEachNear(match.img, options_.shadow_px * LevelScale(level), std::max(0, level - 1), level + 1,
+    detected.ForEachNear(match.img, kLocatorShadowPx * LevelScale(level), std::max(0, level - 1), level + 1,
                          [&](int i) { shadowed[At(i)] = true; });
     add({match.img, *ray, 0, level, candidate.descriptor}, m);
   }

@@ -1,12 +1,13 @@
-#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/refine_input.h"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <unordered_map>
 
 #include "core/base/at.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 
 namespace ulf::tracking {
 

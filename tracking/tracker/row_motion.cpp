@@ -1,4 +1,4 @@
-#include "tracking/estimation/row_motion.h"
+#include "tracking/tracker/row_motion.h"
 
 #include <algorithm>
 
@@ -10,6 +10,17 @@ namespace ulf::tracking {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+namespace {
+
+// Guessed.
+// One standard deviation of the velocity about a frame minus the one since the frame before, for a
+// trembling hand, and of the velocity where there was no frame before: radians per second and, for the
+// translation, median depths per second. Smaller ones miss tremor, larger ones follow a stretched map.
+constexpr double kRowTremor = 0.03, kRowUnknown = 0.5;
+constexpr double kRowDifferenceRate = 0.4;  // the newest difference's weight in the recent mean
+
+}  // namespace
 
 void RowMotion::Forget() {
   velocity_.reset();
@@ -24,7 +35,7 @@ void RowMotion::Scale(double scale) {
   before_->between.tail<3>() *= scale;
 }
 
-void RowMotion::AtStart(TwoViewStart& start) {
+void RowMotion::InitializeFrom(TwoViewStart& start) {
   std::vector<double> first_depths;
   for (const Vector3d& point : start.points) first_depths.push_back(point.z());
   const double scale = 1 / std::max(1e-9, Median(std::move(first_depths)));
@@ -57,8 +68,8 @@ void RowMotion::GiveRows(TrackedImage& image, const Twist& velocity,
   image.pyramid = WithRows(*image.pyramid, rows);
 }
 
-void RowMotion::Expect(TrackedImage& image, const Rigid3& predicted,
-                       std::span<const Vector3d> points_in_world) const {
+void RowMotion::RemoveExpectedShift(TrackedImage& image, const Rigid3& predicted,
+                                    std::span<const Vector3d> points_in_world) const {
   if (!velocity_ || points_in_world.empty()) return;
   std::vector<DepthField::Sample> depths;
   for (const Vector3d& point : points_in_world) {
@@ -68,8 +79,8 @@ void RowMotion::Expect(TrackedImage& image, const Rigid3& predicted,
   GiveRows(image, *velocity_, depths);
 }
 
-void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::optional<Twist>& between,
-                       bool with_corners) {
+void RowMotion::RefineWithRows(TrackedImage& image, FramePose& frame_pose,
+                               const std::optional<Twist>& between, bool with_corners) {
   std::vector<SeenPoint> seen;
   std::vector<double> depths;
   for (const PointMatch& match : frame_pose.matches) {
@@ -83,7 +94,7 @@ void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::op
     for (const PointObservation& corner : image.fiducials->corners)
       seen.push_back({corner.point_in_world, corner.img, corner.sigma_px});
   const double depth = Median(std::move(depths));
-  const double sigma = between ? options_.tremor : options_.unknown;
+  const double sigma = between ? kRowTremor : kRowUnknown;
   MotionPrior prior;
   prior.twist = between ? *between : velocity_.value_or(Twist::Zero());
   prior.sigma << Vector3d::Constant(sigma), Vector3d::Constant(sigma * depth);
@@ -93,7 +104,7 @@ void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::op
     if (before_) {
       const Twist difference = before_->by_rows - 0.5 * (before_->between + *between);
       mean_difference_ +=
-          std::max(options_.difference_rate, 1.0 / ++differences_) * (difference - mean_difference_);
+          std::max(kRowDifferenceRate, 1.0 / ++differences_) * (difference - mean_difference_);
     }
     before_ = Before{refined->twist, *between};
     constexpr double kFixed = 1e-6;  // of the prior's sigma: the velocity is given

@@ -1,10 +1,17 @@
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace ulf::tracking {
 namespace {
+
+// Guessed.
+// The newest, whose moves are measured: fewer jump, more report old moves
+constexpr std::size_t kDriftKeyframes = 10;
+// Before the map has been adjusted: the expected move, as a share of the distance, and the number of
+// keyframes that it counts as.
+constexpr double kDriftYoungShare = 0.00015, kDriftYoungCounts = 2;
 
 constexpr double kHalfQualityShare = 0.01;  // of the distance
 
@@ -23,11 +30,11 @@ double MapBend(double parallax) {
 
 void MapDriftEstimate::Add(const Anchored& anchor, const Rigid3& cam_from_world) {
   given_.push_back({anchor, cam_from_world});
-  if (given_.size() > options_.keyframes) given_.pop_front();
+  if (given_.size() > kDriftKeyframes) given_.pop_front();
 }
 
 double MapDriftEstimate::CenterSigma(const Map& map, double distance) const {
-  const double young = options_.young_share, counts = options_.young_counts;
+  const double young = kDriftYoungShare, counts = kDriftYoungCounts;
   double sum = counts * young * young * distance * distance;
   for (const Given& given : given_)
     sum += (map.PoseOf(given.anchor).OriginInSource() - given.cam_from_world.OriginInSource()).squaredNorm();

@@ -12,13 +12,12 @@
 
 #include "core/geometry/camera_model.h"
 #include "tracking/map/map.h"
-#include "tracking/map/mapper_options.h"
 
 namespace ulf::tracking {
 
-// Uses the newest keyframes whose velocity is known. None where there are too few, or where their motion does
-// not determine the readout.
+// Uses the newest keyframes whose velocity is known. None where they are fewer than `least_keyframes`
+// (guessed), or where their motion does not determine the readout.
 std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map,
-                                               const ReadoutOptions& options = {});
+                                               int least_keyframes = 5);
 
 }  // namespace ulf::tracking

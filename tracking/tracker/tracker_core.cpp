@@ -1,4 +1,4 @@
-#include "tracking/tracker/tracker_state.h"
+#include "tracking/tracker/tracker_core.h"
 
 #include <spdlog/spdlog.h>
 
@@ -12,8 +12,8 @@
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
-#include "tracking/estimation/pose_log_odds.h"
 #include "tracking/map/map_matching.h"
+#include "tracking/map/pose_log_odds.h"
 #include "tracking/tracker/photograph_locator.h"
 
 namespace ulf::tracking {
@@ -22,6 +22,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
+
+// Search radii about the predicted pose, again about it, and about the last pose, px in images 640 px wide.
+// Guessed.
+constexpr double kNearPx = 12, kFarPx = 30, kLastPosePx = 40;
+// A camera that is followed in another part of the map is looked for in the main part every so many frames.
+// Guessed.
+constexpr int kTryMainPartEvery = 5;
 
 // Where the image shows the points that support a pose. `in_picture`: converts a match's image point, given
 // its point in the camera; `px`: of the picture, for one that the matches count.
@@ -50,17 +57,17 @@ std::vector<ExpectedPoint> ExpectedOf(const FramePose& frame_pose) {
 
 }  // namespace
 
-// None where frames are missing in between.
-std::optional<Twist> Tracker::State::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
-                                                   double time_s) const {
+// The velocity since the last frame; none where frames are missing in between.
+std::optional<Twist> TrackerCore::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
+                                                double time_s) const {
   const double step_s = time_s - last.time_s;
-  if (!(step_s > 0 && step_s < options.longest_step_s)) return std::nullopt;
+  if (!(step_s > 0 && step_s < kLongestStepS)) return std::nullopt;
   return TwistBetween(last_pose, pose, step_s);
 }
 
-std::optional<Readout> Tracker::State::Rolling() const { return readout_search.found(); }
+std::optional<Readout> TrackerCore::Rolling() const { return readout_search.found(); }
 
-std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
+std::optional<CalibrationCheck> TrackerCore::InOriginalPixels(
     const std::optional<CalibrationCheck>& working) const {
   if (!working) return std::nullopt;
   CalibrationCheck check = working->Of(size.original());
@@ -69,7 +76,7 @@ std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
   return check;
 }
 
-bool Tracker::State::Follow(TrackedImage& image, Track& track) {
+bool TrackerCore::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   int joins;
   {
@@ -92,10 +99,10 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   if (rows.rolls()) {
     std::vector<Vector3d> points;
     for (const VisiblePoint& point : last.visible) points.push_back(point.position_in_world);
-    rows.Expect(image, predicted, points);
+    rows.RemoveExpectedShift(image, predicted, points);
   }
   const double unit = PxAt640(camera.width);
-  const double near_px = options.near_px * unit;
+  const double near_px = kNearPx * unit;
   std::optional<FramePose> frame_pose;
   double evidence = 0;
   const auto try_from = [&](const Rigid3& pose, double radius_px) {
@@ -103,13 +110,13 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
     evidence = frame_pose ? PoseLogOdds(camera, *frame_pose) : 0;
     return evidence > kFollowedLogOdds;
   };
-  const bool followed = try_from(predicted, near_px) || try_from(predicted, options.far_px * unit) ||
-                        (last.velocity && try_from(last_pose, options.last_pose_px * unit));
-  // Far from the prediction, whose candidates these are, the pose is looked for again with those that it should see itself,
-  // and only unambiguous points tell similar places apart.
+  const bool followed = try_from(predicted, near_px) || try_from(predicted, kFarPx * unit) ||
+                        (last.velocity && try_from(last_pose, kLastPosePx * unit));
+  // Far from the prediction, whose candidates these are, the pose is looked for again with those that it
+  // should see itself, and only unambiguous points tell similar places apart.
   if (followed && MedianShiftPx(camera, *frame_pose, predicted) > near_px) {
     const auto unambiguous = [&](const FramePose& pose) {
-      LeftOut left_out;
+      ExcludedCandidates left_out;
       ExcludeAmbiguousMatches(camera, *image.features, pose, left_out);
       return PoseLogOdds(camera, pose, left_out) - kRelocalizedLogOdds;
     };
@@ -128,13 +135,14 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   }
   frame_pose_ = std::move(frame_pose);
   if (rows.rolls())
-    rows.Settle(image, *frame_pose_, VelocitySince(last_pose, frame_pose_->cam_from_world, image.time_s),
-                shared.world_given);
+    rows.RefineWithRows(image, *frame_pose_,
+                        VelocitySince(last_pose, frame_pose_->cam_from_world, image.time_s),
+                        shared.world_given);
   return Accept(image.time_s, *frame_pose_, joins, track);
 }
 
 // Anchors a pose to the living keyframe that shares most points with its matches.
-Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
+Anchored TrackerCore::AnchorOf(const FramePose& frame_pose) const {
   const Map& map = shared.map;
   std::unordered_map<int, int> seen_with;
   for (const PointMatch& match : frame_pose.matches) {
@@ -152,8 +160,8 @@ Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
 }
 
 // How far the one pose that explains an image is from where the camera was when the middle row was read.
-double Tracker::State::RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between,
-                                 double distance) const {
+double TrackerCore::RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between,
+                              double distance) const {
   if (rows.rolls()) return frame_pose.picture_from_cam.OriginInSource().norm();
   if (!between) return 0;
   constexpr double kShare = 0.6;  // of the way during the readout. Measured on turns about all axes
@@ -161,8 +169,8 @@ double Tracker::State::RowsApart(const FramePose& frame_pose, const std::optiona
   return kShare * speed * readout_search.Suspected();
 }
 
-void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<Twist>& between,
-                              Track& track) const {
+void TrackerCore::Describe(const FramePose& frame_pose, const std::optional<Twist>& between,
+                           Track& track) const {
   track.cam_from_world = frame_pose.picture_from_cam * frame_pose.cam_from_world;
   if (rows.rolls()) {
     track.middle_row_from_picture = frame_pose.picture_from_cam.Inverse();
@@ -187,9 +195,9 @@ void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<T
   track.quality = QualityOf(std::hypot(*track.PictureSigma(), track.lens_error_share * distance), distance);
 }
 
-// Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were joined
-// since it was found (`joins`), so that it may be of another world.
-bool Tracker::State::Accept(double time_s, const FramePose& frame_pose, int joins, Track& track) {
+// Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were
+// joined since it was found (`joins`), so that it may be of another world.
+bool TrackerCore::Accept(double time_s, const FramePose& frame_pose, int joins, Track& track) {
   LastFrame now;
   now.time_s = time_s;
   now.joins = joins;
@@ -236,7 +244,7 @@ bool Tracker::State::Accept(double time_s, const FramePose& frame_pose, int join
   return true;
 }
 
-void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Track& track) {
+void TrackerCore::Initialize(TrackedImage& image, const Frame& frame_in, Track& track) {
   StageTimer timer(&track.stages.initialization_s);
   InitializerAttempt attempt = initializer.Step(image);
   timer.Stop();
@@ -248,7 +256,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
       frame, attempt.progress.matches, Name(attempt.outcome), attempt.progress.parallax_deg,
       attempt.direction_sigma_deg, attempt.evidence.runner_up);
   if (!attempt.start) return;
-  rows.AtStart(*attempt.start);
+  rows.InitializeFrom(*attempt.start);
   image = attempt.start->second;
   StartMap(*attempt.start, size.Reduced(Srgb8(frame_in.image)));
   // The map is kept only if this frame can be tracked on it.
@@ -274,7 +282,7 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   Abandon();
 }
 
-void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
+void TrackerCore::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   mapper.Drain();
   std::vector<double> depths;
   for (const Vector3d& point : start.points) depths.push_back(point.z());
@@ -286,7 +294,7 @@ void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
 }
 
 // Converts the state of the last frame to the new world, too.
-void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
+void TrackerCore::MoveWorld(const Similarity3& given_from_world) {
   mapper.Rest();
   mapper.MoveWorld(given_from_world);
   const double scale = given_from_world.scale;
@@ -305,12 +313,12 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   mapper.AdjustSoon();
 }
 
-void Tracker::State::AddWorldInformation(const TrackedImage& image) {
+void TrackerCore::AddWorldInformation(const TrackedImage& image) {
   if (image.fiducials && image.fiducials->center_sigma > 0)
     world_information += std::pow(image.fiducials->center_sigma, -2);
 }
 
-Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials) {
+Track TrackerCore::Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials) {
   const double start_s = ThreadCpuSeconds();
   mapping_cpu_s = 0;
   Track track;
@@ -350,7 +358,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
       Initialize(image, frame_in, track);
       break;
     case TrackState::kTracking:
-      if (IsApart() && frame % options.try_main_part_every == 0 && ReturnToMainPart(image, track)) break;
+      if (IsApart() && frame % kTryMainPartEvery == 0 && ReturnToMainPart(image, track)) break;
       if (!Follow(image, track) && !Relocalize(image, track)) {
         state = TrackState::kLost;
         lost_since_s = last.time_s;
@@ -373,7 +381,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
       return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
     });
   if (frame_pose_) Report(image, frame_in, *frame_pose_, track);
-  if (state == TrackState::kLost && frames_tracked < options.proven_frames) Abandon();
+  if (state == TrackState::kLost && frames_tracked < kProvenFrames) Abandon();
   if (state == TrackState::kTracking) ChooseMainPart();
   track.state = state;
   {
@@ -399,13 +407,13 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   return track;
 }
 
-std::optional<Track> Tracker::State::LocatePhotograph(
+std::optional<Track> TrackerCore::LocatePhotograph(
     const Image& image, const CameraModel& photograph_camera, const std::optional<Rigid3>& near,
     const std::optional<FiducialObservation>& fiducials) const {
   // There is no map yet, or the photograph's lens is not its camera's.
   if (state == TrackState::kInitializing || zoom.IsMoved()) return std::nullopt;
-  const PhotographLocator photographs(camera, photograph_camera, shared, mapper.index(),
-                                      {.features = 2 * options.features, .seed = options.seed});
+  const PhotographLocator photographs(camera, photograph_camera, shared, mapper.index(), 2 * options.features,
+                                      options.seed);
   const auto frame_pose = photographs.Locate(GrayForTracking(image), near, fiducials);
   if (!frame_pose) return std::nullopt;
   Track track;

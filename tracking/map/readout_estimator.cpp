@@ -1,4 +1,4 @@
-#include "tracking/tracker/readout_estimator.h"
+#include "tracking/map/readout_estimator.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -16,6 +16,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Right = Eigen::Matrix<double, 3, 4>;
+
+constexpr int kReadoutMostKeyframes = 24;  // the newest ones with a velocity
+constexpr double kReadoutHuberSigmas = 2;
 
 // An observation's weighted part of the least squares problem. Right sides: the residual, and its derivatives
 // by the readout, the shear and the stretch.
@@ -68,12 +71,12 @@ struct Problem {
   std::vector<std::size_t> starts;  // of each point, and the end
 };
 
-Problem MakeProblem(const CameraModel& camera, const Map& map, const ReadoutOptions& options) {
+Problem MakeProblem(const CameraModel& camera, const Map& map) {
   Problem problem;
   std::unordered_map<int, int> index;
-  // Without the newest keyframe: its velocity is not known before the next frame.
+  // The newest keyframe is left out: its velocity is not known before the next frame.
   for (auto k = map.living().rbegin() + 1;
-       k < map.living().rend() && problem.keyframes < options.most_keyframes; ++k)
+       k < map.living().rend() && problem.keyframes < kReadoutMostKeyframes; ++k)
     if (map.keyframe(*k).velocity) index[*k] = problem.keyframes++;
   for (const MapPoint& point : map.points()) {
     if (!point.alive) continue;
@@ -81,7 +84,7 @@ Problem MakeProblem(const CameraModel& camera, const Map& map, const ReadoutOpti
     for (const Observation& o : point.observations) {
       const auto keyframe = index.find(o.keyframe);
       if (keyframe == index.end()) continue;
-      auto row = MakeRow(camera, map.keyframe(o.keyframe), point.position, o, options.huber_sigmas);
+      auto row = MakeRow(camera, map.keyframe(o.keyframe), point.position, o, kReadoutHuberSigmas);
       if (!row) continue;
       row->keyframe = keyframe->second;
       problem.rows.push_back(*row);
@@ -162,9 +165,9 @@ bool EliminatePosesAndPoints(Problem& problem) {
 }  // namespace
 
 std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map,
-                                               const ReadoutOptions& options) {
-  Problem problem = MakeProblem(camera, map, options);
-  if (problem.keyframes < options.least_keyframes || !EliminatePosesAndPoints(problem)) return std::nullopt;
+                                               int least_keyframes) {
+  Problem problem = MakeProblem(camera, map);
+  if (problem.keyframes < least_keyframes || !EliminatePosesAndPoints(problem)) return std::nullopt;
   const auto count = At(problem.keyframes);
   std::vector<Matrix3d> normals(count, Matrix3d::Zero());
   std::vector<Vector3d> rights(count, Vector3d::Zero());

@@ -1,5 +1,5 @@
-// Estimates the velocity about each frame's rows, so that a tracker can follow a camera with a rolling
-// shutter (rolling_shutter.h).
+// Estimates the camera's velocity while each frame's rows are read, so that a tracker can follow a camera
+// with a rolling shutter (rolling_shutter.h).
 //
 // A frame's rows show its velocity relative to the map, tremor included, but a map that is stretched along
 // the columns shows a wrong velocity. Velocities between frames miss the tremor, but are right on average. So
@@ -11,24 +11,14 @@
 #include <span>
 
 #include "tracking/estimation/rolling_shutter.h"
-#include "tracking/tracker/frame_locator.h"
-#include "tracking/tracker/initializer.h"
+#include "tracking/map/map_matching.h"
+#include "tracking/map/tracked_image.h"
 
 namespace ulf::tracking {
 
-// Guessed.
-struct RowMotionOptions {
-  // One standard deviation of the velocity about a frame minus the one since the frame before, for a
-  // trembling hand, and of the velocity where there was no frame before: radians per second and, for the
-  // translation, median depths per second. Smaller ones miss tremor, larger ones follow a stretched map.
-  double tremor = 0.03, unknown = 0.5;
-  double difference_rate = 0.4;  // the newest difference's weight in the recent mean
-};
-
 class RowMotion {
  public:
-  RowMotion(const CameraModel& camera, double readout_s, const RowMotionOptions& options = {})
-      : camera_(camera), readout_s_(readout_s), options_(options) {}
+  RowMotion(const CameraModel& camera, double readout_s) : camera_(camera), readout_s_(readout_s) {}
 
   double readout_s() const { return readout_s_; }
   bool rolls() const { return readout_s_ != 0; }
@@ -39,21 +29,20 @@ class RowMotion {
 
   // Sets the velocities of a start's two views, which their features' motion in the image shows, and, with a
   // rolling shutter, removes the rows' motion from the views.
-  void AtStart(TwoViewStart& start);
+  void InitializeFrom(TwoViewStart& start);
   // Removes the rows' motion under the last velocity from a frame that is expected at `predicted`.
-  void Expect(TrackedImage& image, const Rigid3& predicted,
-              std::span<const Eigen::Vector3d> points_in_world) const;
+  void RemoveExpectedShift(TrackedImage& image, const Rigid3& predicted,
+                           std::span<const Eigen::Vector3d> points_in_world) const;
   // Refines the pose of a located frame with its rows' velocity, sets the image's pose, and removes the rows'
   // motion from image and matches. `between`: the velocity since the frame before, where that is known.
   // `with_corners`: the map's world is the one in which the frame's fiducials are given.
-  void Settle(TrackedImage& image, FramePose& frame_pose, const std::optional<Twist>& between,
-              bool with_corners);
+  void RefineWithRows(TrackedImage& image, FramePose& frame_pose, const std::optional<Twist>& between,
+                      bool with_corners);
 
  private:
   void GiveRows(TrackedImage& image, const Twist& velocity, std::span<const DepthField::Sample> depths) const;
   CameraModel camera_;
   double readout_s_;
-  RowMotionOptions options_;
   struct Before {
     Twist by_rows, between;
   };

@@ -1,4 +1,4 @@
-#include "tracking/sources/pose_source.h"
+#include "tracking/sources/poses_spec.h"
 
 #include <spdlog/spdlog.h>
 
@@ -39,13 +39,14 @@ void WarnOfLargePictures(const CameraModel& camera, const TrackerOptions& option
   if (std::max(tracked.width, tracked.height) <= TrackerOptions{}.max_side_px) return;
   spdlog::warn(
       "pictures are tracked at {}x{}: unless they are sharp at that size, few features are found again; "
-      "leave --tracking-side out if tracking fails",
-      tracked.width, tracked.height);
+      "leave {} out if tracking fails",
+      tracked.width, tracked.height, Parameter("tracking_side"));
 }
 
 double AtLeastZero(const DeviceUri& uri, const char* key, double otherwise) {
   const double value = uri.Number(key).value_or(otherwise);
-  if (value < 0) throw UsageError("--poses {}: {}={:g} is below 0", uri.Text(), key, value);
+  if (value < 0)
+    throw Refusal(Parameter("poses"), uri.Text(), fmt::format("{}={:g} is below 0", key, value), "");
   return value;
 }
 
@@ -54,8 +55,8 @@ SenderClock ClockFrom(const DeviceUri& uri) {
   if (name == "own") return SenderClock::kOwn;
   if (name == "host") return SenderClock::kHost;
   if (name == "device") return SenderClock::kDevice;
-  throw UsageError("--poses {}: clock={} is unknown; give own (the sender's clock), host or device",
-                   uri.Text(), name);
+  throw Refusal(Parameter("poses"), uri.Text(), fmt::format("clock={} is unknown", name),
+                "give own (the sender's clock), host or device");
 }
 
 }  // namespace
@@ -84,7 +85,8 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
     uri.AllowOnly({"offset_s", "hand_eye", "max_gap_s"});
     spec.kind_ = Kind::kFile;
     spec.file_ = uri.path;
-    if (spec.file_.empty()) throw UsageError("--poses {}: write tum:FILE, a trajectory in TUM format", text);
+    if (spec.file_.empty())
+      throw Refusal(Parameter("poses"), text, "write tum:FILE, a trajectory in TUM format", "");
     read_common(uri, spec.trajectory_);
   } else if (text.starts_with("tcp:")) {
     const DeviceUri uri = DeviceUri::Parse(text);
@@ -93,28 +95,28 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
     int used = 0;
     if (std::sscanf(uri.path.c_str(), "%d%n", &spec.stream_.port, &used) != 1 ||
         At(used) != uri.path.size() || spec.stream_.port < 0 || spec.stream_.port > 65535)
-      throw UsageError(
-          "--poses {}: '{}' is not a port; write tcp:PORT, 1 to 65535, or 0 for any that is free", text,
-          uri.path);
+      throw Refusal(Parameter("poses"), text, fmt::format("'{}' is not a port", uri.path),
+                    "write tcp:PORT, 1 to 65535, or 0 for any that is free");
     read_common(uri, spec.stream_);
     spec.stream_.wait_s = AtLeastZero(uri, "wait_s", spec.stream_.wait_s);
     spec.stream_.connect_s = AtLeastZero(uri, "connect_s", spec.stream_.connect_s);
     spec.stream_.clock = ClockFrom(uri);
   } else {
-    throw UsageError(
-        "--poses {}: poses come from features, markers:SPEC, features+markers:SPEC, known (by the device), "
-        "tum:FILE or tcp:PORT",
-        text);
+    throw Refusal(Parameter("poses"), text,
+                  "poses come from features, markers:SPEC, features+markers:SPEC, known (by the device), "
+                  "tum:FILE or tcp:PORT",
+                  "");
   }
   return spec;
 }
 
 void PosesSpec::RequireFor(LensUse lens) const {
   if (lens == LensUse::kRefine && kind_ != Kind::kFeatures)
-    throw UsageError(
-        "--intrinsics refine with --poses {}: the lens is found from tracked features alone; leave out "
-        "--poses to find it, then use these poses with the calibration that --calibration-out writes",
-        text_);
+    throw Refusal(
+        Parameter("intrinsics"), fmt::format("refine with {} {}", Parameter("poses"), text_),
+        "the lens is found from tracked features alone",
+        fmt::format("leave out {} to find it, then use these poses with the calibration that {} writes",
+                    Parameter("poses"), Parameter("calibration_out")));
 }
 
 std::unique_ptr<PoseSource> PosesSpec::Open(const CameraModel& camera,

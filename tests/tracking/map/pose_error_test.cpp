@@ -1,5 +1,5 @@
-// Tests: tracking/estimation/pose_error.
-#include "tracking/estimation/pose_error.h"
+// Tests: tracking/map/pose_error.
+#include "tracking/map/pose_error.h"
 
 #include <gtest/gtest.h>
 

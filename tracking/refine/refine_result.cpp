@@ -1,4 +1,4 @@
-#include "tracking/refine/refine_summary.h"
+#include "tracking/refine/refine_result.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,14 @@
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_uncertainty.h"
-#include "tracking/estimation/pose_error.h"
+#include "tracking/map/pose_error.h"
+#include "tracking/refine/refine_scene.h"
 
 namespace ulf::tracking {
 namespace {
+
+// Views whose uncertainty is predicted, at most: the work grows with their third power.
+constexpr int kMostUncertaintyViews = 200;
 
 struct Errors {
   double rms = 0, median = 0;
@@ -66,8 +70,8 @@ void DescribeMoves(const RefineScene& scene, RefineResult& result) {
   result.turned_median_deg = Median(std::move(turned));
 }
 
-void DescribeCertainty(int most_views, const RefineScene& scene, RefineResult& result) {
-  if (result.groups > 1 || scene.Registered() > most_views) return;
+void DescribeCertainty(const RefineScene& scene, RefineResult& result) {
+  if (result.groups > 1 || scene.Registered() > kMostUncertaintyViews) return;
   const std::vector<double> sigmas = CenterSigmas(scene.lenses, ToBundle(scene));
   std::vector<double> registered;
   for (std::size_t v = 0; v < sigmas.size(); ++v) {
@@ -97,18 +101,7 @@ double QualityOfView(const RefineScene& scene, int index) {
 
 }  // namespace
 
-double GivenByWorking(const CameraModel& given, const CameraModel& working) {
-  return static_cast<double>(given.width + given.height) / (working.width + working.height);
-}
-
-std::vector<int> PointsByView(const RefineScene& scene) {
-  std::vector<int> count(scene.views.size(), 0);
-  for (const SceneTrack& track : scene.tracks)
-    for (const TrackObservation& o : track.observations) ++count[At(o.view)];
-  return count;
-}
-
-RefineResult Summarise(const RefineOptions& options, const RefineScene& scene, RefineResult result) {
+RefineResult Summarise(const RefineScene& scene, RefineResult result) {
   const std::vector<int> seen = PointsByView(scene);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const RefineView& view = scene.views[v];
@@ -127,7 +120,7 @@ RefineResult Summarise(const RefineOptions& options, const RefineScene& scene, R
   result.rms_after_px = after.rms;
   result.median_after_px = after.median;
   DescribeMoves(scene, result);
-  DescribeCertainty(options.most_uncertainty_views, scene, result);
+  DescribeCertainty(scene, result);
   return result;
 }
 

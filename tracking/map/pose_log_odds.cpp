@@ -1,4 +1,4 @@
-#include "tracking/estimation/pose_log_odds.h"
+#include "tracking/map/pose_log_odds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,13 +6,20 @@
 
 #include "core/base/at.h"
 #include "tracking/features/matching.h"
-#include "tracking/tracker/frame_locator.h"
 
 namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+// Checked by the tests of relocalisation (docs/tracking_measured.md, "Found again"); guessed one by one.
+constexpr int kOddsColumns = 4,
+              kOddsRows = 3;  // of the grid: smaller cells hold too few points, larger ones hide as a whole
+constexpr double kOddsByChance = 0.05;  // share of the searched points that a wrong pose finds, at most
+constexpr double kOddsHidden = 0.5;     // prior probability that a cell is hidden
+constexpr double kOddsSpread = 0.4;     // relative spread of the counts from cell to cell
+constexpr double kOddsUnnoticed = 0.1;  // share of the repetitive points that is not excluded
 
 // Logarithm of the probability of a count that varies by `spread` of its mean beyond what counting does
 // (negative binomial).
@@ -30,14 +37,14 @@ double LogMixture(double a, double b, double h) {
 
 }  // namespace
 
-double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out,
-                   const PoseLogOddsOptions& options) {
+double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose,
+                   const ExcludedCandidates& left_out) {
   struct Cell {
     double looked_for = 0, expected = 0, found = 0, repeats = 0;
   };
-  std::vector<Cell> cells(At(options.columns * options.rows));
+  std::vector<Cell> cells(At(kOddsColumns * kOddsRows));
   const auto cell_of = [&](const Vector2d& img) -> Cell& {
-    return cells[CellOf(img, camera, options.columns, options.rows)];
+    return cells[CellOf(img, camera, kOddsColumns, kOddsRows)];
   };
   const auto counts = [&](int i) { return left_out.empty() || !left_out[At(i)]; };
   for (const int i : frame_pose.looked_for) {
@@ -54,17 +61,17 @@ double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const
   }
   double evidence = 0;
   for (const Cell& cell : cells) {
-    const double by_chance = options.by_chance * cell.looked_for + options.unnoticed * cell.repeats;
+    const double by_chance = kOddsByChance * cell.looked_for + kOddsUnnoticed * cell.repeats;
     if (by_chance == 0) continue;
-    const double chance = LogCount(cell.found, by_chance, options.spread);
-    const double visible = LogCount(cell.found, std::max(cell.expected, by_chance), options.spread);
-    evidence += LogMixture(visible, chance, options.hidden) - chance;
+    const double chance = LogCount(cell.found, by_chance, kOddsSpread);
+    const double visible = LogCount(cell.found, std::max(cell.expected, by_chance), kOddsSpread);
+    evidence += LogMixture(visible, chance, kOddsHidden) - chance;
   }
   return evidence;
 }
 
 void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
-                             const FramePose& frame_pose, LeftOut& left_out) {
+                             const FramePose& frame_pose, ExcludedCandidates& left_out) {
   struct Look {
     const Descriptor* descriptor;
     Vector2d img;
@@ -95,8 +102,8 @@ void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& pictur
   }
 }
 
-void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out,
-                             double apart_share) {
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose,
+                             ExcludedCandidates& left_out, double apart_share) {
   left_out.resize(frame_pose.candidates.size(), false);
   const Vector3d center = frame_pose.cam_from_world.OriginInSource();
   std::vector<const MapPoint*> others;

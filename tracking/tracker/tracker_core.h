@@ -1,5 +1,6 @@
-// The parts of a tracker and what it does with a frame: private to tracker.cpp and tracker_state.cpp.
-// Pixels are those of the working size; only frames and photographs are as they come.
+// The parts of a tracker, and what they do with a frame: private to tracker*.cpp. Tracker converts to the
+// pixels of the images as they come; in here pixels are those of the working size, except in frames and
+// photographs.
 #pragma once
 
 #include <memory>
@@ -8,20 +9,33 @@
 #include <utility>
 #include <vector>
 
-#include "tracking/estimation/pose_error.h"
-#include "tracking/estimation/row_motion.h"
+#include "core/frames/frame.h"
+#include "core/image/image.h"
+#include "tracking/estimation/calibration_check.h"
 #include "tracking/features/sharpness.h"
+#include "tracking/map/frame_locator.h"
 #include "tracking/map/mapper.h"
+#include "tracking/map/pose_error.h"
 #include "tracking/map/relocalizer.h"
-#include "tracking/tracker/frame_locator.h"
 #include "tracking/tracker/initializer.h"
+#include "tracking/tracker/readout.h"
 #include "tracking/tracker/readout_search.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/row_motion.h"
+#include "tracking/tracker/start_progress.h"
+#include "tracking/tracker/track.h"
+#include "tracking/tracker/tracker_options.h"
 #include "tracking/tracker/turn_tracker.h"
 #include "tracking/tracker/working_size.h"
 #include "tracking/tracker/zoom_watch.h"
 
 namespace ulf::tracking {
+
+// The velocity of the camera is known between frames that are at most so far apart. Guessed.
+inline constexpr double kLongestStepS = 0.25;
+// A map that is lost before it has been tracked for so many frames is discarded. Guessed.
+inline constexpr int kProvenFrames = 10;
+// A camera that has been lost for so long begins another part of the map. Guessed.
+inline constexpr double kBeginPartAfterS = 1;
 
 // The last frame that was tracked.
 struct LastFrame {
@@ -49,9 +63,9 @@ inline ReadoutUse UseOf(const TrackerOptions& options) {
   return compensate ? ReadoutUse::kCompensate : ReadoutUse::kReport;
 }
 
-struct Tracker::State {
+struct TrackerCore {
   // Starts with `map`: empty, or one from a file.
-  State(const CameraModel& camera_in, const TrackerOptions& options_in, std::optional<Map> map = {})
+  TrackerCore(const CameraModel& camera_in, const TrackerOptions& options_in, std::optional<Map> map = {})
       : size(camera_in, options_in.max_side_px),
         camera(size.working()),
         options(options_in),
@@ -59,15 +73,15 @@ struct Tracker::State {
         mapper(camera, map ? std::move(*map) : Map(camera), options_in.deterministic, MappingOf(options_in),
                options_in.seed),
         shared(mapper.shared()),
-        locator(camera, shared, options_in.features, options_in.locator),
-        initializer(camera, options_in.start, options_in.seed),
-        turns(camera, options_in.turns, options_in.seed),
+        locator(camera, shared, options_in.features),
+        initializer(camera, options_in.seed),
+        turns(camera, options_in.seed),
         rows(camera, options_in.readout.readout_s.value_or(0)),
-        readout_search(rows, mapper, UseOf(options_in), options_in.readout_search) {}
+        readout_search(rows, mapper, UseOf(options_in)) {}
 
   WorkingSize size;
-  // Of the working size, as every image point in here. With which frames are followed: size.working(), or that with its
-  // zoom moved.
+  // Of the working size, as every image point in here. With which frames are followed: size.working(), or
+  // that with its zoom moved.
   CameraModel camera;
   TrackerOptions options;
   FeatureExtractor extractor;
@@ -125,7 +139,7 @@ struct Tracker::State {
   bool Follow(TrackedImage& image, Track& track);
   bool Relocalize(TrackedImage& image, Track& track);
   bool ReturnToMainPart(TrackedImage& image, Track& track);
-  bool GoOnFrom(FramePose found, int joins, TrackedImage& image, Track& track);
+  bool ContinueFrom(FramePose found, int joins, TrackedImage& image, Track& track);
   unsigned SeedOfFrame() const { return options.seed + static_cast<unsigned>(frame); }
   bool MayBeginPart(double time_s) const;
   void Abandon();

@@ -1,0 +1,76 @@
+// Finds a frame's pose in the map.
+//
+// With a prediction it matches the points of the frame before, then the whole neighbourhood under the better
+// pose, then, by their patches, points whose corners were not detected. Each step refines the pose. Without a
+// prediction it ranks keyframes by descriptors, proposes a pose (P3P in a seeded sampler) and verifies it.
+//
+// Image points are pixels of the camera that the locator was made for, poses are in the map's world. Every
+// function takes the map's lock while it reads the map.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "core/base/stage_times.h"
+#include "core/geometry/camera_model.h"
+#include "tracking/estimation/absolute_pose.h"
+#include "tracking/map/frame_report.h"
+#include "tracking/map/map.h"
+#include "tracking/map/map_matching.h"
+#include "tracking/map/pose_log_odds.h"
+#include "tracking/map/relocalizer.h"
+
+namespace ulf::tracking {
+
+// Fewer matches that agree are not even a hint of a pose. Guessed.
+inline constexpr int kMinLocatedMatches = 12;
+
+class FrameLocator {
+ public:
+  // `corners`: about how many corners a frame has.
+  FrameLocator(const CameraModel& camera, const SharedMap& shared, int corners);
+  void SetCamera(const CameraModel& camera) { camera_ = camera; }  // another lens, the same image size
+
+  // Tracks a camera in a part of the map: starts with the points in `first` (by id: those of the frame
+  // before), within `first_radius_px` of where the prediction projects them.
+  std::optional<FramePose> Locate(const TrackedImage& image, const Rigid3& predicted, int part,
+                                  double first_radius_px,
+                                  const std::unordered_map<int, Eigen::Vector2d>& first, StageTimes& stages);
+  // Refines a pose that is good to `radius_px`, with the candidates it has.
+  std::optional<FramePose> Refine(const TrackedImage& image, FramePose frame_pose, double radius_px,
+                                  StageTimes& stages) const;
+
+  // Verifies a pose in the main part that comes from elsewhere (fiducials); none where the map does not
+  // agree.
+  std::optional<FramePose> FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const;
+  // Finds the pose by the image alone, in any part of the map. None where the points that look like nothing
+  // else do not support it (pose_log_odds.h).
+  std::optional<FramePose> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed) const;
+  // Searches the main part of the map alone.
+  std::optional<FramePose> FindInMainPart(const TrackedImage& image, const KeyframeIndex& index,
+                                          unsigned seed) const;
+
+  // Refines a pose that is off by pixels, with the candidates that it should see.
+  std::optional<FramePose> FindNear(const TrackedImage& image, const Rigid3& cam_from_world, int part) const;
+  // Refines a pose that is off by pixels within the wide search radius, then within the fine one.
+  std::optional<FramePose> RefineTwice(const TrackedImage& image, FramePose frame_pose) const;
+
+  // Fills a keyframe's features and observations: the detected corners, and one feature for each point that
+  // its patch alone found. Omits detected corners next to those, which would make second copies of the
+  // points.
+  void Describe(const FeatureSet& detected, const FramePose& frame_pose, NewKeyframe& keyframe) const;
+
+ private:
+  std::optional<FramePose> FindAmong(const std::vector<KeyframeIndex::Ranked>& ranked,
+                                     const TrackedImage& image, unsigned seed) const;
+  std::optional<FramePose> FindBy(int keyframe, const TrackedImage& image, unsigned seed) const;
+  void ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked, const FramePose& frame_pose,
+                          ExcludedCandidates& left_out) const;
+  CameraModel camera_;
+  const SharedMap& shared_;
+  int undetected_;  // patches that are tried where no corner was detected
+  int sweep_ = 0;   // GatherCandidatesNear
+};
+
+}  // namespace ulf::tracking

@@ -1,0 +1,70 @@
+// The choice of a source of poses as text: "features", "markers:SPEC", "tum:FILE" and so on
+// (docs/tracking.md).
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/geometry/camera_model.h"
+#include "core/light_field/light_field.h"
+#include "tracking/sources/marker_spec.h"
+#include "tracking/sources/pose_sources.h"
+#include "tracking/sources/pose_stream.h"
+#include "tracking/tracker/pose_source.h"
+#include "tracking/tracker/tracker_options.h"
+
+namespace ulf::tracking {
+
+struct PoseSourceOptions {
+  TrackerOptions tracker = {};
+  std::optional<Subject> subject = {};  // for poses that are given: motion is measured at its distance
+  bool metric = false;                  // known poses are in metres
+  std::function<bool()> stop = {};      // asked while waiting for poses from outside
+};
+
+// The forms that Parse() accepts, for a program's help.
+inline constexpr const char* kPosesHelp =
+    "Where poses come from: features (tracked), markers:SPEC, features+markers:SPEC, known (by the device), "
+    "tum:FILE, tcp:PORT (docs/tracking.md)";
+
+// The same as a list of values.
+inline constexpr const char* kPosesValues =
+    "features,markers:SPEC,features+markers:SPEC,known,tum:FILE,tcp:PORT";
+
+class PosesSpec {
+ public:
+  // Throws Refusal that names the accepted forms.
+  static PosesSpec Parse(const std::string& text);
+  const std::string& Text() const { return text_; }
+  // The poses come with the frames or from outside, not from the images: there are no tracked points.
+  bool AreGiven() const { return kind_ == Kind::kKnown || kind_ == Kind::kFile || kind_ == Kind::kStream; }
+  bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
+  // The world is known before the first frame, so that the user can name a subject in it.
+  bool HaveAWorld() const { return kind_ != Kind::kFeatures; }
+  // The world is the marker that is seen first, which differs between sessions.
+  bool ChoosesWorldAnew() const {
+    return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
+  }
+  // A lens is found from a map of features alone (LensUse::kRefine). Throws Refusal where these poses have
+  // more than that, or none.
+  void RequireFor(LensUse lens) const;
+  // The source builds a map of features, which a resumed capture must restore.
+  bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
+  // What markers:SPEC and features+markers:SPEC name.
+  const MarkerSpec& markers() const { return markers_; }
+  std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;
+
+ private:
+  enum class Kind { kFeatures, kKnown, kMarkers, kBoth, kFile, kStream };
+  std::string text_ = "features";
+  Kind kind_ = Kind::kFeatures;
+  MarkerSpec markers_;
+  std::filesystem::path file_;
+  TrajectoryOptions trajectory_;
+  PoseStreamOptions stream_;
+};
+
+}  // namespace ulf::tracking

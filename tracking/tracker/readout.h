@@ -1,0 +1,30 @@
+// A rolling shutter as the user is told of it. Readout times run from the first row to the last; negative
+// ones from the last row to the first.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+namespace ulf::tracking {
+
+// A readout that changes by a smaller share of itself is the same one. Guessed.
+inline constexpr double kSettledReadoutShare = 0.05;
+
+// The readout that was given, or that the tracker has measured (readout_search.h).
+struct Readout {
+  double readout_s = 0;
+  std::optional<double> sigma_s = {};  // one standard deviation, where the tracker measured the readout
+  bool compensated = true;
+  // What the map's images tell instead, with one standard deviation, where they contradict a given readout.
+  struct Contradiction {
+    double readout_s = 0, sigma_s = 0;
+  };
+  std::optional<Contradiction> contradicted = {};
+  std::string InWords() const;  // a sentence without a full stop
+};
+
+// {readout_ms, sigma_ms, compensated, contradicted_by_ms}; null for a global shutter.
+nlohmann::ordered_json ToJson(const std::optional<Readout>& rolling);
+
+}  // namespace ulf::tracking

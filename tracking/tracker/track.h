@@ -1,0 +1,111 @@
+// The tracker's result for one frame, and what it says of it in words.
+//
+// Poses are cam_from_world (x right, y down, z forward). The world and its unit are those of the source of
+// the poses: see pose_source.h. Image quantities are pixels of the images as they come.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/stage_times.h"
+#include "core/frames/frame.h"
+#include "core/geometry/rigid3.h"
+#include "tracking/estimation/rolling_shutter.h"
+#include "tracking/map/anchored.h"
+#include "tracking/tracker/start_progress.h"
+
+namespace ulf::tracking {
+
+enum class TrackState {
+  kInitializing,
+  kTracking,
+  kLost,
+  // The camera is tracked in a part of the map whose place in the main part's world is not known (yet). There
+  // is no pose, but an anchor, which tells the pose as soon as the parts are joined.
+  kApart
+};
+
+struct Track {
+  TrackState state = TrackState::kInitializing;
+  bool skipped = false;  // the frame was incomplete or empty: nothing was tried, the state stays
+  // The map in whose world the pose is. A map that is lost within its first frames is discarded for another,
+  // and a part of the map that was tracked for longer takes the place of the main part, unless views are
+  // recorded in that.
+  int map_id = 0;
+  bool relocalized = false;  // the camera was lost, and this frame found it again
+  // The pose; none unless kTracking. Under a rolling shutter every row has a pose of its own: this is the one
+  // pose that explains the image best as it is, because users of the image (renderer, coverage, other
+  // programs) know no rows.
+  std::optional<Rigid3> cam_from_world;
+  // The same pose for PoseSource::PoseOf(): set whenever cam_from_world is, and while kApart.
+  std::optional<Anchored> anchor;
+  // While there is no pose: the camera's rotation, where it is known although the position is not. It is
+  // relative to the world of the last pose or, before a map has started, to the first frame's camera.
+  std::optional<Eigen::Quaterniond> turn;
+  // The camera's own pose when the middle row was read, relative to cam_from_world. It is set where a rolling
+  // shutter is compensated; else the two are the same.
+  std::optional<Rigid3> middle_row_from_picture;
+  // The camera's velocity while the rows were read, in the middle row's frame; set where
+  // middle_row_from_picture is.
+  std::optional<Twist> twist;
+  // From 0 to 1. It is one half where PictureSigma() and lens_error_share together are a hundredth of
+  // `distance`.
+  double quality = 0;
+  int matched_points = 0;       // map points that support the pose
+  std::optional<int> features;  // corners detected in the image; none: the source detects none
+  // Predicted standard deviation of the camera's centre, world units: from the matches and from the map's own
+  // error.
+  std::optional<double> center_sigma;
+  // Under a rolling shutter, how far cam_from_world is from the poses of the rows, world units.
+  double rows_sigma = 0;
+  double distance = 0;  // median distance of the points that support the pose, world units; 0: unknown
+  // The predicted error of the centre, with that of the rows; none where center_sigma is none.
+  std::optional<double> PictureSigma() const;
+  std::optional<StartProgress> start;  // while initializing, and for the frame that started the map
+  double sharpness = 1;                // fine detail over the recent frames' median: well below 1 is blurred
+  double speed_px = 0;      // median motion of the tracked points since the frame before; 0: unknown
+  bool keyframe = false;    // the mapper took this frame as a keyframe
+  bool wrong_lens = false;  // the map contradicts the given lens: TrackerStatistics::calibration says how
+  // By what share of the distance the wrong lens displaces poses. `quality` alone counts it: a view under a
+  // wrong lens is worth recording, because `ulf refine` finds the lens.
+  double lens_error_share = 0;
+  // Set where a zoom was moved: the focal length that the image was taken with, over the lens's. The pose is
+  // right, but whoever uses the image needs a lens of its own for it.
+  std::optional<double> focal_ratio;
+  int lens_revision = 0;  // how often the tracker has replaced the given lens (LensUse::kRefine)
+  // Changes when much of the map has moved, after a closed loop for example: ask PoseOf() for all poses
+  // again.
+  int map_revision = 0;
+  // The map points that support the pose, for NoteView(); null where there are none.
+  std::shared_ptr<const std::vector<MapObservation>> seen = {};
+  double cpu_s = 0;   // processor time of tracking, without mapping even where that ran inside Step()
+  StageTimes stages;  // processor time by stage; the sum is a little less
+};
+
+// A map point that the last frame shows.
+struct VisiblePoint {
+  Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
+  Eigen::Vector2d img = Eigen::Vector2d::Zero();  // pixel centres at integer + 0.5
+  double depth = 0;                               // along the optical axis, world units
+};
+
+// A map point that the last frame should show.
+struct ExpectedPoint {
+  Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
+  double find_rate = 0;    // share of the earlier frames that should show it in which it was found
+  int times_expected = 0;  // earlier frames that should show it
+  bool found = false;      // in this frame, where the pose projects it
+};
+
+// A frame's outcome for the operator's line of progress: what is the matter and, where a camera is in the
+// hand, what to do.
+std::string InWords(const Track& track, FrameSource source);
+
+// How far the zoom was moved (Track::focal_ratio), and what to do.
+std::string ZoomInWords(double focal_ratio, FrameSource source);
+
+}  // namespace ulf::tracking
