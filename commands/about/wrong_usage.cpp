@@ -1,4 +1,5 @@
 #include "commands/about/about_commands.h"
+#include "commands/options/command_line.h"
 
 #include <fmt/format.h>
 

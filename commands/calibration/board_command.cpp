@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquisition/calibration/board_sheet.h"
+#include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"

@@ -13,6 +13,7 @@
 #include "acquisition/calibration/calibration_picture.h"
 #include "commands/calibration/calibrate_source.h"
 #include "commands/calibration/calibration_report.h"
+#include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"

@@ -8,6 +8,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/opening/open_device.h"
+#include "commands/options/command_line.h"
 #include "commands/options/tracking_options.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"

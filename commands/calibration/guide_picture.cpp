@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "acquisition/calibration/calibration_picture.h"
+#include "commands/options/command_line.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"

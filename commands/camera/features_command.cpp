@@ -9,6 +9,7 @@
 #include "acquisition/device/feature_file.h"
 #include "acquisition/device/features.h"
 #include "acquisition/opening/open_device.h"
+#include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

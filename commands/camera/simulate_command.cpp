@@ -8,6 +8,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "acquisition/simulator/scene/scene.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"

@@ -13,6 +13,7 @@
 #include "commands/capture/capture_start.h"
 #include "commands/capture/crash_handler.h"
 #include "commands/capture/resume_options.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/options/tracking_options.h"

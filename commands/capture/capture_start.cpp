@@ -4,6 +4,7 @@
 
 #include "acquisition/device/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
+#include "commands/options/command_line.h"
 #include "core/base/error.h"
 #include "coverage/bound/capture_presets.h"
 

@@ -12,6 +12,7 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"
+#include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

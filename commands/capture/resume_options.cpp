@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "commands/options/command_line.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"

@@ -1,4 +1,5 @@
 #include "commands/light_field/export_scene.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 
 #include <fmt/core.h>

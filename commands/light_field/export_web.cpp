@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 
 #include "commands/light_field/export_scene.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"

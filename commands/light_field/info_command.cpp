@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/check_reports.h"
 #include "commands/reports/geometry_report.h"

@@ -12,6 +12,7 @@
 #include <set>
 #include <string_view>
 
+#include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/check_reports.h"
 #include "commands/reports/coverage_change.h"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"

@@ -33,6 +33,9 @@ inline std::string OptionOf(std::string_view parameter) {
 
 // The command line asks for something impossible: exit status kWrongUsage. Thrown by commands/ alone;
 // libraries throw Refusal, which names a parameter, and the program spells it as the option.
-using ulf::UsageError;
+class UsageError : public Error {
+ public:
+  using Error::Error;
+};
 
 }  // namespace ulf::commands

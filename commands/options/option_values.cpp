@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "commands/options/command_line.h"
 #include "core/base/error.h"
 
 namespace ulf::commands {

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"

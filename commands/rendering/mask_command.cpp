@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/work_reports.h"
 #include "core/base/device_uri.h"

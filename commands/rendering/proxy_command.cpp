@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/options/command_line.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/explain.h"

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/options/chosen_model.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/rendering/render_settings.h"

@@ -11,6 +11,7 @@
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/opening/open_device.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/options/tracking_options.h"

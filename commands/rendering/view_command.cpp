@@ -14,6 +14,7 @@
 
 #include "commands/options/aperture_options.h"
 #include "commands/options/chosen_model.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "commands/options/command_line.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"

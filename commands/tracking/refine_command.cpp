@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "acquisition/calibration/intrinsics.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/options/tracking_options.h"

@@ -46,12 +46,6 @@ std::string Parameter(std::string_view name);
 // How Parameter() spells names from now on in this process. Called once, before other threads begin.
 void SpellParameters(std::string (*spell)(std::string_view name));
 
-// The command line asks for something impossible. Exit status 2. Thrown by commands/ alone.
-class UsageError : public Error {
- public:
-  using Error::Error;
-};
-
 // The disk or the user's quota is full. What was being written has been removed; it can be written again when
 // there is room.
 class DiskFullError : public Error {

@@ -20,6 +20,7 @@
 #include <optional>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "commands/options/command_line.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "commands/capture/capture_start.h"
+#include "commands/options/command_line.h"
 #include "core/base/error.h"
 #include "coverage/session/capture_meters.h"
 #include "tests/support/floors.h"

@@ -2,6 +2,7 @@
 //
 // No option of a capture is passed over when one goes on with a light field.
 #include "commands/capture/resume_options.h"
+#include "commands/options/command_line.h"
 
 #include <gmock/gmock.h>
 
@@ -75,8 +76,7 @@ class Resumed : public ::testing::Test {
     args.headless = true;
     return args;
   }
-  void Refused(const CaptureArgs& args, const std::string& option,
-               const std::vector<std::string>& words) {
+  void Refused(const CaptureArgs& args, const std::string& option, const std::vector<std::string>& words) {
     for (const std::string& word : words)
       EXPECT_THAT([&] { RequireResumable(args, {option}); },
                   ThrowsMessage<UsageError>(AllOf(HasSubstr(": --" + option), HasSubstr(word))));
