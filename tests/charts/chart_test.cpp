@@ -41,7 +41,7 @@ TEST(ChartFront, MoreMayBeBetter) {
   EXPECT_THAT(ParetoFront(panel), ElementsAre(1, 0));
 }
 
-TEST(ChartFront, OfEqualRowsTheFirstAndNoneThatFailed) {
+TEST(ChartFront, KeepsTheFirstOfEqualsAndNoFailures) {
   const double none = std::nan("");
   EXPECT_THAT(ParetoFront(PanelOf({Row(1, none), Row(2, 3), Row(2, 3), Row(none, 0)})), ElementsAre(1));
 }
@@ -102,7 +102,7 @@ TEST(ChartTable, OtherTablesAreRefused) {
   EXPECT_THROW(ReadChart(scratch / "other.csv"), Error);
 }
 
-TEST(ChartScaleTest, HoldsBarsAndCountsByPowersWhereAsked) {
+TEST(ChartScaleTest, HoldsBarsAndCountsByPowers) {
   const ChartScale scale = ScaleOf({{10, 1, 100}}, true);
   EXPECT_LT(scale.Share(1), 0.2);
   EXPECT_GT(scale.Share(1), 0);
@@ -169,7 +169,7 @@ TEST(ChartNames, ALineGoesPastRowsThatFailed) {
 }
 
 // At the end of the axis, with another point and its name to the left: above, pushed to the left.
-TEST(ChartNames, OfAPointAtTheEndOfTheAxisIsPushedInside) {
+TEST(ChartNames, AtTheAxisEndIsPushedInside) {
   const auto panel = [] {
     auto made = PanelOf({Row(8, 5), Row(1, 5)});
     made.points[0].name = "a name of twenty-two..";
@@ -185,7 +185,7 @@ TEST(ChartNames, OfAPointAtTheEndOfTheAxisIsPushedInside) {
   }
 }
 
-TEST(ChartNames, WhereAllAreWantedThoseWithoutRoomStandFartherOff) {
+TEST(ChartNames, CrowdedNamesStandFartherOff) {
   std::vector<ChartRow> rows;
   for (int i = 0; i < 9; ++i) {
     rows.push_back(Row(5 + 0.05 * (i % 3), 5 + 0.05 * (i / 3)));
@@ -221,7 +221,7 @@ std::vector<std::string> RangesOf(const std::string& script, const std::string& 
   return ranges;
 }
 
-TEST(ChartDrawing, PanelsOfOneCostReachEquallyFarAlsoWhereOneHasNoErrors) {
+TEST(ChartDrawing, PanelsOfOneCostShareTheirRange) {
   Chart chart = Sample();
   chart.panels[0].points[2].cost = Spread::Exactly(100);
   chart.panels[1] = chart.panels[0];
@@ -253,7 +253,7 @@ TEST(ChartDrawing, TheDiagonalIsOneOfEqualAxes) {
   EXPECT_EQ(RangesOf(script, "x")[1], RangesOf(script, "y")[1]);
 }
 
-TEST(ChartDrawing, WhatOnlyAPageShowsIsNotDrawn) {
+TEST(ChartDrawing, OmitsRowsThatOnlyAPageShows) {
   Chart chart = Sample();
   chart.about = "the mesh of `ulf proxy`";
   chart.panels[0].points[0].series = "over `x`";

@@ -33,7 +33,7 @@ TEST(SolverChoice, APlaneDefeatsSevenAndEightPoints) {
     }
 }
 
-TEST(SolverChoice, TwoViewsWithDepthAreSolvedThroughHalfOutliers) {
+TEST(SolverChoice, TwoViewsAreSolvedAtHalfOutliers) {
   for (const Geometry& geometry : kRelativeGeometries)
     if (geometry.relief < 0 && geometry.inliers >= 100 && geometry.farthest < 10) {
       const Outcome outcome =

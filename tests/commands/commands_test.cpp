@@ -99,7 +99,7 @@ TEST(PlanCommand, TellsDistancesAndMinutesInWords) {
   EXPECT_TRUE(json["camera"].is_null());
 }
 
-TEST(PlanCommand, TakesTheLensFromACameraOrItsCalibration) {
+TEST(PlanCommand, TakesTheLensOfACameraOrCalibration) {
   const std::string plan = "plan --distance 1 --radius 0.15 --cap 40x30 --quality fast --json ";
   const auto given = JsonOf(RunUlf(plan + "--focal-px 560 --width 640"));
   const auto of_camera = JsonOf(RunUlf(plan + "sim:studio"));
@@ -119,7 +119,7 @@ TEST(PlanCommand, TakesTheLensFromACameraOrItsCalibration) {
   }
 }
 
-TEST(PlanCommand, MoreThanAnybodyTakesIsSaid) {
+TEST(PlanCommand, ReportsMoreViewsThanAnybodyTakes) {
   const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --threshold-px ";
   const CommandResult usual = RunUlf(plan + "7"), fine = RunUlf(plan + "2.0001");
   EXPECT_EQ(usual.errors, "");
@@ -134,7 +134,7 @@ TEST(Commands, AnOptionThatIsGivenTwiceIsNamed) {
   EXPECT_EQ(result.errors, "ulf: --cap is given more than once; give it once\n");
 }
 
-TEST(Commands, WhatIsReadIsNotReplaced) {
+TEST(Commands, DoNotReplaceTheirInput) {
   const ScratchFolder folder;
   const std::string camera = (folder / "camera.json").string(), truth = (folder / "truth.txt").string(),
                     light_field = (folder / "vase").string(), journal = light_field + "/journal.jsonl";
@@ -153,7 +153,7 @@ TEST(Commands, WhatIsReadIsNotReplaced) {
   for (const std::string& file : {camera, truth, journal}) EXPECT_EQ(ReadWholeFile(file), "kept") << file;
 }
 
-TEST(Commands, WhatIsMisspeltIsNamedWithWhatIsMeant) {
+TEST(Commands, SuggestTheOptionThatIsMeant) {
   const std::pair<const char*, const char*> cases[] = {
       {"inof x", "ulf: there is no command 'ulf inof'; do you mean 'info'?; 'ulf --help' lists them\n"},
       {"export colmp x -o y",
@@ -175,7 +175,7 @@ TEST(Commands, WhatIsMisspeltIsNamedWithWhatIsMeant) {
   EXPECT_EQ(RunUlf("export colmap --help").errors, "");
 }
 
-TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
+TEST(PlanCommand, WrongUsageExitsWithTwoAndSaysWhy) {
   const std::string good = "plan --focal-px 600 --width 640 --distance 1 ";
   for (const auto& [arguments, words] : {std::pair<std::string, std::string>{good, "--radius"},
                                          {good + "--radius 2", "outside the subject's sphere"},
@@ -193,7 +193,7 @@ TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
   }
 }
 
-TEST(CaptureCommand, WithoutAViewItFailsAndSaysWhatWasMissing) {
+TEST(CaptureCommand, FailsWithoutAViewAndSaysWhy) {
   const ScratchFolder scratch;
   const CommandResult result = RunUlf("capture --no-geometry " + kStudio + " -o " +
                                       (scratch / "lf").string() + " --headless --frames 3");
@@ -220,7 +220,7 @@ TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
   EXPECT_THAT(result.errors, HasSubstr("not a mosaic"));
 }
 
-TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
+TEST(CaptureCommand, CapturesALightFieldAndPrintsItsRow) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   const auto json = JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + dir +
@@ -273,7 +273,7 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
   EXPECT_EQ(second["subject"], first["subject"]);
 }
 
-TEST(CaptureCommand, AResumedSessionThatIsTooBrightSaysSoAndFails) {
+TEST(CaptureCommand, ResumedTooBrightSessionFails) {
   const ScratchFolder scratch;
   const std::string tail = " --headless --json -o " + (scratch / "lf").string();
   const auto first =
@@ -362,7 +362,7 @@ TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
   EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*° (right|left|down|up)"));
 }
 
-TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
+TEST(CaptureCommand, ResumeFindsTheCameraAmongViews) {
   const ScratchFolder scratch;
   const std::string capture =
       "capture --no-geometry 'sim:studio?width=480&height=360&look_away=0&row_deg=5&speed_deg_s=20' -o " +
@@ -439,7 +439,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   EXPECT_GE(points(), points_before) << "points that no recorded view shows are kept, too";
 }
 
-TEST(RepairCommand, HasNothingToDoAfterACaptureThatWasTracked) {
+TEST(RepairCommand, HasNothingToDoAfterATrackedCapture) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   JsonOf(RunUlf("capture --no-geometry 'sim:studio?row_deg=6&width=320&height=240' -o " + dir +
@@ -463,7 +463,7 @@ TEST(InfoCommand, CountsNoSessionOfASetByAnotherProgram) {
   EXPECT_THAT(info.output, testing::Not(HasSubstr("not counted")));
 }
 
-TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {
+TEST(CaptureCommand, ReplayKnowsPosesAndSubject) {
   const ScratchFolder scratch;
   const std::string first = (scratch / "first").string(), again = (scratch / "again").string();
   const auto json = JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + first +
@@ -474,7 +474,7 @@ TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {
   EXPECT_EQ(replayed["subject"], json["subject"]);
 }
 
-TEST(CaptureCommand, WrongUsageIsTwoAndSaysWhy) {
+TEST(CaptureCommand, WrongUsageExitsWithTwoAndSaysWhy) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   for (const auto& [arguments, words] : {
@@ -526,7 +526,7 @@ int ExitAfterSignal(const fs::path& dir, int signal) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-TEST(CaptureCommand, SignalsCloseTheLightFieldAndExitZero) {
+TEST(CaptureCommand, SignalsCloseItAndExitZero) {
   ASSERT_TRUE(std::getenv("ULF_BINARY")) << "run through ctest";
   for (const int signal : {SIGINT, SIGTERM}) {
     const ScratchFolder scratch;

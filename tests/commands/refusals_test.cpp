@@ -37,7 +37,7 @@ TEST(Refusals, NumbersThatAreNoneAreUsageErrorsInWords) {
   }
 }
 
-TEST(Refusals, AFolderForFramesThatCannotBeMadeLeavesNoLightField) {
+TEST(Refusals, UnmakeableFrameFolderLeavesNoLightField) {
   const ScratchFolder scratch;
   const std::string capture =
       "capture --no-geometry " + kStudio + " --headless --frames 3 -o " + (scratch / "lf").string();
@@ -47,7 +47,7 @@ TEST(Refusals, AFolderForFramesThatCannotBeMadeLeavesNoLightField) {
   EXPECT_FALSE(fs::exists(scratch / "lf"));
 }
 
-TEST(Refusals, AReportThatCannotBeWrittenIsFoundOutBeforeTheBoardIsHeld) {
+TEST(Refusals, UnwritableReportIsFoundBeforeTheWork) {
   const ScratchFolder scratch;
   const CommandResult refused =
       RunUlf("calibrate sim:board -o " + (scratch / "c.json").string() + " --report /proc/report");
@@ -91,7 +91,7 @@ TEST(Refusals, AModeThatACalibrationHasNotIsUsage) {
 }
 
 // A light field whose photographs cannot be read: who says another reason has not read one.
-TEST(Refusals, WhatTheJournalTellsComesFirst) {
+TEST(Refusals, JournalsReasonsComeFirst) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   CaptureHeader header;

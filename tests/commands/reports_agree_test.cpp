@@ -263,7 +263,7 @@ void ReadAllReports(const std::string& dir, const fs::path& scratch, bool refine
   ReadRefine(dir, scratch, refines_lens, facts);
 }
 
-TEST(ReportsAgree, OfACaptureThatIsToldInWords) {
+TEST(ReportsAgree, OnACaptureToldInWords) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   Facts facts;
@@ -284,7 +284,7 @@ TEST(ReportsAgree, OfACaptureThatIsToldInWords) {
   facts.ExpectAgreement(220);
 }
 
-TEST(ReportsAgree, OfACaptureThatIsToldAsJson) {
+TEST(ReportsAgree, OnACaptureToldAsJson) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   Facts facts;

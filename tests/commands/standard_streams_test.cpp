@@ -61,7 +61,7 @@ void Lay(int descriptor, const std::string& file) {
   dup2(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644), descriptor);
 }
 
-TEST(StandardStreams, WhatIsSaidArrives) {
+TEST(StandardStreams, DeliverWhatIsPrinted) {
   const ScratchFolder scratch;
   const std::string file = scratch / "said";
   EXPECT_EQ(Guarded([&] { Lay(STDOUT_FILENO, file), dup2(STDOUT_FILENO, STDERR_FILENO); },
@@ -98,7 +98,7 @@ TEST(StandardStreams, ATerminalThatHungUpEndsNothing) {
 }
 
 // A pipe to a program that is stopped, and a terminal behind a connection that does not answer.
-TEST(StandardStreams, NobodyWhoReadsCostsASecond) {
+TEST(StandardStreams, StalledReaderCostsASecond) {
   int pipe_ends[2], terminal_ends[2];
   ASSERT_EQ(pipe(pipe_ends), 0);
   ASSERT_EQ(openpty(&terminal_ends[0], &terminal_ends[1], nullptr, nullptr, nullptr), 0);

@@ -93,7 +93,7 @@ TEST(Examples, AreReadOutOfThePages) {
                           "ulf evaluate shop_grid_even --subject 0,0,-8,1", "./run demo"));
 }
 
-TEST(Examples, OfSymptomsAreWhatTells) {
+TEST(Examples, OfSymptomsAreTheTellingCommands) {
   const std::string page =
       "| what you see | what tells | what helps |\n| --- | --- | --- |\n"
       "| lost | `ulf track URI`: said; `ulf info vase` | `ulf refine vase` |\n";
@@ -138,7 +138,7 @@ TEST(Examples, AreTriedOrLeftOutByRules) {
   EXPECT_THAT(trial("ulf import SET -o out").data, ElementsAre("fox"));
 }
 
-TEST(Examples, WhatACommandWritesStaysWithIt) {
+TEST(Examples, CommandsDoNotChangeTheirData) {
   const ScratchFolder data, scratch;
   fs::create_directories(data / "set/images");
   std::ofstream(data / "set/images/1.png") << "one";
@@ -155,7 +155,7 @@ TEST(Examples, WhatACommandWritesStaysWithIt) {
   EXPECT_EQ(TextOf(scratch / "one.png"), "one");
 }
 
-TEST(Examples, OfThePagesAreFoundAndTheirPromisesAreThere) {
+TEST(Examples, AreFoundWithTheirPromises) {
   std::size_t found = 0, tried = 0;
   for (const std::string& page : Pages())
     for (const Example& example : ExamplesOf(page, TextOf(Checkout() / page))) {

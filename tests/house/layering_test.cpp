@@ -410,7 +410,7 @@ void Plant(const fs::path& root, const std::string& path, const std::string& tex
 
 // ---- The house as it stands ----
 
-TEST(Layering, NoIncludeClimbsAFloorAndLibrariesStayInTheirRooms) {
+TEST(Layering, NoIncludeClimbsAndLibrariesStayInRooms) {
   EXPECT_THAT(IncludeFaults(Checkout(), OurHouse()), IsEmpty());
 }
 

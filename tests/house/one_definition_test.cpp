@@ -58,7 +58,7 @@ void Plant(const fs::path& root, const std::string& path, const std::string& tex
   std::ofstream(root / path) << text;
 }
 
-TEST(OneDefinition, OfEveryType) { EXPECT_THAT(DefinedTwice(CHECKOUT), IsEmpty()); }
+TEST(OneDefinition, HoldsForEveryType) { EXPECT_THAT(DefinedTwice(CHECKOUT), IsEmpty()); }
 
 TEST(OneDefinition, LooksAtTheSources) {
   const FilesOfType found = Definitions(CHECKOUT);

@@ -103,7 +103,7 @@ TEST(MeasuredCurve, TellsTheBreakingPointAndWhatIsWrong) {
   EXPECT_NE(page.find("| 4 of 4, at 6 |"), std::string::npos) << page;
 }
 
-TEST(MeasuredCurve, IsMeasuredOnOtherSeedsThanItWasSettledOnAndSaysOnWhich) {
+TEST(MeasuredCurve, IsMeasuredOnFreshSeedsThatItNames) {
   Curve curve = Known();
   std::set<unsigned> seeds;
   curve.trial = [&](double, unsigned seed) {
@@ -134,7 +134,7 @@ TEST(MeasuredCurve, ToleratesOnlyWhatIsKnownToBeWrong) {
   EXPECT_TRUE(Measure(curve, false).WrongAsKnown());
 }
 
-TEST(MeasuredCurve, WhatThisMachineCannotMeasureIsOnThePageWithItsReason) {
+TEST(MeasuredCurve, UnmeasuredOnesAreListedWithReasons) {
   Curve curve = Known();
   curve.why_not = [] { return std::optional<std::string>("no network of its own"); };
   const MeasuredCurve skipped = Measure(curve, false);
@@ -145,7 +145,7 @@ TEST(MeasuredCurve, WhatThisMachineCannotMeasureIsOnThePageWithItsReason) {
   EXPECT_NE(page.find("| 3 |"), std::string::npos) << "the other curve is there all the same";
 }
 
-TEST(MeasuredCurve, ACarefulAnswerIsNeitherRightNorSilent) {
+TEST(MeasuredCurve, CarefulAnswerIsACaseOfItsOwn) {
   Curve curve = Known();
   curve.careful = "higher than need be";
   curve.trial = [](double difficulty, unsigned) {

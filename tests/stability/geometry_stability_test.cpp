@@ -20,7 +20,7 @@ using test::Shape;
 
 constexpr unsigned kSeeds = 20;
 
-TEST(GeometryStability, EightyPercentOutliersGiveTheRightPoseOrNone) {
+TEST(GeometryStability, OutliersNeverGiveAWrongPose) {
   int found_at_once = 0;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     const auto scene = MakeAbsoluteScene(300, 1, 0.8, seed);
@@ -39,7 +39,7 @@ TEST(GeometryStability, EightyPercentOutliersGiveTheRightPoseOrNone) {
   EXPECT_GE(found_at_once, 17);
 }
 
-TEST(GeometryStability, EightyPercentOutliersNeverStartAWrongMap) {
+TEST(GeometryStability, OutliersNeverStartAWrongMap) {
   int started = 0;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     const auto scene = MakeRelativeScene(500, Shape::kDeep, 0.8, 0.3, 0.8, seed);
@@ -54,7 +54,7 @@ TEST(GeometryStability, EightyPercentOutliersNeverStartAWrongMap) {
   EXPECT_GE(started, 3);
 }
 
-TEST(GeometryStability, EightPointsRefineAPoseAndStartNothing) {
+TEST(GeometryStability, EightPointsOnlyRefineAPose) {
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     const auto scene = MakeAbsoluteScene(8, 0.5, 0, seed);
     EXPECT_FALSE(AbsolutePose(SceneCamera(), scene.matches, {.seed = seed})) << "seed " << seed;
@@ -71,7 +71,7 @@ TEST(GeometryStability, EightPointsRefineAPoseAndStartNothing) {
 
 // The camera stands on the cylinder over the circle through all points: there a pose's first derivative by
 // its observations vanishes in one direction, for every three of them.
-TEST(GeometryStability, OnTheDangerCylinderThePoseIsRightOrItsUncertaintyTold) {
+TEST(GeometryStability, DangerCylinderIsRightOrUncertain) {
   for (const double noise_px : {0.0, 0.5})
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {
       Draw draw(seed);
@@ -111,7 +111,7 @@ TEST(GeometryStability, OnTheDangerCylinderThePoseIsRightOrItsUncertaintyTold) {
 
 // Three places have up to four poses. The smaller the places, the less tells which one is right; what is
 // given must be that one.
-TEST(GeometryStability, PointsInThreePlacesGiveTheRightPoseOrNone) {
+TEST(GeometryStability, ThreePlacesGiveNoWrongPose) {
   int found_in_large = 0;
   for (const double extent : {0.3, 0.05, 0.02, 0.01, 0.005})
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {
@@ -140,7 +140,7 @@ TEST(GeometryStability, PointsInThreePlacesGiveTheRightPoseOrNone) {
 
 // All points lie where a second motion explains them exactly: for a second essential matrix E2 the point on a
 // ray d at depth s with (s R d + t)' E2 d = 0. That surface is a quadric through both centres.
-TEST(GeometryStability, TwoViewsOnACriticalQuadricAreAmbiguousOrRight) {
+TEST(GeometryStability, CriticalQuadricIsToldOrRight) {
   int critical = 0, ambiguous = 0;
   for (const double noise_px : {0.0, 0.3})
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {

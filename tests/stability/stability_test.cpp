@@ -76,7 +76,7 @@ TEST(Stability, AFlatWallStartsRight) {
 
 // Seen at a slant while the hand goes along it: the motion of a wall that lies across the way explains it as
 // well.
-TEST(Stability, AFlatWallAtASlantIsWaitedOutAndStartsRight) {
+TEST(Stability, SlantedWallStartsRightAfterWaiting) {
   const auto slanted = [](int k) {
     const Rigid3 turned{Eigen::Quaterniond(Eigen::AngleAxisd(50 * M_PI / 180, Eigen::Vector3d::UnitY())),
                         {0, 0, 0}};
@@ -99,7 +99,7 @@ TEST(Stability, AWallAndABoxStartRight) {
   });
 }
 
-TEST(Stability, ACorridorTowardsTheVanishingPointIsFollowed) {
+TEST(Stability, FollowsACorridorToTheVanishingPoint) {
   ForSeeds({.furniture = Furniture::kCorridor,
             .frames = Frames(110, 70),
             .motion = TexturedRoom::WalkingAt,
@@ -152,7 +152,7 @@ TEST(Stability, RepeatingTilesAreRightOrLost) {
            });
 }
 
-TEST(Stability, AMirrorAndAMovingShadowAreFollowedThrough) {
+TEST(Stability, FollowsThroughAMirrorAndAShadow) {
   const auto moment = [](int) { return TexturedRoom::Moment{.shadow = true}; };
   ForSeeds({.furniture = Furniture::kMirror, .frames = Frames(100, 60), .moment = moment},
            [](const Outcome& outcome) {
@@ -181,7 +181,7 @@ TEST(Stability, AJumpOf40DegreesIsLostOrFoundNeverWrong) {
   });
 }
 
-TEST(Stability, ASecondOfDarknessIsLostAndThenFoundWithinThreeFrames) {
+TEST(Stability, FoundThreeFramesAfterASecondOfDarkness) {
   const auto moment = [](int k) { return TexturedRoom::Moment{.gain = k >= 50 && k < 80 ? 0.02 : 1.0}; };
   ForSeeds({.frames = 95, .moment = moment}, [](const Outcome& outcome) {
     ASSERT_TRUE(outcome.tracks[49].cam_from_world);
@@ -192,7 +192,7 @@ TEST(Stability, ASecondOfDarknessIsLostAndThenFoundWithinThreeFrames) {
   });
 }
 
-TEST(Stability, ExposureHalvedInOneFrameIsFollowedOrFoundWithinThreeFrames) {
+TEST(Stability, HalvedExposureIsFollowedOrFoundAgain) {
   const auto moment = [](int k) { return TexturedRoom::Moment{.gain = k >= 50 ? 0.5 : 1.0}; };
   ForSeeds({.moment = moment}, [](const Outcome& outcome) {
     ASSERT_TRUE(outcome.tracks[49].cam_from_world);
@@ -223,7 +223,7 @@ TEST(Stability, MotionBlurOf15PxIsSurvivedOrFoundAgain) {
 }
 
 // Two keyframes can agree about all of the half that moves: it hangs by the moment when it begins.
-TEST(Stability, HalfThePictureMovingIsFollowedByTheOtherHalf) {
+TEST(Stability, FollowsTheStillHalfOfThePicture) {
   for (const int begins : {25, 40, 60}) {
     SCOPED_TRACE("begins to move at frame " + std::to_string(begins));
     const auto moment = [&](int k) { return TexturedRoom::Moment{.moving_half = k >= begins}; };
@@ -235,7 +235,7 @@ TEST(Stability, HalfThePictureMovingIsFollowedByTheOtherHalf) {
 }
 
 // Nobody can tell which half is the world: no map starts, and why is said.
-TEST(Stability, HalfThePictureMovingFromTheStartIsNotStarted) {
+TEST(Stability, DoesNotStartOnAHalfMovingPicture) {
   const auto moment = [](int) { return TexturedRoom::Moment{.moving_half = true}; };
   ForSeeds({.frames = Frames(90, 60), .moment = moment}, [](const Outcome& outcome) {
     EXPECT_EQ(outcome.first_tracked, -1);

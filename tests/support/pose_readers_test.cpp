@@ -44,7 +44,7 @@ void AddEpipolarErrors(const test::TrueView& first, const test::TrueView& second
                      std::abs(EpipolarError(essential, {a[match.first].ray, b[match.second].ray})));
 }
 
-TEST(PoseReadersData, EpipolarLinesOfTempleRingMeetTheMatches) {
+TEST(PoseReadersData, TempleRingMatchesMeetEpipolarLines) {
   ULF_NEED_TEST_DATA(folder, "temple_ring");
   const auto views = test::ReadMiddlebury(folder, "templeR_par.txt");
   ASSERT_EQ(views.size(), 47u);
@@ -59,7 +59,7 @@ TEST(PoseReadersData, EpipolarLinesOfTempleRingMeetTheMatches) {
   EXPECT_LT(Median(errors), 1);
 }
 
-TEST(PoseReadersData, EpipolarLinesOfStrechaMeetTheMatches) {
+TEST(PoseReadersData, StrechaMatchesMeetEpipolarLines) {
   ULF_NEED_TEST_DATA(folder, "strecha");
   for (const auto& [name, count] : {std::pair{"fountain-P11", 11u}, {"Herz-Jesus-P8", 8u}}) {
     const auto views = test::ReadStrecha(folder / name);

@@ -72,7 +72,7 @@ class AravisAutomatics : public CameraInNamespace {
   }
 };
 
-TEST_F(AravisAutomatics, SettleAreSwitchedOffAndHoldWhatTheyReached) {
+TEST_F(AravisAutomatics, HoldTheirValuesAfterSettling) {
   StartFullCamera();
   LeaveOn();
   const auto begun = Clock::now();
@@ -100,7 +100,7 @@ TEST_F(AravisAutomatics, SettleAreSwitchedOffAndHoldWhatTheyReached) {
   EXPECT_LT(TransportOf(*device, TransportFigure::kWhileSettling), 40);
 }
 
-TEST_F(AravisAutomatics, AfterALossTheValuesAreHeldThatWereReached) {
+TEST_F(AravisAutomatics, HoldSettledValuesAfterALoss) {
   StartFullCamera();
   LeaveOn();
   const auto device = OpenDevice(kUri);
@@ -153,7 +153,7 @@ TEST_F(AravisAutomatics, StayAsTheyAreAskedFor) {
   EXPECT_EQ(TransportOf(*device, TransportFigure::kWhileSettling), 0);
 }
 
-TEST_F(AravisAutomatics, AGainInUnitsOfTheCamerasOwnIsHeldInThem) {
+TEST_F(AravisAutomatics, HoldAGainInTheCamerasOwnUnits) {
   const ScratchFolder scratch;
   std::string description = ReadWholeFile(FULL_CAMERA);
   const std::string decibels = "<Float Name=\"Gain\">";

@@ -52,7 +52,7 @@ double SecondsUntilLost(Device& device) {
   return SecondsSince(start);
 }
 
-TEST_F(AravisFaults, ARestartedCameraIsKnownAtOnceAndStreamsAgainWithItsSettings) {
+TEST_F(AravisFaults, RestartedCameraStreamsWithItsSettings) {
   StartCamera();
   auto device = OpenDriver(kSmall + std::string("&exposure_us=2500"));
   device->Start();
@@ -78,7 +78,7 @@ TEST_F(AravisFaults, ARestartedCameraIsKnownAtOnceAndStreamsAgainWithItsSettings
   RecordProperty("until_frame_ms", static_cast<int>(1e3 * until_frame_s));
 }
 
-TEST_F(AravisFaults, ACameraThatAnswersButSendsNothingIsStalledThenLostThenOpenedAnew) {
+TEST_F(AravisFaults, SilentStreamStallsIsLostAndReopened) {
   StartCamera();
   auto device = OpenDriver(kSmall);
   device->Start();
@@ -153,7 +153,7 @@ TEST_F(AravisFaults, ABusyCameraIsSaidAtOnceByEveryCommand) {
   EXPECT_THAT(features.errors, AllOf(HasSubstr("45678"), HasSubstr("can be read, not written")));
 }
 
-TEST_F(AravisFaults, NobodyAtTheAddressIsKnownSoon) {
+TEST_F(AravisFaults, AbsentCameraIsReportedSoon) {
   const auto start = Clock::now();
   EXPECT_THAT(ErrorOf("aravis:127.0.0.1"),
               AllOf(HasSubstr("no GigE Vision camera answers"), HasSubstr("3956")));
@@ -193,7 +193,7 @@ TEST_F(AravisFaults, TwoCamerasStreamAtOnce) {
 }
 
 // A camera with an address of another network hears the broadcast and answers, but cannot be talked to.
-TEST_F(AravisFaults, ACameraInAnotherNetworkIsSaidToBeThere) {
+TEST_F(AravisFaults, NamesACameraInAnotherNetwork) {
   const std::string serve =
       std::string(
           "ip link set lo up; until ip link set v1 up 2>/dev/null; do sleep 0.05; done; "
@@ -217,7 +217,7 @@ TEST_F(AravisFaults, ACameraInAnotherNetworkIsSaidToBeThere) {
               AllOf(HasSubstr("wrong network"), HasSubstr("10.9.9.9"), HasSubstr("192.168.77.1")));
 }
 
-TEST(WrongNetwork, IsSaidOnlyWhenItIsSo) {
+TEST(WrongNetwork, IsNamedOnlyWhereUnreachable) {
   const std::vector<NetworkInterface> interfaces = {
       {.name = "lo", .address = "127.0.0.1", .netmask = "255.0.0.0", .loopback = true},
       {.name = "eth0", .address = "192.168.7.3", .netmask = "255.255.255.0"},

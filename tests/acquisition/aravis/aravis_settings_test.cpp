@@ -62,7 +62,7 @@ std::vector<std::string> Said(Device& device, DeviceEventKind kind) {
   return texts;
 }
 
-TEST_F(AravisSettings, ReachTheCameraAndStandInFramesAndStatistics) {
+TEST_F(AravisSettings, ReachCameraFramesAndStatistics) {
   StartFullCamera();
   {
     const auto device = OpenDriver(
@@ -111,7 +111,7 @@ TEST_F(AravisSettings, ReachTheCameraAndStandInFramesAndStatistics) {
   }
 }
 
-TEST_F(AravisSettings, StatisticsTellThroughputAndTheCamerasClock) {
+TEST_F(AravisSettings, StatisticsTellThroughputAndClock) {
   StartCamera();
   const auto device = OpenDriver("aravis:127.0.0.1?roi=320x240+0+0&fps=50&format=Mono8&queue=64");
   EXPECT_EQ(device->State(), DeviceState::kConnected);
@@ -136,7 +136,7 @@ TEST_F(AravisSettings, StatisticsTellThroughputAndTheCamerasClock) {
   EXPECT_EQ(device->Statistics().seconds, stopped_at_s) << "time stands still without a stream";
 }
 
-TEST_F(AravisSettings, TheWindowIsInUnbinnedPixelsOfTheSensor) {
+TEST_F(AravisSettings, WindowIsInUnbinnedSensorPixels) {
   StartFullCamera();
   EXPECT_EQ(OpenDriver("aravis:127.0.0.1?roi=320x240+16+8")->Window(),
             (SensorWindow{
@@ -175,7 +175,7 @@ TEST_F(AravisSettings, OutOfRangeIsAnErrorWithTheRange) {
   EXPECT_THAT(ErrorOf("user_set=Mine"), AllOf(HasSubstr("Mine"), HasSubstr("Default, UserSet1")));
 }
 
-TEST_F(AravisSettings, WhatTheCameraHasNotIsAnErrorThatSaysSo) {
+TEST_F(AravisSettings, UnsupportedSettingIsANamedError) {
   StartCamera();
   EXPECT_THAT(ErrorOf("gain_db=3"), HasSubstr("gain_raw"));
   EXPECT_THAT(ErrorOf("gain_raw=400"), AllOf(HasSubstr("gain_raw"), HasSubstr("0 to 10")));
@@ -188,14 +188,14 @@ TEST_F(AravisSettings, WhatTheCameraHasNotIsAnErrorThatSaysSo) {
   EXPECT_EQ(ValueOf(*OpenFeatures("aravis:127.0.0.1"), "GainRaw"), "7") << "readable while another controls";
 }
 
-TEST_F(AravisSettings, WhatMakesNoSenseIsWrongUsage) {
+TEST_F(AravisSettings, InvalidValuesAreWrongUsage) {
   for (const char* options :
        {"binning=2", "white_balance=warm", "resend=yes", "priority=top", "packet_delay_ns=-1", "buffers=1",
         "gain_db=1&gain_raw=1", "chunks=1", "auto_gain=yes", "auto_exposure=on&exposure_us=5", "settle=-1"})
     EXPECT_THROW(OpenDriver("aravis:127.0.0.1?" + std::string(options)), Refusal) << options;
 }
 
-TEST_F(AravisSettings, ASoftwareTriggerGivesOneFrameForEachCall) {
+TEST_F(AravisSettings, SoftwareTriggerGivesAFrameACall) {
   StartCamera();
   const auto device = OpenDriver("aravis:127.0.0.1?trigger=software&roi=64x64+0+0&format=Mono8");
   device->Start();
@@ -232,7 +232,7 @@ TEST_F(AravisSettings, WaitingForAHardwareTriggerIsNoLoss) {
   EXPECT_EQ(device->State(), DeviceState::kLost);
 }
 
-TEST_F(AravisSettings, WhatIsRefusedOrMissingIsSaidOnce) {
+TEST_F(AravisSettings, ReportsRefusedSettingsOnce) {
   StartFullCamera();
   const auto device = OpenDriver("aravis:127.0.0.1?chunks=on&roi=64x64+0+0&format=Mono8&priority=realtime");
   device->Start();
@@ -248,7 +248,7 @@ TEST_F(AravisSettings, WhatIsRefusedOrMissingIsSaidOnce) {
 }
 
 // The region is checked against the camera's limits and steps before its size is written.
-TEST_F(AravisSettings, ARegionBetweenTheCamerasStepsIsRefusedWithTheNearest) {
+TEST_F(AravisSettings, RegionOffTheStepsNamesTheNearest) {
   StartFullCamera();
   EXPECT_THAT(ErrorOf("format=Mono8&roi=321x241+0+0"),
               AllOf(HasSubstr("nearest is roi=320x242+0+0"), HasSubstr("in steps of 4")));
@@ -277,7 +277,7 @@ TEST_F(AravisSettings, AMosaicKeepsItsColoursInEveryRegion) {
   }
 }
 
-TEST_F(AravisSettings, WithoutTheSensorsSizeTheLargestImageTellsIt) {
+TEST_F(AravisSettings, SensorSizeFallsBackToLargestImage) {
   const ScratchFolder scratch;
   std::string description = ReadWholeFile(FULL_CAMERA);
   for (const std::string name : {"SensorWidth", "SensorHeight"})
@@ -289,7 +289,7 @@ TEST_F(AravisSettings, WithoutTheSensorsSizeTheLargestImageTellsIt) {
   EXPECT_EQ(window, (SensorWindow{2048, 2048, 128, 64, 1024, 512, 2, 2}));
 }
 
-TEST_F(AravisSettings, WhatTheCameraMadeDifferentIsSaid) {
+TEST_F(AravisSettings, ReportsValuesTheCameraChanged) {
   StartFullCamera();
   // It keeps gain in tenths of a decibel, black level in quarters, ratios in thousandths.
   const auto device =
@@ -314,7 +314,7 @@ bool HaveFarAddress() {
   return have;
 }
 
-TEST_F(AravisSettings, PacketSizesAreNegotiatedOrItIsSaidThatTheyWereNot) {
+TEST_F(AravisSettings, PacketSizeIsNegotiatedOrReported) {
   ASSERT_TRUE(HaveFarAddress());
   const std::string uri = fmt::format("aravis:{}?roi=64x64+0+0&fps=50&format=Mono8", kFarAddress);
   const auto streaming = [](const std::string& asked) {
@@ -354,7 +354,7 @@ TEST_F(AravisSettings, PacketSizesAreNegotiatedOrItIsSaidThatTheyWereNot) {
 }
 
 // What the kernel gave is read from the socket, not computed.
-TEST_F(AravisSettings, AReceiveBufferThatTheSystemCutsIsSaid) {
+TEST_F(AravisSettings, ReportsACutReceiveBuffer) {
   StartCamera();
   const auto device =
       OpenDriver("aravis:127.0.0.1?socket_buffer=900000000&roi=320x240+0+0&fps=50&format=Mono8");

@@ -125,7 +125,7 @@ TEST_F(AravisDevice, PixelsAreWhereTheCameraPutThem) {
   }
 }
 
-TEST_F(AravisDevice, TheWholeConfigurationIsWrittenOnOpening) {
+TEST_F(AravisDevice, WritesAllConfigurationOnOpening) {
   StartCamera();
   {
     const auto device = OpenDevice("aravis:127.0.0.1?roi=320x200+16+8&format=Mono8&fps=50&exposure_us=2000");
@@ -151,7 +151,7 @@ TEST_F(AravisDevice, BadSettingsNameTheRange) {
   EXPECT_THAT(ErrorOf("aravis:127.0.0.1?roi=640x480+2000+0"), AllOf(HasSubstr("roi"), HasSubstr("2048")));
 }
 
-TEST_F(AravisDevice, OpensBySerialByAravisNameAndFirstFound) {
+TEST_F(AravisDevice, OpensBySerialAravisNameOrFirst) {
   StartCamera("T4711");
   const auto devices = ListDevices();
   ASSERT_EQ(devices.size(), 2u) << "the camera, and the simulated one";

@@ -42,7 +42,7 @@ CameraFeature Number(double min, double max, double step, FeatureType type = Fea
   return feature;
 }
 
-TEST(FeatureValues, AreParsedAndCheckedBeforeTheyAreWritten) {
+TEST(FeatureValues, AreCheckedBeforeWriting) {
   const CameraFeature number = Number(16, 64, 4);
   EXPECT_EQ(CheckedValue("cam", number, "0x20"), "32");
   EXPECT_EQ(CheckedValue("cam", number, "20.0"), "20");
@@ -73,7 +73,7 @@ TEST(FeatureValues, AreTheSameHoweverTheyAreWritten) {
   EXPECT_TRUE(SameValue(Number(0, 100, 0.5, FeatureType::kFloat), "33.3", "33.5")) << "half a step";
 }
 
-TEST(FeatureNames, TheNearestAreFound) {
+TEST(FeatureNames, SuggestTheNearest) {
   const std::vector<std::string> names = {"Width",    "Height",       "ExposureTime", "ExposureAuto",
                                           "GainAuto", "ExposureMode", "Gain",         "OffsetX"};
   EXPECT_EQ(NearestNames("ExposureTim", names).front(), "ExposureTime");
@@ -191,7 +191,7 @@ void SetAll(FeatureAccess& access, const std::vector<std::pair<std::string, std:
   for (const auto& [name, value] : values) access.Set(name, value);
 }
 
-TEST_F(Features, AFilePutsBackSettingsThatDependOnEachOther) {
+TEST_F(Features, FileRestoresDependentSettings) {
   StartFullCamera();
   const ScratchFolder scratch;
   const auto access = OpenFeatures(kUri);
@@ -260,7 +260,7 @@ TEST_F(Features, AFilePutsBackSettingsThatDependOnEachOther) {
   EXPECT_EQ(ApplyFeatures(fast, *access).changed, 0u) << "already so";
 }
 
-TEST_F(Features, WhatAFileAsksInVainIsReported) {
+TEST_F(Features, ReportsWhatAFileCouldNotSet) {
   StartFullCamera();
   const ScratchFolder scratch;
   WriteFileAtomically(scratch / "other.json", R"({"format": "ulf-features", "version": 1,

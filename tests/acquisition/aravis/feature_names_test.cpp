@@ -294,7 +294,7 @@ FeatureNames FoundIn(const std::vector<std::string>& features) {
   return ReadGenicamFile(scratch / "camera.xml").names;
 }
 
-TEST(FeatureNames, UnitsAreReadAndOthersAreNotTakenForTheUsualOnes) {
+TEST(FeatureNames, UnusualUnitsAreNotMistaken) {
   for (const auto& [unit, microseconds] :
        {std::pair("", 1.0), std::pair("us", 1.0), std::pair("\u00b5s", 1.0), std::pair("ms", 1e3),
         std::pair("s", 1e6)})

@@ -49,7 +49,7 @@ class FixedCameras : public EditedCamera {
   }
 };
 
-TEST_F(FixedCameras, WhatReadsAsWantedNeedsNoWrite) {
+TEST_F(FixedCameras, ValueThatIsAlreadySetNeedsNoWrite) {
   for (const char* reg : {"AcquisitionModeReg", "ExposureAutoReg", "GainAutoReg", "BlackAutoReg", "PeriodReg",
                           "OffsetXReg", "OffsetYReg", "ChunkModeReg", "TriggerModeReg", "PixelFormatReg"})
     Fix(reg);
@@ -86,7 +86,7 @@ TEST_F(FixedCameras, ASizeThatNobodyAskedForIsTakenAsItIs) {
                     HasSubstr("512 alone, because Width is read-only")));
 }
 
-TEST_F(FixedCameras, AnImageOfAFixedSizeLiesWhereItIsAskedFor) {
+TEST_F(FixedCameras, FixedSizeImageLiesAtTheAskedOffset) {
   struct {
     const char *reg, *taken, *beyond, *nearest;
     int x, y;
@@ -180,7 +180,7 @@ TEST_F(FixedCameras, OffsetsMayBeFixed) {
   EXPECT_EQ(OpenDriver(kCamera + "?format=Mono8&roi=64x64+8+0")->Window()->x, 8);
 }
 
-TEST_F(FixedCameras, APixelFormatThatNobodyAskedForIsTakenAsItIs) {
+TEST_F(FixedCameras, UnaskedPixelFormatIsTakenAsItIs) {
   Fix("PixelFormatReg");
   Start();
   const std::string any = kCamera + "?roi=64x64+0+0";
@@ -193,7 +193,7 @@ TEST_F(FixedCameras, APixelFormatThatNobodyAskedForIsTakenAsItIs) {
                     HasSubstr("leave format out")));
 }
 
-TEST_F(FixedCameras, WhatWasAskedForAndCannotBeHadIsRefusedByName) {
+TEST_F(FixedCameras, NamesTheSettingThatCannotBeHad) {
   for (const char* reg : {"PeriodReg", "ExposureReg", "GainReg", "BlackReg", "BalanceReg", "BinningXReg"})
     Fix(reg);
   Add("<Integer Name=\"DeviceLinkThroughputLimit\"><pValue>LimitNow</pValue><Unit>Bps</Unit></Integer>" +
@@ -220,7 +220,7 @@ TEST_F(FixedCameras, WhatWasAskedForAndCannotBeHadIsRefusedByName) {
       << "what they read";
 }
 
-TEST_F(FixedCameras, ANumberThatIsFixedNeedOnlyBeMeant) {
+TEST_F(FixedCameras, FixedNumberMatchesARoundedRequest) {
   ReplaceNode("Float", "AcquisitionFrameRate",
               "<Float Name=\"AcquisitionFrameRate\"><pValue>RateNow</pValue></Float>"
               "<SwissKnife Name=\"RateNow\"><Formula>30000.0/1001.0</Formula></SwissKnife>");
@@ -241,7 +241,7 @@ TEST_F(FixedCameras, FeaturesThatReadAsWantedAreSet) {
 
 // ---- automatics
 
-TEST_F(FixedCameras, AnAutomaticIsSwitchedOffByTheMeaningOfItsWords) {
+TEST_F(FixedCameras, AutomaticIsTurnedOffByMeaning) {
   struct {
     const char* what;
     std::string node;
@@ -274,7 +274,7 @@ TEST_F(FixedCameras, AnAutomaticIsSwitchedOffByTheMeaningOfItsWords) {
               HasSubstr("auto_exposure=on: ExposureAuto reads 0 and offers nothing that means on"));
 }
 
-TEST_F(FixedCameras, AnAutomaticIsSwitchedOnByTheMeaningOfItsWords) {
+TEST_F(FixedCameras, AutomaticIsTurnedOnByMeaning) {
   ServeAutomatic("GainAuto",
                  Choice("GainAuto", {{"Manual", 0}, {"AutoOnce", 1}, {"Auto", 2}}, "GainAutoReg"));
   EXPECT_EQ(FrameOf(kSmall + "&auto_gain=on").gain, 1) << "unknown: the camera chooses";
@@ -296,7 +296,7 @@ TEST_F(FixedCameras, AnAutomaticWithoutWordsIsLeftAlone) {
   EXPECT_THAT(ErrorOf("auto_gain=off"), HasSubstr("its choices are Sunny, Cloudy"));
 }
 
-TEST_F(FixedCameras, AnAutomaticThatCannotBeSwitchedOffIsRefusedOnlyWhereItMatters) {
+TEST_F(FixedCameras, StuckAutomaticIsRefusedOnlyIfUsed) {
   // Two words of which one is described, and a register that nobody may write.
   for (const std::string& node :
        {Choice("GainAuto", {{"Continuous", 2}}, "GainAutoReg"),
@@ -311,7 +311,7 @@ TEST_F(FixedCameras, AnAutomaticThatCannotBeSwitchedOffIsRefusedOnlyWhereItMatte
   }
 }
 
-TEST_F(FixedCameras, WhiteIsBalancedOnceByWhateverWordMeansThat) {
+TEST_F(FixedCameras, WhiteBalanceOnceIsFoundByMeaning) {
   ServeAutomatic("BalanceWhiteAuto",
                  Choice("BalanceWhiteAuto", {{"Manual", 0}, {"OnePush", 1}}, "BalanceAutoReg"));
   FrameOf(kSmall + "&white_balance=auto");
@@ -366,7 +366,7 @@ TEST_F(FixedCameras, ARateIsSetOnceItsSwitchLetsIt) {
   }
 }
 
-TEST_F(FixedCameras, ARateWhoseSwitchIsFixedIsRefusedWithBothNames) {
+TEST_F(FixedCameras, FixedRateSwitchNamesRateAndSwitch) {
   Replace("<Float Name=\"AcquisitionFrameRate\">",
           "<Float Name=\"AcquisitionFrameRate\"><pIsAvailable>AlwaysOff</pIsAvailable>");
   Add(Choice("AcquisitionFrameRateEnable", {{"Off", 0}, {"On", 1}}, "AlwaysOff") + Constant("AlwaysOff", 0));
@@ -378,7 +378,7 @@ TEST_F(FixedCameras, ARateWhoseSwitchIsFixedIsRefusedWithBothNames) {
   FrameOf(kCamera + "?format=Mono8&roi=64x64+0+0");
 }
 
-TEST_F(FixedCameras, ACameraThatIsSlowerThanItSaysDoesNotStallBetweenItsFrames) {
+TEST_F(FixedCameras, SlowerCameraThanToldDoesNotStall) {
   ReplaceNode("Float", "AcquisitionFrameRate",
               "<Float Name=\"AcquisitionFrameRate\"><pValue>Thirty</pValue></Float>");
   Add(Constant("Thirty", 30) + "<Integer Name=\"RealPeriod\"><pValue>PeriodReg</pValue></Integer>");
@@ -395,7 +395,7 @@ TEST_F(FixedCameras, ACameraThatIsSlowerThanItSaysDoesNotStallBetweenItsFrames) 
 
 // ---- triggers
 
-TEST_F(FixedCameras, ASourceThatIsDescribedAsReadOnlyIsWrittenAllTheSame) {
+TEST_F(FixedCameras, ReadOnlySourceIsWrittenAnyway) {
   Fix("TriggerSourceReg");
   Start();
   const std::string uri = kCamera + "?format=Mono8&roi=64x64+0+0&trigger=software";
@@ -411,7 +411,7 @@ TEST_F(FixedCameras, ASourceThatIsDescribedAsReadOnlyIsWrittenAllTheSame) {
   EXPECT_THAT(Said(*OpenDriver(uri)), IsEmpty()) << "it reads so now";
 }
 
-TEST_F(FixedCameras, ASourceThatDoesNotTakeTheWriteIsRefused) {
+TEST_F(FixedCameras, SourceThatIgnoresWritesIsRefused) {
   ReplaceNode(
       "Enumeration", "TriggerSource",
       Choice("TriggerSource", {{"Line0", 0}, {"Software", 1}}, "SourceNow") + Constant("SourceNow", 0));

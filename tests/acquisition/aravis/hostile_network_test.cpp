@@ -151,7 +151,7 @@ TEST_F(HostileNetwork, TheCameraAnswersJunkWithStatusCodes) {
   Take(*device, 3);
 }
 
-TEST_F(HostileNetwork, AStreamOutlivesWhatPretendsToBeTheCameras) {
+TEST_F(HostileNetwork, StreamSurvivesForgedPackets) {
   // Small packets, so that there is room for wrong numbers.
   const auto device = OpenDriver("aravis:127.0.0.1?packet_size=576&format=Mono8");
   device->Start();
@@ -192,7 +192,7 @@ TEST_F(HostileNetwork, AStreamOutlivesWhatPretendsToBeTheCameras) {
   EXPECT_TRUE(said);
 }
 
-TEST_F(HostileNetwork, ACameraThatTellsTheWrongPortIsBelievedByItsAddress) {
+TEST_F(HostileNetwork, WrongPortIsOverriddenByTheAddress) {
   server_.reset();
   StartCamera();
   // The library's own camera lets everybody write everything.

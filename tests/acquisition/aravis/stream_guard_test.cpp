@@ -77,7 +77,7 @@ std::vector<Case> Cases(std::uint32_t packet_bytes) {
   return cases;
 }
 
-TEST(StreamGuard, LetsThroughWhatTheStreamCanHoldAndCountsTheRest) {
+TEST(StreamGuard, PassesWhatFitsAndCountsTheRest) {
   for (const std::uint32_t packet_bytes : {576u, 9000u}) {
     const UdpSocket camera, receiver;
     const StreamGuard guard(receiver.fd(), {.camera = "127.0.0.1",

@@ -143,7 +143,7 @@ TEST_F(U3v, IsListedAndOpensByEachOfItsNames) {
 }
 
 // 320x240 pixels of 8 bits at 100 a second are 7.7 MB a second.
-TEST_F(U3v, TheCheckNamesWhatSharesItsHubAndCountsWhatThatCanTake) {
+TEST_F(U3v, CheckNamesNeighboursOnTheHubAndTheirShare) {
   const EmulatedU3vCamera camera({.port = "3.1"}), beside({.model = "Second", .serial = "B2", .port = "3.2"}),
       elsewhere({.model = "Third", .serial = "C3", .port = "2"});
   const auto run = test::RunUlf(std::string("devices --seconds 0.5 --json --check '") + kSmall + "'");
@@ -161,7 +161,7 @@ TEST_F(U3v, TheCheckNamesWhatSharesItsHubAndCountsWhatThatCanTake) {
   EXPECT_THAT(advice, AllOf(HasSubstr("a port of the computer for each"), HasSubstr("throughput_limit")));
 }
 
-TEST_F(U3v, ACameraThatIsSlowerThanItsLinkIsToldTheRateThatItReaches) {
+TEST_F(U3v, CheckNamesTheRateOfASlowCamera) {
   const EmulatedU3vCamera camera;
   const std::string uri = "aravis:U1?roi=320x240+16+8&fps=60&exposure_us=50000";
   const auto run = test::RunUlf("devices --seconds 1 --json --check '" + uri + "'");
@@ -218,7 +218,7 @@ TEST_F(U3v, TwoCamerasAreToldApartAndStreamAtOnce) {
   for (const Frame& frame : Take(*b, 5)) EXPECT_EQ(frame.image.pixels.cols, 96);
 }
 
-TEST_F(U3v, ACameraThatThisUserMayNotOpenIsListedWithTheRemedy) {
+TEST_F(U3v, ListsACameraWithoutPermissionAndTheRemedy) {
   const EmulatedU3vCamera camera;
   camera.Node().Refuse(EACCES);
   const auto list = ListAravisDevices();
@@ -371,7 +371,7 @@ TEST_F(U3v, ChunkDataReachTheFrames) {
 }
 
 // Its frames are shorter than it agreed, so that the library takes none of them for whole: the stream begins anew without.
-TEST_F(U3v, ACameraThatPromisesChunksAndSendsNoneIsNamedAndUsedAllTheSame) {
+TEST_F(U3v, CameraWithoutPromisedChunksIsNamedAndUsed) {
   const EmulatedU3vCamera camera({.fate = [](std::uint64_t) { return U3vFate::kNoChunks; }});
   const auto device = OpenDriver(std::string(kSmall) + "&chunks=on&exposure_us=3000&gain_db=6&queue=30");
   device->Start();
@@ -435,7 +435,7 @@ TEST_F(U3v, APulledCableIsKnownAtOnce) {
 }
 
 // The library does not outlive the begin of a stream whose camera it cannot read.
-TEST_F(U3v, ACableThatIsPulledBeforeTheStreamBeginsIsAnError) {
+TEST_F(U3v, CablePulledBeforeTheStreamIsAnError) {
   EmulatedU3vCamera camera;
   const auto opened = OpenDriver(kSmall);
   camera.Unplug();
@@ -455,7 +455,7 @@ TEST_F(U3v, ACameraThatDescribesItsStreamWronglyIsAnError) {
   EXPECT_THAT(ErrorOf([&] { device->Start(); }), AllOf(HasSubstr("aravis:U1"), HasSubstr("2^31")));
 }
 
-TEST_F(U3v, PulledOutAndPluggedInAgainItStreamsOnWithItsSettings) {
+TEST_F(U3v, StreamsOnWithItsSettingsWhenReplugged) {
   EmulatedU3vCamera camera;
   const auto device = OpenDevice("aravis:U1?roi=320x240+16+8&fps=50&exposure_us=700");
   device->Start();
@@ -474,7 +474,7 @@ TEST_F(U3v, PulledOutAndPluggedInAgainItStreamsOnWithItsSettings) {
               AllOf(Contains(HasSubstr("no longer on the bus")), Contains(HasSubstr("streams again"))));
 }
 
-TEST_F(U3v, OneOfTwoCamerasGoesTheOtherStreamsOn) {
+TEST_F(U3v, UnpluggingOneCameraLeavesTheOtherStreaming) {
   EmulatedU3vCamera first({.serial = "A1", .port = "1"}), second({.serial = "B2", .port = "2"});
   const auto a = OpenDriver("aravis:A1?roi=64x64+0+0&fps=50"),
              b = OpenDriver("aravis:B2?roi=96x64+0+0&fps=50");
@@ -606,7 +606,7 @@ TEST_F(U3v, AnswersThatComeLateOrAmongOthersAreTaken) {
   }
 }
 
-TEST_F(U3v, ASettingThatIsRefusedOrNotAnsweredIsAnErrorThatNamesIt) {
+TEST_F(U3v, RefusedOrUnansweredSettingIsANamedError) {
   EmulatedU3vCamera camera;
   for (const auto& [how, words] :
        {std::pair(U3vAnswer::kSilent, "timeout"), std::pair(U3vAnswer::kRefuses, "access-denied")}) {
@@ -620,7 +620,7 @@ TEST_F(U3v, ASettingThatIsRefusedOrNotAnsweredIsAnErrorThatNamesIt) {
   }
 }
 
-TEST_F(U3v, ACameraThatAnswersNothingIsAnErrorWithTheRemedy) {
+TEST_F(U3v, UnresponsiveCameraIsAnErrorWithTheRemedy) {
   const EmulatedU3vCamera camera({.answer = [](std::uint64_t, bool) { return U3vAnswer::kSilent; }});
   const auto start = Clock::now();
   EXPECT_THAT(ErrorOf([] { OpenDriver(kSmall); }),
@@ -701,7 +701,7 @@ TEST(AravisUsb, PlacesAreReadFromTheSystem) {
   EXPECT_EQ(UsbBytesPerSecond(0), 0);
 }
 
-TEST(AravisUsb, NeighboursAreThoseThatTakeOfTheSameBus) {
+TEST(AravisUsb, NeighboursShareTheSameBus) {
   const test::ScratchFolder sysfs;
   for (const auto& [port, product, speed, klass] :
        {std::tuple("2-1", "Hub", "5000", "09"), std::tuple("2-1.1", "Camera", "5000", "ef"),
@@ -732,7 +732,7 @@ TEST(AravisUsb, NeighboursAreThoseThatTakeOfTheSameBus) {
   EXPECT_THAT(of(""), testing::IsEmpty());
 }
 
-TEST(AravisUsb, WhatHoldsABusyCameraIsNamed) {
+TEST(AravisUsb, NameTheHolderOfABusyCamera) {
   const test::ScratchFolder folder;
   const std::string node = folder / "node";
   std::ofstream(node) << "x";

@@ -45,7 +45,7 @@ void ExpectExposures(const std::string& of_4000_us, const std::string& of_5000_u
   EXPECT_EQ(OpenFeatures(kCamera)->Find("ExposureTime")->value, of_5000_us);
 }
 
-TEST_F(VendorCameras, AnExposureInSecondsIsConvertedBothWays) {
+TEST_F(VendorCameras, ExposureInSecondsIsConverted) {
   Replace("<Min>10</Min><Max>1000000</Max><Unit>us</Unit>", "<Min>0.00001</Min><Max>1</Max><Unit>s</Unit>");
   Replace("<FormulaTo>FROM</FormulaTo><FormulaFrom>TO</FormulaFrom><pValue>ExposureReg</pValue>",
           "<FormulaTo>FROM*1000000</FormulaTo><FormulaFrom>TO/1000000.0</FormulaFrom><pValue>ExposureReg</"
@@ -166,7 +166,7 @@ TEST_F(VendorCameras, ALimitOfThroughputIsInTheCamerasUnit) {
   }
 }
 
-TEST_F(VendorCameras, ALimitOfThroughputMayHaveDecimalsOrAUnitThatNobodyKnows) {
+TEST_F(VendorCameras, ThroughputMayHaveAnUnknownUnit) {
   const std::string whole_description = description_;
   const auto serve = [&](const std::string& unit) {
     description_ = whole_description;
@@ -207,7 +207,7 @@ TEST_F(VendorCameras, OneTriggerNeedsNoSelector) {
   EXPECT_EQ(ValueOf("TriggerSelector"), "no TriggerSelector");
 }
 
-TEST_F(VendorCameras, ASelectorThatCannotBeWrittenIsLeftAlone) {
+TEST_F(VendorCameras, ReadOnlySelectorIsLeftAlone) {
   ReplaceNode("Enumeration", "TriggerSelector",
               Choice("TriggerSelector", {{"ExposureStart", 0}, {"ExposureActive", 1}}, "TriggerSelectorReg",
                      "<ImposedAccessMode>RO</ImposedAccessMode>"));

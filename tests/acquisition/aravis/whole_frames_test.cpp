@@ -81,9 +81,9 @@ class WholeFrames : public EditedCamera {
   std::uint16_t id_ = 0;
 };
 
-TEST_F(WholeFrames, AreToldByTheirPacketsWhereTheRoomFits) { ExpectEach("W*H"); }
-TEST_F(WholeFrames, AreToldByTheirPacketsWhereThereIsMoreRoom) { ExpectEach("2048*2048"); }
-TEST_F(WholeFrames, AreToldByTheirPacketsWhereTheDescriptionGivesTooLittle) { ExpectEach("W"); }
+TEST_F(WholeFrames, AreToldByPacketsWhenTheRoomFits) { ExpectEach("W*H"); }
+TEST_F(WholeFrames, AreToldByPacketsWhenRoomIsLarger) { ExpectEach("2048*2048"); }
+TEST_F(WholeFrames, AreToldByPacketsWhenRoomIsTooSmall) { ExpectEach("W"); }
 
 }  // namespace
 }  // namespace ulf::test::whole_frames

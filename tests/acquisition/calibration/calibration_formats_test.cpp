@@ -145,7 +145,7 @@ TEST(CalibrationFormats, ColmapByHand) {
             Distortion::kFisheye);
 }
 
-TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
+TEST(CalibrationFormats, InexpressibleLensIsANamedError) {
   EXPECT_THAT(ErrorOf("1 FOV 640 480 600 600 320 240 0.9\n"), HasSubstr("FOV"));
   EXPECT_THAT(ErrorOf("1 THIN_PRISM_FISHEYE 640 480 600 600 320 240 0 0 0 0 0 0 0 0\n"),
               HasSubstr("THIN_PRISM_FISHEYE"));
@@ -171,7 +171,7 @@ TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
     EXPECT_THAT(ErrorOf(torn), HasSubstr("the file")) << torn;
 }
 
-TEST(CalibrationFormats, WhatNestsOneLevelTooDeepIsRefused) {
+TEST(CalibrationFormats, RefuseTooDeepNesting) {
   constexpr int kLevels = 102;
   std::string tags = "<?xml version=\"1.0\"?>\n<opencv_storage>\n", ends;
   std::string keys = "%YAML:1.0\n---\ncamera_matrix: 1\n", items = keys, indented = keys;
@@ -249,7 +249,7 @@ TEST(CalibrationCommand, ConvertsThereAndBack) {
   EXPECT_THAT(test::RunUlf("calibration " + ours).output, HasSubstr("S1"));
 }
 
-TEST(CalibrationCommand, TheFilesNameTellsTheFormatOrItIsAskedFor) {
+TEST(CalibrationCommand, FormatIsByFileNameOrAskedFor) {
   const test::ScratchFolder scratch;
   const std::string ours = (scratch / "camera.json").string();
   WriteCalibration(ours, SomeCamera(Distortion::kRadialTangential), "S1", "a test");
@@ -269,7 +269,7 @@ TEST(CalibrationCommand, TheFilesNameTellsTheFormatOrItIsAskedFor) {
 }
 
 // A file of another program names no camera and no part of a sensor: both can be said, and then hold.
-TEST(CalibrationCommand, BindsAFileToACameraAndItsPartOfTheSensor) {
+TEST(CalibrationCommand, BindsAFileToACameraAndRegion) {
   const test::ScratchFolder scratch;
   const std::string theirs = (scratch / "camchain.yaml").string(), bound = (scratch / "bound.json").string();
   WriteFileAtomically(theirs,

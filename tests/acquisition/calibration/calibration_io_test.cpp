@@ -51,7 +51,7 @@ TEST(CalibrationIo, KeepsOtherModesOfTheSameCamera) {
   EXPECT_EQ(ReadCalibration(path, "still"), still);
 }
 
-TEST(CalibrationIo, NeverWritesOverAnotherCamerasOrAnotherFile) {
+TEST(CalibrationIo, NeverOverwritesAnotherCameraOrFile) {
   const test::ScratchFolder scratch;
   const auto path = scratch / "camera.json";
   WriteCalibration(path, SomeCamera(), "S1", "a test");

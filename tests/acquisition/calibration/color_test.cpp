@@ -55,7 +55,7 @@ TEST(ColorChart, IsFoundHoweverItIsHeld) {
     }
 }
 
-TEST(ColorChart, NothingElseIsTakenForOne) {
+TEST(ColorChart, IsNotMistakenForOtherThings) {
   cv::Mat noise(480, 640, CV_8UC3);
   cv::RNG random(3);
   random.fill(noise, cv::RNG::UNIFORM, 0, 255);
@@ -108,7 +108,7 @@ TEST(ColorFit, LeavesOutWhatIsClipped) {
       << "nearly all clipped";
 }
 
-TEST(ColorFit, APatchInAReflectionBendsLittle) {
+TEST(ColorFit, ReflectionOnAPatchChangesLittle) {
   const SensorColors colors{.lamp_k = 4000, .crosstalk = 0.2};
   auto charts = ChartsOf({.colors = colors});
   for (MeasuredChart& chart : charts) chart.patches[7].rgb += Vector3d::Constant(0.15);
@@ -136,7 +136,7 @@ TEST(GreyCard, TellsTheWhiteBalance) {
   }
 }
 
-TEST(GreyCard, RefusesWhatIsNone) {
+TEST(GreyCard, RefusesOtherThings) {
   const auto refusal = [](const Image& image) {
     return BalanceOfGreyCard(image, 0, ClippedPixels(image)).refusal;
   };

@@ -73,7 +73,7 @@ class Intrinsics : public ::testing::Test {
   test::ScratchFolder scratch_;
 };
 
-TEST_F(Intrinsics, AreTakenInOrder) {
+TEST_F(Intrinsics, AreTakenByPrecedence) {
   const StillDevice device("S1", WithFocal(300));
   IntrinsicsArgs args{.calibration_path = WriteFile("named.json", 100), .focal_px = 400};
   Store("S1", 200);
@@ -120,7 +120,7 @@ TEST_F(Intrinsics, ScaleWithTheFrameButNotToAnotherShape) {
 }
 
 // A telephone's video is shown upright; the lens was found from pictures as they are stored, or the other way round.
-TEST_F(Intrinsics, ALensOfThePicturesBeforeTheirTurnIsNamedAsThat) {
+TEST_F(Intrinsics, NamesALensOfPicturesBeforeRotation) {
   const StillDevice device("", WithFocal(600));
   for (const auto& [width, height] : {std::pair{480, 640}, std::pair{960, 1280}})
     EXPECT_THAT(ErrorOf(device, {}, width, height),
@@ -191,7 +191,7 @@ TEST_F(Intrinsics, WithoutASerialModelAndPlaceCount) {
 }
 
 // A point of the sensor is seen in every window: its image point must move as the window says.
-TEST_F(Intrinsics, AnotherPartOfTheSensorOrBinningIsRecomputedExactly) {
+TEST_F(Intrinsics, OtherRegionOrBinningIsRecomputed) {
   const SensorWindow whole{1280, 960, 0, 0, 1280, 960};
   CameraModel camera = CameraModel::Pinhole(1280, 960, 1100);
   camera.cx = 655.25;
@@ -248,7 +248,7 @@ class RecordedIntrinsics : public Intrinsics {
   int recordings_ = 0;
 };
 
-TEST_F(RecordedIntrinsics, AreBoundToTheCameraAndFoundForIt) {
+TEST_F(RecordedIntrinsics, AreBoundToAndFoundByTheCamera) {
   IntrinsicsArgs args{.calibration_path = WriteFile("named.json", 100), .focal_px = {}};
   const auto of_s1 = Recording(Of(Webcam("S1", "M", "b"))), of_s2 = Recording(Of(Webcam("S2", "M", "b")));
   EXPECT_DOUBLE_EQ(ResolveCalibration(*of_s1, args, 640, 480).camera.fx, 100);
@@ -270,7 +270,7 @@ TEST_F(RecordedIntrinsics, AreBoundToTheCameraAndFoundForIt) {
       ResolveCalibration(*Recording(Of(Webcam("", "HD Cam", "usb-1.2"))), {}, 640, 480).camera.fx, 700);
 }
 
-TEST_F(RecordedIntrinsics, WhatTheSessionWasRunWithGoesBeforeWhatIsStoredSince) {
+TEST_F(RecordedIntrinsics, SessionsLensPrecedesStoredOne) {
   RecordingHeader header = Of(Webcam("S1", "M", "b"));
   header.camera = WithFocal(300);
   header.flat_field = FlatField{.width = 640, .height = 480, .powers = {{2, 0, {-0.1, -0.2, -0.3}}}};
@@ -286,7 +286,7 @@ TEST_F(RecordedIntrinsics, WhatTheSessionWasRunWithGoesBeforeWhatIsStoredSince) 
   EXPECT_EQ(still.flat_field, header.still_flat_field);
 }
 
-TEST_F(RecordedIntrinsics, AreRecomputedForThePartOfTheSensorThatWasRecorded) {
+TEST_F(RecordedIntrinsics, AreRecomputedForTheirRegion) {
   const SensorWindow whole{1280, 960, 0, 0, 1280, 960};
   const CameraIdentity s1{.serial = "S1", .maker = {}, .model = {}, .bus = {}};
   std::filesystem::create_directories(StoredCalibrationPath("S1").parent_path());
@@ -299,7 +299,7 @@ TEST_F(RecordedIntrinsics, AreRecomputedForThePartOfTheSensorThatWasRecorded) {
   EXPECT_DOUBLE_EQ(camera.cx, 640 - 200);
 }
 
-TEST_F(RecordedIntrinsics, OfImagesNobodyKnowsTheCamera) {
+TEST_F(RecordedIntrinsics, ImagesHaveNoKnownCamera) {
   std::filesystem::create_directories(scratch_ / "images");
   cv::imwrite((scratch_ / "images/1.png").string(), cv::Mat(480, 640, CV_8UC1, cv::Scalar(7)));
   const auto device = OpenDevice("replay:" + (scratch_ / "images").string());
@@ -310,7 +310,7 @@ TEST_F(RecordedIntrinsics, OfImagesNobodyKnowsTheCamera) {
 }
 
 // A part of the sensor that has the calibration's shape or size is not the calibrated image made smaller.
-TEST_F(Intrinsics, ASizeThatNeitherRegionNorBinningExplainsIsRefused) {
+TEST_F(Intrinsics, RefusesAnUnexplainedSize) {
   const auto unsaid = scratch_ / "unsaid.json";
   UpdateCalibration(unsaid, {.serial = "S1", .maker = {}, .model = {}, .bus = {}}, "a test", "live",
                     {.camera = WithFocal(600)});
@@ -342,7 +342,7 @@ TEST_F(Intrinsics, ASizeThatNeitherRegionNorBinningExplainsIsRefused) {
               AllOf(HasSubstr("320x240"), HasSubstr("640x480")));
 }
 
-TEST_F(Intrinsics, AFileThatNamesNoCameraIsTakenAndAnnounced) {
+TEST_F(Intrinsics, TakesAndAnnouncesAFileWithoutCamera) {
   const auto path = scratch_ / "camchain.yaml";
   WriteFileAtomically(path, CalibrationText(CalibrationFormat::kKalibr, WithFocal(600), ""));
   const IntrinsicsArgs args{.calibration_path = path.string(), .focal_px = {}};
@@ -392,7 +392,7 @@ TEST_F(Intrinsics, AnOldFileKeepsReading) {
   EXPECT_FALSE(old.flat_field);
 }
 
-TEST_F(Intrinsics, OfARealSequence) {
+TEST_F(Intrinsics, AreReadForARealSequence) {
   ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
   const CameraModel camera = ResolveIntrinsics(
       StillDevice(""), {.calibration_path = (kitchen / "intrinsics.txt").string(), .focal_px = {}}, 640, 480);

@@ -113,7 +113,7 @@ TEST(LensChoice, ModelsADistortionOnceItShows) {
   }
 }
 
-TEST(LensChoice, ItsErrorsAreTheErrors) {
+TEST(LensChoice, PredictedErrorsMatchTrueErrors) {
   // Over many draws of the noise the errors scatter as the standard deviations say.
   double normalized = 0;
   constexpr int kDraws = 10;
@@ -144,7 +144,7 @@ TEST(Calibrate, OutliersAreTakenOut) {
   EXPECT_LT(std::abs(result.camera.cx - s.camera.cx), 4 * result.sigma[2]);
 }
 
-TEST(Calibrate, RefusesWhatSaysNothing) {
+TEST(Calibrate, RefusesUninformativeViews) {
   const CameraModel camera = SimulatedLens("pinhole", 640, 480);
   // The board never moves.
   EXPECT_THAT(Calibrate({.camera = camera, .views = 14, .moves = false}).refusal, HasSubstr("same place"));

@@ -49,7 +49,7 @@ TEST(BoundedQueue, PopTimesOutWhenEmpty) {
   EXPECT_GE(std::chrono::steady_clock::now() - start, 29ms);
 }
 
-TEST(BoundedQueue, CloseRefusesNewItemsAndLeavesWhatIsInside) {
+TEST(BoundedQueue, CloseRefusesNewItemsAndKeepsOldOnes) {
   BoundedQueue<int> queue(1);
   ASSERT_TRUE(queue.Push(1));
   queue.Close();
@@ -71,7 +71,7 @@ TEST(BoundedQueue, CloseEndsAWaitingPop) {
   closer.join();
 }
 
-TEST(BoundedQueue, RefusesNoRoom) { EXPECT_THROW((BoundedQueue<int>(0)), Error); }
+TEST(BoundedQueue, RefusesZeroCapacity) { EXPECT_THROW((BoundedQueue<int>(0)), Error); }
 
 // Every item is either taken once or counted as dropped.
 TEST(BoundedQueue, AccountsForEveryItemAmongThreads) {
@@ -134,7 +134,7 @@ TEST(FrameIdCounter, LateFramesAreNotLost) {
   EXPECT_EQ(MissingAfter({3, 3, 4}), 0u) << "a number twice is no gap";
 }
 
-TEST(FrameIdCounter, ACameraThatBeginsAnewIsNeitherLateNorLacking) {
+TEST(FrameIdCounter, RestartCountsAsNeitherLateNorGap) {
   FrameIdCounter counter;
   for (const std::uint64_t id : {0, 1, 4}) counter.Arrived(id);
   counter.Restarted();

@@ -42,7 +42,7 @@ Frame MakeFrame(int number, int type = CV_16UC1, cv::Size size = {40, 30}) {
 }
 
 // What is said when the frames before are on disk already is written alone, and costs them nothing.
-TEST(FrameRecording, AWordAfterTheFramesLeavesThemWhereTheyAre) {
+TEST(FrameRecording, LaterNoteLeavesWrittenFramesAlone) {
   const ScratchFolder scratch;
   FrameRecorder recorder(scratch / "session", {});
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(recorder.TryAdd(MakeFrame(i)));
@@ -159,7 +159,7 @@ TEST(FrameRecording, ReplaysAsADevice) {
   EXPECT_EQ(device->State(), DeviceState::kEnded);
 }
 
-TEST(FrameRecording, WhatIsTornOrMissingIsToldOrLeftOut) {
+TEST(FrameRecording, ReportsTornAndMissingFrames) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "s";
   {
@@ -258,7 +258,7 @@ TEST(FrameRecording, ARawFileAloneIsDevelopedAgain) {
 }
 
 // The photographer of a recording is the recorded one.
-TEST(FrameRecording, ARequestIsAnsweredByThePhotographThatWasAskedForThen) {
+TEST(FrameRecording, ReplaysRequestsWithTheirPhotographs) {
   const ScratchFolder scratch;
   {
     FrameRecorder recorder(scratch / "s", {});
@@ -352,7 +352,7 @@ TEST(FrameRecording, NeverWaitsForTheDisk) {
   ExpectWholeAndNamed(scratch / "s", summary);
 }
 
-TEST(FrameRecording, AFullDiskLeavesOutWhatDoesNotFitAndKeepsTheRest) {
+TEST(FrameRecording, FullDiskDropsWhatDoesNotFit) {
   const ScratchFolder scratch;
   if (const auto problem = MountSmallDisk(scratch.path(), 16 << 20)) GTEST_SKIP() << *problem;
   FrameRecorder recorder(scratch / "s", {});

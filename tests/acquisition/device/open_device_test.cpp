@@ -26,22 +26,22 @@ TEST(OpenDevice, UnknownSchemesSayWhatThereIs) {
     EXPECT_THAT(RefusalOf(uri), AllOf(HasSubstr("replay:PATH"), HasSubstr("aravis:ID"))) << uri;
 }
 
-TEST(OpenDevice, WhatCannotBeSimulatedSaysWhatCan) {
+TEST(OpenDevice, UnknownSceneListsTheScenes) {
   EXPECT_THAT(RefusalOf("sim:nonsense"), AllOf(HasSubstr("'nonsense'"), HasSubstr("studio"),
                                                HasSubstr("wall"), HasSubstr("board"), HasSubstr("card")));
 }
 
-TEST(OpenDevice, TetheredOptionsAreCheckedBeforeAnyCameraIsLookedFor) {
+TEST(OpenDevice, ChecksTetheredOptionsBeforeSearching) {
   EXPECT_THAT(RefusalOf("gphoto2:usb:001,004?zoom=2"), HasSubstr("shutter"));
   EXPECT_THAT(RefusalOf("gphoto2:usb:001,004?target=disk"), HasSubstr("card or ram"));
   EXPECT_THAT(RefusalOf("gphoto2:usb:001,004?liveview_fps=0"), HasSubstr("liveview_fps"));
 }
 
-TEST(OpenDevice, WhatIsNoUriSaysHowOneLooks) {
+TEST(OpenDevice, InvalidUriShowsTheSyntax) {
   for (const char* uri : {"studio", ":studio", "replay:a?fps"}) RefusalOf(uri);
 }
 
-TEST(OpenDevice, AravisOptionsAreCheckedBeforeAnyCameraIsLookedFor) {
+TEST(OpenDevice, ChecksAravisOptionsBeforeSearching) {
   EXPECT_THAT(RefusalOf("aravis:192.0.2.1?format=YUV9"), AllOf(HasSubstr("YUV9"), HasSubstr("BayerRG8")));
   EXPECT_THAT(RefusalOf("aravis:192.0.2.1?exposure=5"), HasSubstr("exposure_us"));
   EXPECT_THAT(RefusalOf("aravis:192.0.2.1?exposure_us=short"), HasSubstr("exposure_us"));
@@ -50,7 +50,7 @@ TEST(OpenDevice, AravisOptionsAreCheckedBeforeAnyCameraIsLookedFor) {
   EXPECT_THAT(RefusalOf("aravis:192.0.2.1?queue=0"), HasSubstr("queue"));
 }
 
-TEST(OpenDevice, V4l2OptionsAreCheckedBeforeAnyCameraIsLookedFor) {
+TEST(OpenDevice, ChecksV4l2OptionsBeforeSearching) {
   EXPECT_THAT(RefusalOf("v4l2:/dev/video99?format=ABCD"), AllOf(HasSubstr("ABCD"), HasSubstr("MJPEG")));
   EXPECT_THAT(RefusalOf("v4l2:/dev/video99?size=640"), HasSubstr("WIDTHxHEIGHT"));
   EXPECT_THAT(RefusalOf("v4l2:/dev/video99?fps=0"), HasSubstr("fps"));

@@ -96,7 +96,7 @@ TEST(ReconnectingDevice, GoesRoundTheStateMachine) {
   WaitUntilClosed(camera);
 }
 
-TEST(ReconnectingDevice, WhatWaitedAtTheFaultIsDelivered) {
+TEST(ReconnectingDevice, DeliversWhatWaitedAtTheFault) {
   const auto camera = ScriptedCamera::Make();
   const auto device = Open(camera);
   device->Start();
@@ -133,7 +133,7 @@ TEST(ReconnectingDevice, CountersAddUpAndSettingsDoNot) {
                   Figure(TransportFigure::kWhileSettling, 4), Figure(TransportFigure::kClockShared, 1)));
 }
 
-TEST(ReconnectingDevice, TimesGoOnWhateverTheCamerasClockDoes) {
+TEST(ReconnectingDevice, TimesGoOnThroughClockResets) {
   for (const bool switched_off : {false, true}) {
     const auto camera = ScriptedCamera::Make();
     const auto device = Open(camera);
@@ -173,7 +173,7 @@ TEST(ReconnectingDevice, TellsTheTimeSinceTheLastFrame) {
               HasSubstr(fmt::format("streams again, {:.1f} s after its last frame", first_s - last_s)));
 }
 
-TEST(ReconnectingDevice, AnotherCameraInItsPlaceIsRefusedOnceAndTheRightOneTaken) {
+TEST(ReconnectingDevice, RefusesAnotherCameraInItsPlace) {
   const auto camera = ScriptedCamera::Make();
   const auto device = Open(camera);
   device->Start();
@@ -211,7 +211,7 @@ TEST(ReconnectingDevice, OtherImagesAreRefused) {
   EXPECT_EQ(Kinds(events).back(), DeviceEventKind::kRestored);
 }
 
-TEST(ReconnectingDevice, GivesUpOnACameraThatOpensButIsOfNoUse) {
+TEST(ReconnectingDevice, GivesUpOnAnUnusableCamera) {
   const auto camera = ScriptedCamera::Make();
   const auto device = Open(camera, 1);
   device->Start();
@@ -254,7 +254,7 @@ TEST(ReconnectingDevice, WithoutPatienceALossIsFinal) {
 }
 
 // Neither opening (time-outs) nor closing (retries) of a camera that is gone is waited for.
-TEST(ReconnectingDevice, NothingWaitsForACameraThatIsGone) {
+TEST(ReconnectingDevice, NeverBlocksOnALostCamera) {
   const auto camera = ScriptedCamera::Make();
   auto device = Open(camera);
   device->Start();

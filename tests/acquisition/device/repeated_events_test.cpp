@@ -18,7 +18,7 @@ DeviceEvent Again(double at_s, double silence_s) {
           silence_s};
 }
 
-TEST(RepeatedEvents, TheFirstIsSaidAtOnceTheOthersInOneLine) {
+TEST(RepeatedEvents, SayTheFirstAndSummariseTheRest) {
   RepeatedEvents repeated({.every_s = 30});
   EXPECT_THAT(repeated.After({Stall(100)}, 100), ElementsAre("no frame for 0.5 s"));
   EXPECT_THAT(repeated.After({Again(100, 0.5)}, 100), ElementsAre("frames come again after 0.5 s"));
@@ -31,7 +31,7 @@ TEST(RepeatedEvents, TheFirstIsSaidAtOnceTheOthersInOneLine) {
   EXPECT_THAT(repeated.AtTheEnd(), IsEmpty());
 }
 
-TEST(RepeatedEvents, WhatIsNotYetSaidIsSaidAtTheEnd) {
+TEST(RepeatedEvents, PendingOnesAreSaidAtTheEnd) {
   RepeatedEvents repeated;
   repeated.After({Stall(0)}, 0);
   EXPECT_THAT(repeated.After({Again(3, 3.5), Stall(4)}, 4), ElementsAre("frames come again after 3.5 s"));
@@ -39,7 +39,7 @@ TEST(RepeatedEvents, WhatIsNotYetSaidIsSaidAtTheEnd) {
   EXPECT_THAT(repeated.AtTheEnd(), IsEmpty());
 }
 
-TEST(RepeatedEvents, NoticesAreCollectedWhereTheyAreTheSame) {
+TEST(RepeatedEvents, EqualNoticesAreCollected) {
   RepeatedEvents repeated({.every_s = 10});
   const auto notice = [](const std::string& text) { return DeviceEvent{DeviceEventKind::kNotice, 0, text}; };
   EXPECT_THAT(repeated.After({notice("the camera is busy"), notice("not downloaded: IMG_1")}, 0),

@@ -138,7 +138,7 @@ TEST(ReplayFolder, NamesTheJpegFileBehindAFrame) {
   EXPECT_EQ(*encoded->bytes, ReadWholeFile(file));
 }
 
-TEST(ReplayFolder, IsNotLiveAndStartsAgainFromTheBeginning) {
+TEST(ReplayFolder, IsNotLiveAndRestartsFromTheStart) {
   test::ScratchFolder scratch;
   for (const int number : {0, 1, 2})
     cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
@@ -168,7 +168,7 @@ TEST(ReplayFolder, KnowsHowMuchIsDone) {
   EXPECT_EQ(device->ShareDone(), 0.25);
 }
 
-TEST(ReplayInTime, IsALiveDeviceThatDropsWhenTheReaderIsSlow) {
+TEST(ReplayInTime, IsLiveAndDropsWhenTheReaderIsSlow) {
   test::ScratchFolder scratch;
   for (int number = 0; number < 12; ++number)
     cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
@@ -247,7 +247,7 @@ TEST(ReplayFolder, MixedSizesNameBothFiles) {
   }
 }
 
-TEST(ReplayFolder, TheOddOneOfMixedPicturesIsOfTheFewer) {
+TEST(ReplayFolder, MinorityOfMixedPicturesIsNamed) {
   for (const char* kind : {"png", "bmp"}) {
     test::ScratchFolder scratch;
     for (const int number : {0, 1, 2})
@@ -273,7 +273,7 @@ TEST(ReplayFolder, PicturesWithAndWithoutAlphaAreMixed) {
 }
 
 // In the recording, too, which keeps the numbers and not the file.
-TEST(ReplayFolder, WhatWasConvertedStandsInTheHeaderOfARecording) {
+TEST(ReplayFolder, RecordingHeaderNamesConversions) {
   const test::ScratchFolder scratch;
   MakeFolder(scratch / "photographs");
   WriteFileAtomically(scratch / "photographs/a.png",
@@ -299,7 +299,7 @@ std::vector<int> NumbersOf(const std::string& uri) {
 }
 
 // A camera counts IMG_9999, then IMG_0001.
-TEST(ReplayFolder, WhereNumbersBeginAgainPhotographsPlayInTheOrderOfTheirTimes) {
+TEST(ReplayFolder, RestartedNumbersPlayInOrderOfTimes) {
   using ::testing::ElementsAre;
   const test::ScratchFolder scratch;
   const std::string uri = "replay:" + scratch.path().string();
@@ -321,7 +321,7 @@ TEST(ReplayFolder, WhereNumbersBeginAgainPhotographsPlayInTheOrderOfTheirTimes) 
   EXPECT_THAT(NumbersOf(uri), ElementsAre(2, 3, 4, 0, 1)) << "one does not say when";
 }
 
-TEST(ReplayFolder, OtherEndingsOfJpegAreReadAndOtherKindsNamed) {
+TEST(ReplayFolder, ReadsJpegEndingsAndNamesOtherKinds) {
   const test::ScratchFolder scratch;
   const std::string uri = "replay:" + scratch.path().string();
   WriteFileAtomically(scratch / "IMG_1.HEIC", std::string(40, 'h'));
@@ -416,7 +416,7 @@ TEST(ReplayVideo, GivesEveryPictureAtItsTime) {
 }
 
 // Through a recording, too: the lens is the same in millimetres, a pixel is 4/3 times as wide as high.
-TEST(ReplayVideo, PixelsThatAreNotSquareGiveTwoFocalLengths) {
+TEST(ReplayVideo, NonSquarePixelsGiveTwoFocalLengths) {
   test::ScratchFolder scratch;
   test::VideoSample sample;
   sample.aspect_num = 4;
@@ -481,7 +481,7 @@ TEST(ReplayVideo, KeepsTheContainersOwnTimes) {
   }
 }
 
-TEST(ReplayVideo, WhatIsNoVideoIsAnError) {
+TEST(ReplayVideo, RefusesOtherFiles) {
   test::ScratchFolder scratch;
   std::ofstream(scratch / "video.mp4") << "no video at all";
   EXPECT_THAT(ErrorOf("replay:" + (scratch / "video.mp4").string()), HasSubstr("video.mp4"));
@@ -512,7 +512,7 @@ fs::path WriteLightField(const fs::path& dir, const std::vector<double>& times_s
   return dir;
 }
 
-TEST(ReplayLightField, GivesViewsWithTimesExposuresPosesAndCamera) {
+TEST(ReplayLightField, GivesViewsWithAllTheirMetadata) {
   test::ScratchFolder scratch;
   const fs::path dir = WriteLightField(scratch / "lf", {3.5, 3.7, 4.4});
   const auto device = OpenDevice("replay:" + dir.string());
@@ -538,7 +538,7 @@ TEST(ReplayLightField, GivesViewsWithTimesExposuresPosesAndCamera) {
 
 // A calibration of the whole sensor is moved to the region that the views show; unknown, it is scaled, and
 // that is said.
-TEST(ReplayLightField, SaysWhoseItIsAndWhichPartOfTheSensor) {
+TEST(ReplayLightField, NamesTheCameraAndItsRegion) {
   test::ScratchFolder scratch;
   const SensorWindow region{
       .sensor_width = 128, .sensor_height = 96, .x = 60, .y = 40, .width = 64, .height = 48};
@@ -575,7 +575,7 @@ TEST(ReplayLightField, TimesThatDoNotIncreaseAreReplaced) {
   EXPECT_DOUBLE_EQ(Replay("replay:" + dir.string()).at(1).device_time_s, 1.0 / 30);
 }
 
-TEST(ReplayOfRealData, HandheldKitchenFolderAndVideo) {
+TEST(ReplayOfRealData, ReadsTheKitchenFolderAndVideo) {
   ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
   const auto folder = OpenDevice("replay:" + kitchen.string() + "?glob=*.color.jpg");
   folder->Start();
@@ -601,7 +601,7 @@ TEST(ReplayOfRealData, HandheldKitchenFolderAndVideo) {
   EXPECT_NEAR(last_s, 299 / 30.0, 0.01);
 }
 
-TEST(NameOrder, CountsAsPeopleDo) {
+TEST(NameOrder, SortsNumbersNaturally) {
   EXPECT_TRUE(NameOrder("a2", "a10"));
   EXPECT_FALSE(NameOrder("a10", "a2"));
   EXPECT_TRUE(NameOrder("frame-000009.color", "frame-000010.color"));

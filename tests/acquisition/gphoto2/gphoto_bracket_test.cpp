@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 // 8 ms, of 2, 4, 8, 16.6 and 33.3.
-TEST_F(GphotoTest, ABracketSetsTheShutterOfEachPhotographAndWaitsForABusyCamera) {
+TEST_F(GphotoTest, BracketSetsEachShutterAndWaitsWhenBusy) {
   Begin();
   auto device = Open("?shutter=1/125");
   device->Start();
@@ -41,7 +41,7 @@ TEST_F(GphotoTest, ABracketSetsTheShutterOfEachPhotographAndWaitsForABusyCamera)
   EXPECT_THAT(Said(*device), Not(HasSubstr("changed from"))) << "what ulf sets itself is no news";
 }
 
-TEST_F(GphotoTest, ABracketWiderThanTheShutterIsTakenAsFarAsItGoes) {
+TEST_F(GphotoTest, BracketEndsAtTheShuttersRange) {
   Begin();
   auto device = Open("?shutter=1/125");
   device->Start();
@@ -55,7 +55,7 @@ TEST_F(GphotoTest, ABracketWiderThanTheShutterIsTakenAsFarAsItGoes) {
   EXPECT_EQ(camera_->Releases(), 1);
 }
 
-TEST_F(GphotoTest, StoppedInTheMiddleOfABracketTheShutterIsSetBack) {
+TEST_F(GphotoTest, StoppingABracketRestoresTheShutter) {
   PtpipCameraOptions options;
   options.shutter_lag_s = 0.3;
   Begin(NumberedPhotograph, options);
@@ -80,7 +80,7 @@ PtpipCameraOptions Bracketing() {
   return options;
 }
 
-TEST_F(GphotoTest, ACameraThatBracketsByItselfIsReleasedOnceAndAskedAgainWhileItIsBusy) {
+TEST_F(GphotoTest, CamerasOwnBracketIsReleasedOnce) {
   Begin(BracketedPhotograph, Bracketing());
   auto device = Open("?shutter=1/125");
   device->Start();
@@ -113,7 +113,7 @@ TEST_F(GphotoTest, ACameraThatBracketsByItselfIsReleasedOnceAndAskedAgainWhileIt
   EXPECT_FALSE(still->asked_stops) << "an ordinary photograph again";
 }
 
-TEST_F(GphotoTest, WhatTheCameraCannotBracketIsBracketedByItsShutter) {
+TEST_F(GphotoTest, UnsupportedBracketsUseTheShutter) {
   Begin(NumberedPhotograph, Bracketing());
   auto device = Open("?shutter=1/125");
   device->Start();
@@ -128,7 +128,7 @@ TEST_F(GphotoTest, WhatTheCameraCannotBracketIsBracketedByItsShutter) {
   EXPECT_EQ(camera_->Property(kPtpBracketing), 0u);
 }
 
-TEST_F(GphotoTest, StoppedInTheMiddleOfItsOwnBracketTheCameraHasItsSettingsBack) {
+TEST_F(GphotoTest, StoppingItsOwnBracketRestoresSettings) {
   PtpipCameraOptions options = Bracketing();
   options.shutter_lag_s = 0.3;
   Begin(BracketedPhotograph, options);

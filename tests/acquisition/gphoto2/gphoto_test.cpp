@@ -35,7 +35,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::ThrowsMessage;
 
-TEST_F(GphotoTest, LiveViewAndAPhotographOfOneCamera) {
+TEST_F(GphotoTest, GivesLiveViewAndAPhotograph) {
   Begin();
   auto device = Open("?liveview_fps=60");
   EXPECT_EQ(device->Info().maker, "Nikon Corporation");
@@ -77,7 +77,7 @@ TEST_F(GphotoTest, LiveViewAndAPhotographOfOneCamera) {
   EXPECT_TRUE(device->Info().problem.empty());
 }
 
-TEST_F(GphotoTest, TheShutterOnTheBody) {
+TEST_F(GphotoTest, DeliversAShotFromTheBody) {
   Begin();
   auto device = Open();
   device->Start();
@@ -91,7 +91,7 @@ TEST_F(GphotoTest, TheShutterOnTheBody) {
 }
 
 // Who released the shutter nobody says: whichever comes first is taken for the answer.
-TEST_F(GphotoTest, AShotFromTheBodyWhileOneIsAskedForIsDeliveredBesideTheAnswer) {
+TEST_F(GphotoTest, BodyShotIsDeliveredBesideARequestedOne) {
   PtpipCameraOptions options;
   options.shutter_lag_s = 0.2;
   for (const bool body_first : {true, false}) {
@@ -131,7 +131,7 @@ TEST_F(GphotoTest, ADownloadThatFailsIsTriedAgain) {
               AllOf(HasSubstr("DSC_0001.JPG could not be downloaded"), HasSubstr("tries again")));
 }
 
-TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
+TEST_F(GphotoTest, UnfetchableFileIsNamedAndCounted) {
   Begin();
   auto device = Open();
   device->Start();
@@ -156,7 +156,7 @@ TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
   EXPECT_THAT(Said(*device), HasSubstr("DSC_0003.JPG; fetched when the camera is back"));
 }
 
-TEST_F(GphotoTest, AFileThatTheCameraNoLongerHoldsIsGivenUp) {
+TEST_F(GphotoTest, FileGoneFromTheCameraIsGivenUp) {
   Begin();
   auto device = Open();
   device->Start();
@@ -201,7 +201,7 @@ TEST_F(GphotoTest, ACameraThatHangsIsOpenedAgain) {
   }
 }
 
-TEST_F(GphotoTest, AReaderThatSleepsLosesLiveFramesButNoPhotograph) {
+TEST_F(GphotoTest, SlowReaderLosesLiveFramesOnly) {
   Begin();
   auto device = Open("?liveview_fps=100&queue=2");
   device->Start();
@@ -234,7 +234,7 @@ TEST_F(GphotoTest, ABusyCameraIsWaitedFor) {
   EXPECT_THAT(Said(*device), HasSubstr("the camera is busy"));
 }
 
-TEST_F(GphotoTest, AFullCardIsToldAndTheNextPhotographIsTaken) {
+TEST_F(GphotoTest, FullCardIsReportedAndShootingGoesOn) {
   Begin();
   auto device = Open();
   device->Start();
@@ -248,7 +248,7 @@ TEST_F(GphotoTest, AFullCardIsToldAndTheNextPhotographIsTaken) {
   EXPECT_TRUE(AwaitStill(*device));
 }
 
-TEST_F(GphotoTest, ALinkThatDropsIsLostWithItsReasonAndNoSignal) {
+TEST_F(GphotoTest, DroppedLinkIsLostWithItsReason) {
   for (const bool while_photographing : {false, true}) {
     Begin();
     auto device = Open("?liveview_fps=60");
@@ -275,7 +275,7 @@ TEST_F(GphotoTest, ALinkThatDropsIsLostWithItsReasonAndNoSignal) {
 }
 
 // The library closes descriptor 0 with a network camera, and forgets its connections.
-TEST_F(GphotoTest, ClosingACameraTouchesNobodysFilesAndEndsItsConnections) {
+TEST_F(GphotoTest, ClosingKeepsFilesAndEndsConnections) {
   Begin();
   const auto open_files = [] {
     return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
@@ -314,7 +314,7 @@ TEST_F(GphotoTest, ClosingACameraTouchesNobodysFilesAndEndsItsConnections) {
   close(journal);
 }
 
-TEST_F(GphotoTest, APhotographThatWasDownloadedOutlivesTheLink) {
+TEST_F(GphotoTest, DownloadedPhotographOutlivesTheLink) {
   Begin();
   auto device = Open("?liveview_fps=5");
   device->Start();
@@ -370,7 +370,7 @@ TEST_F(GphotoTest, SettingsAreLockedAndReadBack) {
   EXPECT_DOUBLE_EQ(still->gain, 4);
 }
 
-TEST_F(GphotoTest, WhatTheCameraDoesNotOfferIsAnErrorWithWhatItDoes) {
+TEST_F(GphotoTest, UnofferedSettingListsWhatIsOffered) {
   Begin();
   EXPECT_THAT([&] { Open("?iso=12345"); }, ThrowsMessage<Refusal>(HasSubstr("100, 200, 400, 800, 1600")));
   EXPECT_THAT([&] { Open("?shutter=quick"); }, ThrowsMessage<Refusal>(HasSubstr("0.0080s")));
@@ -401,7 +401,7 @@ TEST_F(GphotoTest, ASettingThatTheCameraTurnsIsToldAndUsed) {
   EXPECT_DOUBLE_EQ(still->gain, 8);
 }
 
-TEST_F(GphotoTest, ARawFileComesBesideItsJpegAndAloneIsKeptAllTheSame) {
+TEST_F(GphotoTest, RawFileBesideItsJpegOrAloneIsKept) {
   const std::string raw_bytes = "raw bytes that nobody reads here";
   std::atomic<bool> raw_only{false};
   Begin([&](int number) -> std::vector<PtpipFile> {
@@ -434,7 +434,7 @@ TEST_F(GphotoTest, ARawFileComesBesideItsJpegAndAloneIsKeptAllTheSame) {
   EXPECT_THAT(Said(*device), HasSubstr("is no raw file of a kind that LibRaw"));
 }
 
-TEST_F(GphotoTest, ARawFileAloneIsDevelopedAndSaysHowItWasTaken) {
+TEST_F(GphotoTest, LoneRawFileIsDevelopedWithItsSettings) {
   DngCamera sensor;
   sensor.exposure_s = 1 / 30.0;
   const std::string bytes = DngBytes(sensor, [](int, int) { return cv::Vec3d(0.1, 0.3, 0.5); });
@@ -468,7 +468,7 @@ std::optional<Frame> AwaitStillAcrossAGap(Device& device) {
 }
 
 // What the camera took while nobody could hear of it, each file once, in order, the request's answer as such.
-TEST_F(GphotoTest, PhotographsThatStayedInTheCameraAreFetchedWhenTheLinkIsBack) {
+TEST_F(GphotoTest, FetchesLeftPhotographsAfterReconnect) {
   for (const bool of_a_request : {false, true}) {
     PtpipCameraOptions options;
     options.shutter_lag_s = 0.2;
@@ -511,7 +511,7 @@ TEST_F(GphotoTest, PhotographsThatStayedInTheCameraAreFetchedWhenTheLinkIsBack) 
   }
 }
 
-TEST_F(GphotoTest, AFileWhoseDownloadTheLinkBrokeOffIsFetchedWhenItIsBack) {
+TEST_F(GphotoTest, FetchesABrokenDownloadAfterReconnect) {
   PtpipCameraOptions slow;
   slow.download_bytes_per_s = 20e3;
   cv::Mat noise(640, 960, CV_8UC3);
@@ -547,7 +547,7 @@ TEST_F(GphotoTest, AFileWhoseDownloadTheLinkBrokeOffIsFetchedWhenItIsBack) {
 
 // A card with photographs of earlier sessions, among them higher numbers and the other file of the last name, and a
 // camera whose clock is a quarter of a century slow.
-TEST_F(GphotoTest, PhotographsFromBeforeTheSessionStayOnTheCard) {
+TEST_F(GphotoTest, OlderPhotographsStayOnTheCard) {
   const auto photograph = [](int number) -> std::vector<PtpipFile> {
     DngCamera sensor;
     sensor.exposure_s = 1.0 / (10 * number);
@@ -588,7 +588,7 @@ TEST_F(GphotoTest, PhotographsFromBeforeTheSessionStayOnTheCard) {
   EXPECT_EQ(*next->raw->bytes, photograph(5).front().bytes) << "and nothing between";
 }
 
-TEST(LeftPhotographsTest, AreThoseAfterTheLastThatWasAnnounced) {
+TEST(LeftPhotographsTest, AreThoseAfterTheLastAnnounced) {
   LeftPhotographs photographs;
   photographs.Announced({"/card", "DSC_0009.JPG"});
   EXPECT_FALSE(photographs.Take()) << "the link was not lost";
@@ -615,7 +615,7 @@ TEST(LeftPhotographsTest, AreThoseAfterTheLastThatWasAnnounced) {
       << "none was announced: nobody can tell which are new";
 }
 
-TEST_F(GphotoTest, WhatThePhotographItselfSaysGoesBeforeTheSettings) {
+TEST_F(GphotoTest, PhotographsOwnDataOverrideSettings) {
   Begin([](int number) -> std::vector<PtpipFile> {
     return {{FileName(number), WithExif(NumberedJpeg(number, 960, 640))}};
   });
@@ -632,7 +632,7 @@ TEST_F(GphotoTest, WhatThePhotographItselfSaysGoesBeforeTheSettings) {
   EXPECT_NEAR(still->f_number.value(), 7.1, 1e-9);
 }
 
-TEST_F(GphotoTest, AFileThatIsNoWholePictureIsAnIncompleteStillWithItsBytes) {
+TEST_F(GphotoTest, DamagedFileIsAnIncompleteStill) {
   const std::string cut = NumberedJpeg(1, 960, 640).substr(0, 2000);
   Begin([&](int number) -> std::vector<PtpipFile> { return {{FileName(number), cut}}; });
   auto device = Open();
@@ -644,7 +644,7 @@ TEST_F(GphotoTest, AFileThatIsNoWholePictureIsAnIncompleteStillWithItsBytes) {
   EXPECT_EQ(*still->encoded->bytes, cut);
 }
 
-TEST_F(GphotoTest, ACameraWithoutLiveViewTakesPhotographsOnly) {
+TEST_F(GphotoTest, CameraWithoutLiveViewTakesStills) {
   PtpipCameraOptions options;
   options.live_view = false;
   Begin(NumberedPhotograph, options);
@@ -656,7 +656,7 @@ TEST_F(GphotoTest, ACameraWithoutLiveViewTakesPhotographsOnly) {
   EXPECT_TRUE(AwaitStill(*device));
 }
 
-TEST_F(GphotoTest, TheFlatFieldOfPhotographsIsFoundFromPhotographs) {
+TEST_F(GphotoTest, FlatFieldIsFoundFromPhotographs) {
   const BoardScene card({.board = {}, .camera = SimulatedLens("barrel", 960, 640), .vignetting = 0.4});
   Begin([&](int number) -> std::vector<PtpipFile> {
     std::vector<unsigned char> bytes;
@@ -678,7 +678,7 @@ TEST_F(GphotoTest, TheFlatFieldOfPhotographsIsFoundFromPhotographs) {
 }
 
 // Without live view: Enter takes each photograph, and each is answered.
-TEST_F(GphotoTest, ALensIsCalibratedFromPhotographsOneByOne) {
+TEST_F(GphotoTest, LensIsCalibratedFromPhotographs) {
   const BoardScene scene({.board = Board(), .camera = SimulatedLens("barrel", 960, 640)});
   PtpipCameraOptions options;
   options.live_view = false;
@@ -702,7 +702,7 @@ TEST_F(GphotoTest, ALensIsCalibratedFromPhotographsOneByOne) {
   EXPECT_NEAR(ReadCalibration(file, "still").fx, scene.options().camera.fx, 5);
 }
 
-TEST_F(GphotoTest, TheConfigurationByName) {
+TEST_F(GphotoTest, ConfigurationIsReadByName) {
   Begin();
   const auto features = OpenGphotoFeatures(DeviceUri::Parse(camera_->Uri()));
   EXPECT_EQ(features->Info().serial, "3001234");
@@ -722,7 +722,7 @@ TEST_F(GphotoTest, TheConfigurationByName) {
   EXPECT_GT(features->List().size(), 15u);
 }
 
-TEST(PhotographicNumbers, AsCamerasWriteThem) {
+TEST(PhotographicNumbers, AreReadAsCamerasWriteThem) {
   EXPECT_DOUBLE_EQ(PhotographicNumber("1/125").value(), 0.008);
   EXPECT_DOUBLE_EQ(PhotographicNumber("0.0080s").value(), 0.008);
   EXPECT_DOUBLE_EQ(PhotographicNumber("f/5.6").value(), 5.6);

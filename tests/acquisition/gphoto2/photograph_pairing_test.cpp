@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::IsEmpty;
 
-TEST(Photographs, PairsInEitherOrderAndLonersAfterTheirPatience) {
+TEST(Photographs, PairInEitherOrderOrComeAloneLater) {
   const auto file = [](const char* name) {
     return DownloadedFile{name, std::string("bytes of ") + name, 0, 0};
   };
@@ -47,7 +47,7 @@ TEST(Photographs, PairsInEitherOrderAndLonersAfterTheirPatience) {
 }
 
 // Retries of a download last longer than a half waits for one of which nothing is known.
-TEST(Photographs, AHalfWaitsForOneOnItsWayAndALateOneAnswersNothing) {
+TEST(Photographs, HalfWaitsAndALateOneAnswersNoRequest) {
   PhotographPairing pairing(3);
   pairing.ExpectFormat("NEF+Fine");
   pairing.Add({.name = "DSC_1.JPG", .bytes = "jpeg", .announced_s = 100, .released_s = 99}, 0);
@@ -77,7 +77,7 @@ std::vector<PtpipFile> RawAndJpeg(int number) {
   return {{FileName(number, "NEF"), "raw bytes"}, {FileName(number), NumberedJpeg(number, 960, 640)}};
 }
 
-TEST_F(GphotoTest, ARawFileThatIsFetchedAtLastIsStillPartOfItsPhotograph) {
+TEST_F(GphotoTest, LateRawFileJoinsItsPhotograph) {
   Begin(RawAndJpeg);
   auto device = Open("?imageformat=NEF+Basic");
   device->Start();
@@ -99,7 +99,7 @@ TEST_F(GphotoTest, ARawFileThatIsFetchedAtLastIsStillPartOfItsPhotograph) {
               ::testing::Contains(::testing::Pair(TransportFigure::kPhotographs, 1)));
 }
 
-TEST_F(GphotoTest, AFileThatIsAnnouncedLateAnswersNoNewerRequest) {
+TEST_F(GphotoTest, LateFileAnswersNoNewerRequest) {
   PtpipCameraOptions options;
   options.between_files_s = 4;
   Begin(RawAndJpeg, options);

@@ -78,7 +78,7 @@ TEST_F(LinkCheck, AGoodLinkCarriesWhatIsAskedFor) {
   EXPECT_EQ(report.camera.address, "127.0.0.1");
 }
 
-TEST_F(LinkCheck, OnASlowLinkTheRateThatItNamesLosesNothing) {
+TEST_F(LinkCheck, NamedRateLosesNothingOnASlowLink) {
   StartCamera();
   // Room for two frames: the third is lost in part.
   if (!Limit("tbf rate 40mbit burst 64kb latency 15ms")) GTEST_SKIP() << "tc or its token bucket is not here";
@@ -110,7 +110,7 @@ TEST_F(LinkCheck, ACameraThatTheLinkHoldsBackIsTooSlow) {
   EXPECT_THAT(*report.remedy, StartsWith("fps="));
 }
 
-TEST_F(LinkCheck, WhereLargePacketsDoNotPassSmallerOnesAreFound) {
+TEST_F(LinkCheck, FindsSmallerPacketsWhenLargeOnesFail) {
   StartCamera();
   // A bucket drops what is larger than itself.
   if (!Limit("tbf rate 4gbit burst 2500 latency 200ms")) GTEST_SKIP() << "tc or its token bucket is not here";
@@ -143,7 +143,7 @@ class LinkOfSimulated : public LinkCheck {
   std::unique_ptr<SimulatedGigeCamera> server_;
 };
 
-TEST_F(LinkOfSimulated, WhereAFrameIsMoreThanASwitchHoldsItsPacketsAreSpread) {
+TEST_F(LinkOfSimulated, SpreadsPacketsForASmallSwitch) {
   Serve();
   // Five megabytes a second, of which the camera sends 1.3; but of a frame of 262 KB at once only 82 pass.
   if (!Limit("tbf rate 40mbit burst 32kb latency 10ms")) GTEST_SKIP() << "tc or its token bucket is not here";
@@ -160,7 +160,7 @@ TEST_F(LinkOfSimulated, WhereAFrameIsMoreThanASwitchHoldsItsPacketsAreSpread) {
   EXPECT_NEAR(with.fps, 5, 1);
 }
 
-TEST_F(LinkOfSimulated, ACameraThatLimitsItselfIsToldTheLimitThatIsEnough) {
+TEST_F(LinkOfSimulated, NamesTheSufficientThroughputLimit) {
   Serve();
   const std::string uri = "aravis:127.0.0.1?format=Mono8&fps=10&throughput_limit=1000000";
   const LinkReport report = CheckLink(uri, {.seconds = 1, .first_frame_s = 2});
@@ -185,7 +185,7 @@ class SlowCamera : public EditedCamera {
   static inline const std::string kTen = kCamera + "?format=Mono8&roi=64x64+0+0";
 };
 
-TEST_F(SlowCamera, ThatTheCameraItselfSendsLessIsSaid) {
+TEST_F(SlowCamera, IsNamedAsTheLimit) {
   Serve("<Float Name=\"AcquisitionFrameRate\"><pValue>Thirty</pValue></Float>");
   const LinkReport report = CheckLink(kTen, {.seconds = 1, .first_frame_s = 2});
   EXPECT_TRUE(report.Holds()) << "nobody asked for more";
@@ -203,7 +203,7 @@ TEST_F(SlowCamera, ThatTheCameraItselfSendsLessIsSaid) {
   EXPECT_THAT(asked.camera_limit, HasSubstr("of the 30"));
 }
 
-TEST_F(SlowCamera, ItsExposureTimeIsNamedWhereThatIsWhy) {
+TEST_F(SlowCamera, ItsExposureTimeIsNamedAsTheCause) {
   Serve(
       "<Float Name=\"AcquisitionFrameRate\"><pValue>RateInteger</pValue><Min>1</Min><Max>100</Max></Float>"
       "<Integer Name=\"RateInteger\"><pValue>RateReg</pValue></Integer>");
@@ -240,25 +240,25 @@ class LinkAdvice : public LinkOfSimulated {
   }
 };
 
-TEST_F(LinkAdvice, ALowerRateOnALinkThatIsTooSlow) {
+TEST_F(LinkAdvice, NamesALowerRateOnASlowLink) {
   Follow("slow link", "tbf rate 40mbit burst 300kb latency 60ms", "roi=256x256+0+0&fps=120", "fps=");
 }
-TEST_F(LinkAdvice, SmallerPacketsOnAPathThatDoesNotPassLargeOnes) {
+TEST_F(LinkAdvice, NamesSmallerPacketsWhenLargeOnesFail) {
   Follow("small packets", "tbf rate 4gbit burst 2500 latency 200ms", "fps=5&packet_size=8000",
          "packet_size=1500");
 }
-TEST_F(LinkAdvice, PausesBetweenPacketsBeforeASwitchThatHoldsLess) {
+TEST_F(LinkAdvice, NamesAPacketDelayForASmallSwitch) {
   Follow("small switch", "tbf rate 40mbit burst 32kb latency 10ms", "fps=5", "packet_delay_ns=");
 }
-TEST_F(LinkAdvice, AHigherLimitOnACameraThatHoldsItselfBack) {
+TEST_F(LinkAdvice, NamesAHigherLimitOnAThrottledCamera) {
   Follow("camera's limit", nullptr, "fps=10&throughput_limit=1000000", "throughput_limit=");
 }
-TEST_F(LinkAdvice, AReceiveBufferThatHoldsAFrame) {
+TEST_F(LinkAdvice, NamesAReceiveBufferThatHoldsAFrame) {
   Follow("receive buffer", nullptr, "fps=30&socket_buffer=20000", "socket_buffer=");
 }
 
 // The advice is a command for the system: it is run.
-TEST_F(LinkAdvice, AnInterfaceThatPassesJumboFrames) {
+TEST_F(LinkAdvice, NamesAnInterfaceForJumboFrames) {
   Serve();
   if (!SetMtu("1500")) GTEST_SKIP() << "the interface's MTU cannot be changed here";
   const std::string uri = "aravis:127.0.0.1?format=Mono8&resend=off&fps=10&packet_size=8000";
@@ -278,7 +278,7 @@ TEST_F(LinkAdvice, AnInterfaceThatPassesJumboFrames) {
   EXPECT_TRUE(packets(60).in_order);
 }
 
-TEST_F(LinkOfSimulated, PacketsAboveTheMtuOfOurNetworkAreNamed) {
+TEST_F(LinkOfSimulated, NamesPacketsAboveTheMtu) {
   Serve();
   if (!SetMtu("1500")) GTEST_SKIP() << "the interface's MTU cannot be changed here";
   EXPECT_EQ(acquisition::NetworkLinkTo("127.0.0.1")->mtu, 1500);

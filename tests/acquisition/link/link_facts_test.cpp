@@ -69,7 +69,7 @@ TEST(LinkFacts, AGoodLinkHasNothingToMend) {
   EXPECT_EQ(setup.Facts().facts.front().value, "eth0 to 192.0.2.7: 1000 Mbit/s, MTU 9000");
 }
 
-TEST(LinkFacts, ARateBeyondTheLinkIsNamedWithTheHighestThatIsSafe) {
+TEST(LinkFacts, RateBeyondTheLinkNamesTheHighestSafeOne) {
   GigabitLink setup;
   setup.fps = 60;
   const LinkFact rate = setup.Wrong();
@@ -81,7 +81,7 @@ TEST(LinkFacts, ARateBeyondTheLinkIsNamedWithTheHighestThatIsSafe) {
   EXPECT_EQ(setup.Wrong().name, "") << "as advised";
 }
 
-TEST(LinkFacts, JumboFramesAreTheRemedyWhereTheyAreEnough) {
+TEST(LinkFacts, JumboFramesAreAdvisedWhereSufficient) {
   GigabitLink setup;
   setup.path.network->mtu = 1500;
   setup.packet_size = 1500;
@@ -92,7 +92,7 @@ TEST(LinkFacts, JumboFramesAreTheRemedyWhereTheyAreEnough) {
   EXPECT_THAT(setup.Wrong().advice, Not(HasSubstr("mtu")));
 }
 
-TEST(LinkFacts, PacketsThatTheInterfaceDoesNotPassAreNamed) {
+TEST(LinkFacts, NamePacketsTheInterfaceDoesNotPass) {
   GigabitLink setup;
   setup.path.network->mtu = 1500;
   const LinkFact packets = setup.Wrong();
@@ -100,7 +100,7 @@ TEST(LinkFacts, PacketsThatTheInterfaceDoesNotPassAreNamed) {
   EXPECT_THAT(packets.advice, AllOf(HasSubstr("packet_size=1500"), HasSubstr("ip link set eth0 mtu 9000")));
 }
 
-TEST(LinkFacts, AReceiveBufferBelowAFrameIsNamedWithTheSystemsSetting) {
+TEST(LinkFacts, SmallReceiveBufferNamesTheSetting) {
   GigabitLink setup;
   setup.buffer = 3e6;
   EXPECT_EQ(setup.Wrong().name, "") << "a frame fits";
@@ -112,7 +112,7 @@ TEST(LinkFacts, AReceiveBufferBelowAFrameIsNamedWithTheSystemsSetting) {
   EXPECT_THAT(buffer.advice, HasSubstr("sysctl net.core.rmem_max=6000000"));
 }
 
-TEST(LinkFacts, ACameraThatLimitsItselfIsNamedWithTheLimitThatIsEnough) {
+TEST(LinkFacts, ThrottledCameraNamesTheSufficientLimit) {
   GigabitLink setup;
   setup.limit = 30e6;
   const LinkFact limit = setup.Wrong();
@@ -151,7 +151,7 @@ TEST(LinkFacts, LostFramesNameTheCheckThatFindsTheRemedy) {
   EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)) << "it has no link";
 }
 
-TEST(LinkFacts, ACameraIsTheLimitWhereItsSettingOrTheLinkSaysSo) {
+TEST(LinkFacts, CameraIsTheLimitByItsSettingOrLink) {
   LinkFacts facts;
   EXPECT_EQ(CameraLimitText(20, facts), "") << "nothing is known";
   facts.set_fps = 60;
@@ -164,7 +164,7 @@ TEST(LinkFacts, ACameraIsTheLimitWhereItsSettingOrTheLinkSaysSo) {
   EXPECT_THAT(CameraLimitText(23.9, facts), HasSubstr("allows 24 frames a second"));
 }
 
-TEST(LinkFacts, ACameraThatSendsLessThanItIsSetToIsTheLimit) {
+TEST(LinkFacts, CameraSendingLessThanSetIsTheLimit) {
   LinkFacts facts;
   facts.set_fps = 30;
   EXPECT_THAT(CameraLimitText(10, facts), HasSubstr("sent 10 of the 30 frames a second that it is set to"));
@@ -191,7 +191,7 @@ TEST(LinkFacts, ARateIsNotHigherThanTheExposureAllows) {
               HasSubstr("is set to 100.0, of which its exposure time allows 10.0"));
 }
 
-TEST(LinkFacts, NeighboursAreCountedWithWhatTheirLinksCarry) {
+TEST(LinkFacts, NeighboursCountByTheirLinksRate) {
   GigabitLink setup = OnUsb("2-1.1", 5000, {});
   const auto beside_it = [&] {
     for (const LinkFact& fact : setup.Facts().facts)

@@ -37,7 +37,7 @@ std::unique_ptr<Device> OpenSim(const std::string& uri) { return OpenSimulatedDe
 
 double Mean(const Frame& frame) { return cv::mean(frame.image.pixels)[1]; }
 
-TEST(SimulatedFaults, AreReadFromWords) {
+TEST(SimulatedFaults, AreParsedFromText) {
   SimulatedFaults faults;
   for (const char* text :
        {"lost=0.005", "doubled=0.01", "swapped=0.02", "late=80:0.1", "freeze=5:2", "freeze=9:1",
@@ -207,7 +207,7 @@ TEST_F(FaultyGigeCamera, IsFoundAtItsPublicAddressOnly) {
   Take(*device, 5);
 }
 
-TEST_F(FaultyGigeCamera, ADisconnectedCameraCanBeOpenedAgain) {
+TEST_F(FaultyGigeCamera, ReopensAfterADisconnect) {
   // Longer than the camera's heartbeat of three seconds: it has forgotten who controlled it.
   const SimulatedGigeCamera server(With({"disconnect=0.5:4"}));
   const DeviceUri uri = DeviceUri::Parse("aravis:127.0.0.1?format=Mono8");

@@ -209,7 +209,7 @@ TEST(RayCaster, PicturesAreFilteredToThePixel) {
   }
 }
 
-TEST(Scene, CornersEverywhere) {
+TEST(Scene, HasCornersEverywhere) {
   for (const std::string& name : Scene::Names()) {
     if (name == "bust" || name == "picture" || name == "room") continue;  // have bare places by intent
     SimulationOptions options;
@@ -232,7 +232,7 @@ TEST(Scene, CornersEverywhere) {
   }
 }
 
-TEST(KeptCharts, AreReadAgainAndBakedAnewWhereTheyCannotBe) {
+TEST(KeptCharts, AreReadBackOrBakedAgainIfUnreadable) {
   namespace fs = std::filesystem;
   const auto scene = Scene::Named("picture");
   const test::ScratchFolder scratch;
@@ -355,7 +355,7 @@ TEST(SimulatedCamera, ExposureAndGainScaleTheLight) {
   EXPECT_NEAR(mean(0.001, 2) / once, 2, 0.03);
 }
 
-TEST(SimulatedCamera, MosaicHoldsTheColoursOfTheWholePicture) {
+TEST(SimulatedCamera, MosaicHoldsTheFullPicturesColours) {
   SimulationOptions options = Small();
   options.noise = false;
   const SimulatedCamera camera(options);

@@ -220,7 +220,7 @@ V4l2Mode Mode(const char* format, int width, int height, std::vector<double> fps
 }
 
 // As a usual webcam has them: large pictures are fast only as JPEG.
-TEST(V4l2Modes, LargestComfortablePictureThenBestFormat) {
+TEST(V4l2Modes, PreferTheLargestPictureThenFormat) {
   const std::vector<V4l2Mode> modes = {Mode("YUYV", 640, 480, {30}),       Mode("YUYV", 1280, 720, {10}),
                                        Mode("YUYV", 1920, 1080, {5}),      Mode("MJPEG", 640, 480, {30}),
                                        Mode("MJPEG", 1280, 720, {60, 30}), Mode("MJPEG", 1920, 1080, {30}),
@@ -373,7 +373,7 @@ TEST_F(V4l2, AnAutomaticThatIsAskedForStaysOn) {
   EXPECT_EQ(frame->exposure_s, 0);
 }
 
-TEST_F(V4l2, WhatACameraDoesNotHaveIsNotKnownToBeHeld) {
+TEST_F(V4l2, MissingControlsAreNotToldAsHeld) {
   const EmulatedV4l2Camera camera;
   const auto device = Open();
   device->Start();
@@ -428,7 +428,7 @@ TEST_F(V4l2, DamagedFramesAreIncomplete) {
   EXPECT_EQ(device->State(), DeviceState::kStreaming);
 }
 
-TEST_F(V4l2, ACutJpegIsIncompleteAndOneWithoutTablesIsWhole) {
+TEST_F(V4l2, CutJpegIsIncompleteOneWithoutTablesIsWhole) {
   std::vector<std::uint8_t> jpeg;
   cv::imencode(".jpg", cv::Mat(48, 64, CV_8UC3, cv::Scalar(30, 120, 220)), jpeg);
   std::vector<std::uint8_t> without;

@@ -150,7 +150,7 @@ double ShareAt(int frame, Follow follow) {
          6;
 }
 
-TEST(StepError, TellsStepsFromKinksAndKinksFromSmoothChange) {
+TEST(StepError, TellsStepsKinksAndSmoothChangeApart) {
   const auto of = [](Follow follow) {
     return StepErrorOf([&](int frame) -> cv::Mat {
       const cv::Mat truth = MovingTexture(frame);
@@ -188,7 +188,7 @@ TEST(StepError, ABlurThatMovesWithItsPointsIsNone) {
   EXPECT_GT(ErrorOf(blurred), 0.3 * ErrorOf(steps));
 }
 
-TEST(StepError, FollowsPointsAndLeavesOutThoseThatArePassed) {
+TEST(StepError, FollowsPointsUntilTheyArePassed) {
   const TrueDepth here = WallAt(0);
   TrueDepth there = WallAt(8);        // two pixels to the right
   there.depth.at<float>(10, 22) = 1;  // something stands before the wall

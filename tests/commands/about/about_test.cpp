@@ -112,7 +112,7 @@ TEST(Version, TellsTheLibrariesAndTheRenderer) {
 
 // Loading and binding libraries is what a start costs. Those of pictures and videos that OpenCV brings are a hundred and
 // more, FFmpeg's another hundred, loaded when a video is read.
-TEST(Version, AStartLoadsNoLibrariesOfVideosAndNoneOfOpenCvsReaders) {
+TEST(Version, StartLoadsNoVideoOrPictureLibraries) {
   const std::string libraries = Said("ldd \"$ULF_BINARY\"");
   EXPECT_THAT(libraries, HasSubstr("libopencv_core"));
   for (const char* name : {"libopencv_imgcodecs", "libopencv_videoio", "libopencv_highgui", "libavcodec",
@@ -168,7 +168,7 @@ TEST(Version, IsToldWithoutOpenGl) {
   EXPECT_THAT(result.output, AllOf(StartsWith("ulf "), HasSubstr("OpenGL: none: ")));
 }
 
-TEST(Manual, HasAPageForEveryCommandWithEveryOptionOfItsHelp) {
+TEST(Manual, HasEveryCommandWithEveryOption) {
   const ScratchFolder folder;
   const CommandResult result = RunUlf("manual " + folder.path().string());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -213,7 +213,7 @@ TEST(Manual, HasNothingThatGroffWarnsOf) {
     EXPECT_EQ(Said("groff -man -ww -z -T utf8 " + page.path().string()), "") << page.path();
 }
 
-TEST(Completion, OfAnotherShellIsWrongUsage) {
+TEST(Completion, ForAnUnknownShellIsWrongUsage) {
   const CommandResult result = RunUlf("completion tcsh");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.errors, AllOf(HasSubstr("tcsh"), HasSubstr("bash, zsh and fish")));
@@ -275,7 +275,7 @@ std::string WithFolders(const ScratchFolder& folder, const std::string& shell) {
   return "cd " + folder.path().string();
 }
 
-TEST(Completion, Bash) {
+TEST(Completion, CompletesInBash) {
   if (!Installed("bash")) GTEST_SKIP() << "bash is not installed";
   const ScratchFolder folder;
   const std::string begin = WithFolders(folder, "bash");
@@ -287,7 +287,7 @@ TEST(Completion, Bash) {
   });
 }
 
-TEST(Completion, Fish) {
+TEST(Completion, CompletesInFish) {
   if (!Installed("fish")) GTEST_SKIP() << "fish is not installed";
   const ScratchFolder folder;
   const std::string begin = WithFolders(folder, "fish") + " && export HOME=$PWD";
@@ -299,7 +299,7 @@ TEST(Completion, Fish) {
 }
 
 // zsh completes at a prompt only: one is made in a terminal of its own (zpty), and what it would list is printed.
-TEST(Completion, Zsh) {
+TEST(Completion, CompletesInZsh) {
   if (!Installed("zsh")) GTEST_SKIP() << "zsh is not installed";
   const ScratchFolder folder;
   const std::string begin = WithFolders(folder, "zsh");

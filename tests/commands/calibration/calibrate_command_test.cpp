@@ -113,7 +113,7 @@ TEST(CollectViews, StillsAreReleasedAndHaveTheirOwnSize) {
   EXPECT_THROW(CollectViews(without, Board(), options), UsageError);
 }
 
-TEST(CollectFrames, PhotographsAreAskedForOneByOneAndLiveFramesAreNot) {
+TEST(CollectFrames, AsksForPhotographsOneByOne) {
   ScriptedDevice device(true);
   CalibrationCaptureOptions options;
   options.mode = "still";
@@ -188,7 +188,7 @@ class WorkIn {
 };
 
 // The work is never lost: without a name it is written under one that nothing has.
-TEST(CalibrateCommand, ImagesWithoutANameForTheFileAreCalibratedIntoThisFolder) {
+TEST(CalibrateCommand, WritesIntoThisFolderByDefault) {
   const test::ScratchFolder scratch, images;
   const BoardScene scene({.board = Board(), .camera = SimulatedLens("barrel", 640, 480)});
   for (std::uint64_t i = 0; i < 8; ++i)
@@ -207,7 +207,7 @@ TEST(CalibrateCommand, ImagesWithoutANameForTheFileAreCalibratedIntoThisFolder) 
   EXPECT_THAT(why.output, AllOf(HasSubstr("left out"), HasSubstr("Chosen (*)"), HasSubstr("\n* ")));
 }
 
-TEST(CalibrateCommand, TheFlatFieldHasAReportAndItsPartOfTheSensor) {
+TEST(CalibrateCommand, FlatFieldHasAReportAndARegion) {
   const test::ScratchFolder scratch;
   const std::string file = (scratch / "camera.json").string(), report = (scratch / "report").string();
   const SensorWindow window{640, 480, 100, 60, 320, 240};
@@ -235,7 +235,7 @@ TEST(CalibrateCommand, TheFlatFieldHasAReportAndItsPartOfTheSensor) {
 }
 
 // Real pictures from which the principal point does not come out: that is said first.
-TEST(CalibrateCommand, WhatMakesTheResultWrongIsTheFirstWarning) {
+TEST(CalibrateCommand, GravestWarningComesFirst) {
   ULF_NEED_TEST_DATA(webcam, "chessboard_webcam");
   const test::ScratchFolder scratch;
   const auto result = test::RunUlf("calibrate " + webcam.string() + " --board chessboard:8x8:25 -o " +
@@ -264,7 +264,7 @@ TEST(CalibrateCommand, RefusalsSayWhy) {
       << "no intrinsics yet";
 }
 
-TEST(CalibrateCommand, FindsColoursFromAChartAndAGreyCard) {
+TEST(CalibrateCommand, FindsColoursFromChartAndGreyCard) {
   test::ScratchFolder scratch;
   const std::string file = (scratch / "camera.json").string();
   const std::string chart = "calibrate --colour 'sim:chart?seed=3&lamp_k=3200&crosstalk=0.2'";

@@ -55,7 +55,7 @@ TEST(GuidePicture, ShowsWhatIsMissingAndWhatWasFound) {
   }
 }
 
-TEST(GuidePicture, AFileIsRewrittenWhileADeviceIsCalibrated) {
+TEST(GuidePicture, FileIsRewrittenDuringCalibration) {
   const test::ScratchFolder scratch;
   const std::string preview = (scratch / "live.png").string(), file = (scratch / "camera.json").string();
   const auto result = test::RunUlf("calibrate sim:board -o " + file + " --preview " + preview);

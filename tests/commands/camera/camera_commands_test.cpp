@@ -33,7 +33,7 @@ TEST(DeviceReport, CountsAreTheSameForPeopleAndPrograms) {
   EXPECT_TRUE(json["clock_offset_s"].is_null());
 }
 
-TEST(RecordCommand, KeepsSoManyFramesAndRefusesAFolderThatIsTaken) {
+TEST(RecordCommand, KeepsFramesAndRefusesATakenFolder) {
   const test::ScratchFolder folder;
   const std::string command =
       "record 'sim:wall?width=64&height=48' --json --frames 5 -o " + (folder / "session").string();

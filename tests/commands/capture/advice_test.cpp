@@ -65,7 +65,7 @@ constexpr StartObstacle kObstacles[]{
     StartObstacle::kTooFewMatches,  StartObstacle::kRotationOnly,       StartObstacle::kLowParallax,
     StartObstacle::kAmbiguousPlane, StartObstacle::kConflictingMotions, StartObstacle::kMapDidNotHold};
 
-TEST(Advice, OfTheTrackerFitsTheSource) {
+TEST(Advice, FromTheTrackerFitsTheSource) {
   for (const FrameSource source : kFrameSources) {
     std::vector<std::string> said{ZoomInWords(1.1, source), WrongLens().Advice(source)};
     CalibrationCheck check = WrongLens();
@@ -100,7 +100,7 @@ TEST(Advice, OfTheTrackerFitsTheSource) {
   EXPECT_THAT(tracking::Advice(StartObstacle::kRotationOnly, FrameSource::kCamera), HasSubstr("sideways"));
 }
 
-TEST(Advice, OfMistakesAndThePreflightFitsTheSource) {
+TEST(Advice, OnMistakesAndPreflightFitsTheSource) {
   for (const FrameSource source : kFrameSources) {
     for (const Mistake mistake : kMistakes)
       for (const bool compensated : {false, true}) {
@@ -132,7 +132,7 @@ TEST(Advice, OfMistakesAndThePreflightFitsTheSource) {
   }
 }
 
-TEST(Advice, OfTheDisplayFitsTheSource) {
+TEST(Advice, OnTheDisplayFitsTheSource) {
   for (const FrameSource source : kFrameSources) {
     CaptureState state;
     state.source = source;
@@ -166,7 +166,7 @@ TEST(Advice, OfTheDisplayFitsTheSource) {
   }
 }
 
-TEST(Advice, OfTheTurntableFitsTheSource) {
+TEST(Advice, OnATurntableFitsTheSource) {
   for (const FrameSource source : kFrameSources) {
     TurntableWatch unseen("charuco:5x5:54:40:DICT_4X4_50", source),
         still("charuco:5x5:54:40:DICT_4X4_50", source);
@@ -224,7 +224,7 @@ class WithoutLiveView : public Device {
   const FrameSource source_;
 };
 
-TEST(Advice, WithoutLiveViewIsTheWayByPhotographs) {
+TEST(Advice, WithoutLiveViewNamesPhotographs) {
   for (const FrameSource source : kFrameSources) try {
       RequireLiveFrames(WithoutLiveView(source));
       ADD_FAILURE() << "waits for ever";

@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-TEST(CaptureArguments, BecomeWhatTheSessionIsAskedFor) {
+TEST(CaptureArguments, BecomeSessionOptions) {
   CaptureArgs args;
   EXPECT_EQ(OptionsFrom(args).threshold_px, 7);
   EXPECT_FALSE(OptionsFrom(args).cap);
@@ -30,7 +30,7 @@ TEST(CaptureArguments, BecomeWhatTheSessionIsAskedFor) {
   EXPECT_FALSE(OptionsFrom(args).cap);
 }
 
-TEST(CaptureArguments, OfATurntableAreAMarkersSpec) {
+TEST(CaptureArguments, OfATurntableBecomeAMarkerSource) {
   CaptureArgs args;
   args.turntable = "charuco:5x5:54:40:DICT_4X4_50";
   args.poses = PosesFrom(args);
@@ -59,7 +59,7 @@ TEST(CaptureArguments, OfATurntableAreAMarkersSpec) {
   refused([](CaptureArgs& args) { args.turntable = "dots:3"; }, "markers 'dots:3'");
 }
 
-TEST(CaptureArguments, ThatContradictEachOtherAreRefused) {
+TEST(CaptureArguments, AreRefusedWhenContradictory) {
   const auto refused = [](const auto& change, const char* words) {
     CaptureArgs args;
     change(args);
@@ -74,7 +74,7 @@ TEST(CaptureArguments, ThatContradictEachOtherAreRefused) {
 }
 
 // Over the last second, whatever came before, and anew where the camera's clock begins anew.
-TEST(CaptureMeters, TellTheRateOfLate) {
+TEST(CaptureMeters, TellTheRecentRate) {
   CaptureMeters meters;
   EXPECT_FALSE(meters.FramesPerS());
   for (int i = 0; i <= 20; ++i) meters.FrameAt(0.1 * i);

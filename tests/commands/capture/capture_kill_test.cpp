@@ -87,7 +87,7 @@ TEST(CaptureProcess, SurvivesSigkillAtRandomMoments) {
   EXPECT_GT(total, 2u * KILLS) << "the kills came before anything was recorded: the test shows nothing";
 }
 
-TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
+TEST(CaptureProcess, CrashClosesAndNamesTheLightField) {
   if (test::kIsSanitized) GTEST_SKIP() << "the sanitizer has its own word to say";
   test::ScratchFolder scratch;
   const fs::path dir = scratch / "lf", errors = scratch / "errors";
@@ -116,7 +116,7 @@ TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
       testing::HasSubstr(fmt::format("still running): {} of it", Counted(closed.views.size(), "view"))));
 }
 
-TEST(CaptureProcess, AnOverrunStackClosesTheLightFieldInWhateverThread) {
+TEST(CaptureProcess, StackOverflowClosesTheLightField) {
   if (test::kIsSanitized) GTEST_SKIP() << "the sanitizer has its own word to say";
   for (const auto& [where, name] : {std::pair{"main", "overrun_capture"}, {"other", "overrun"}}) {
     test::ScratchFolder scratch;
@@ -134,7 +134,7 @@ TEST(CaptureProcess, AnOverrunStackClosesTheLightFieldInWhateverThread) {
   }
 }
 
-TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {
+TEST(CaptureProcess, SigintClosesAndResumeGoesOn) {
   test::ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   const pid_t child = StartCapture(dir, 3);

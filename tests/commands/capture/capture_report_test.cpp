@@ -41,7 +41,7 @@ TEST(CaptureReport, SaysWhichLimitEndedIt) {
   }
 }
 
-TEST(CaptureReport, AWrongFocalLengthAndARollingShutterAreSaid) {
+TEST(CaptureReport, SaysWrongLensAndRollingShutter) {
   CaptureSummary summary;
   EXPECT_THAT(ToText(summary, 0, "vase"), AllOf(Not(HasSubstr("calibration")), Not(HasSubstr("shutter"))));
   summary.calibration = CalibrationCheck{
@@ -79,7 +79,7 @@ TEST(CaptureReport, MistakesAreSaidOnceEachWithTheirCure) {
   EXPECT_THAT(NothingRecorded(summary, 20), HasSubstr("never came to rest"));
 }
 
-TEST(CaptureReport, OneIsSingular) {
+TEST(CaptureReport, SaysOneInTheSingular) {
   CaptureSummary summary;
   summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 1;
   EXPECT_THAT(ToText(summary, 1, "vase"),
@@ -91,7 +91,7 @@ TEST(CaptureReport, OneIsSingular) {
                     HasSubstr("paused 2 times,"), HasSubstr("this session   2 frames,")));
 }
 
-TEST(CaptureReport, TheGeometryNamesTheCommandThatMakesWhatIsMissing) {
+TEST(CaptureReport, MissingGeometryNamesItsCommand) {
   CaptureSummary summary;
   FinishedGeometry geometry;
   auto mesh = std::make_shared<LiveMesh>();
@@ -103,11 +103,11 @@ TEST(CaptureReport, TheGeometryNamesTheCommandThatMakesWhatIsMissing) {
               HasSubstr("there was no time for 3 more depth maps; 'ulf proxy \"my vase\"' makes them all\n"));
 }
 
-TEST(CaptureReport, WhatWasDroppedNamesTheReason) {
+TEST(CaptureReport, DroppedFramesNameTheReason) {
   EXPECT_THAT(ToText(CaptureSummary{}, 0, "vase"), HasSubstr("0 dropped (processing too slow), 0 missing"));
 }
 
-TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
+TEST(CaptureReport, FewViewsAreExplainedWithAdvice) {
   CaptureSummary walk = With(Reason::kOutsideRectangle, 174);
   walk.frames = 300, walk.recorded = 7, walk.subject_was_found = true;
   EXPECT_THAT(FewRecordedReason(walk), AllOf(HasSubstr("only 7 of 300 frames recorded: for 174"),
@@ -130,7 +130,7 @@ TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
   EXPECT_EQ(FewRecordedReason(walk), "") << "all that was wanted is there";
 }
 
-TEST(CaptureReport, ReasonsThatSayTheCameraIsElsewhereCountTogether) {
+TEST(CaptureReport, ElsewhereReasonsCountTogether) {
   const auto with = [](std::uint64_t outside, std::uint64_t inside, std::uint64_t lost) {
     CaptureSummary summary = With(Reason::kOutsideRectangle, outside);
     summary.reasons[static_cast<std::size_t>(Reason::kInsideSphere)] = inside;
@@ -163,7 +163,7 @@ TEST(CaptureReport, TransportCountersFitTheTerminal) {
                           Not(HasSubstr("packet size negotiated "))));
 }
 
-TEST(CaptureReport, NothingRecordedNamesTheCommonestReasonAndTheWayOut) {
+TEST(CaptureReport, NoViewNamesTheCommonestReason) {
   EXPECT_THAT(NothingRecorded({}, 0), HasSubstr("no complete frame came"));
   EXPECT_THAT(NothingRecorded(With(Reason::kTracking, 30), 0),
               AllOf(HasSubstr("in none of 30 frames"), HasSubstr("sideways")));

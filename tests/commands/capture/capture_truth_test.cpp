@@ -42,7 +42,7 @@ nlohmann::json Capture(const test::ScratchFolder& scratch, const std::string& na
   return JsonFromText(captured.output);
 }
 
-TEST(CaptureTruth, IsSmallAgainstTruePosesAndSeesWhatIsWrongWithOthers) {
+TEST(CaptureTruth, IsSmallForTruePosesAndSeesWrongOnes) {
   test::ScratchFolder scratch;
   const std::vector<TimedPose> truth = TruePoses();
   const nlohmann::json right = Capture(scratch, "right", truth);

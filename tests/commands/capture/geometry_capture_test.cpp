@@ -99,7 +99,7 @@ std::vector<double> DepthErrors(const ViewDepthMap& map, const Rigid3& cam_from_
   return errors;
 }
 
-TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
+TEST(GeometryCapture, MeshAndMapsAreReadyAtTheEnd) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   const CommandResult run = Capture(dir, "--until-covered 20x14");
@@ -135,7 +135,7 @@ TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
 }
 
 // The tracker's poses, which are corrected to the end.
-TEST(GeometryCapture, SoftFieldTakesTheDepthMapsOfCorrectedPoses) {
+TEST(GeometryCapture, SoftFieldTakesMapsOfCorrectedPoses) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   const std::string device = "sim:studio?width=320&height=240&look_away=0";
@@ -196,7 +196,7 @@ TEST(GeometryCapture, OlderMeshIsKept) {
   EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty()) << "earlier views and new ones";
 }
 
-TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMapsAndKeepsThem) {
+TEST(GeometryCapture, ResumedCaptureRenewsTheDepthMaps) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 30 --deterministic").exit_code, 0);
@@ -329,7 +329,7 @@ TEST(GeometryCapture, FinerMeshStaysUntilANewOneIsAsGood) {
   EXPECT_EQ(coverage::WhyThatStays(dir, fewer_triangles), "");
 }
 
-TEST(GeometryCapture, ResumeGoesOnFromTheMapsThatAreThere) {
+TEST(GeometryCapture, ResumeGoesOnFromExistingMaps) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 45 --deterministic").exit_code, 0);
@@ -418,7 +418,7 @@ TEST(GeometryCapture, AMeshTellsTheViewsThatItIsOf) {
 }
 
 // A folder where no mesh can be written: the views are all there, the mesh that was there is untouched.
-TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
+TEST(GeometryCapture, UnwritableMeshCostsNothingElse) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 60 --no-geometry").exit_code, 0);
@@ -433,7 +433,7 @@ TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
   EXPECT_FALSE(fs::exists(dir / "depth"));
 }
 
-TEST(GeometryCapture, DepthMapsThatCannotBeWrittenCostNothingElse) {
+TEST(GeometryCapture, UnwritableMapsCostNothingElse) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 30 --no-geometry").exit_code, 0);
@@ -448,7 +448,7 @@ TEST(GeometryCapture, DepthMapsThatCannotBeWrittenCostNothingElse) {
 }
 
 // A disk that has room for the capture and none for its mesh: the views are all there, and that is said.
-TEST(GeometryCaptureOnASmallDisk, FullWhenTheMeshIsWrittenItCostsTheMeshAlone) {
+TEST(GeometryCaptureOnASmallDisk, FullDiskCostsMeshAlone) {
   const ScratchFolder scratch;
   const fs::path disk = scratch / "disk", dir = disk / "lf";
   fs::create_directory(disk);
@@ -472,7 +472,7 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheMeshIsWrittenItCostsTheMeshAlone) {
 }
 
 // The same with room for the mesh and none for the depth maps beside it.
-TEST(GeometryCaptureOnASmallDisk, FullWhenTheDepthMapsAreWrittenItCostsThemAlone) {
+TEST(GeometryCaptureOnASmallDisk, FullDiskCostsMapsAlone) {
   const ScratchFolder scratch;
   const fs::path disk = scratch / "disk", dir = disk / "lf";
   fs::create_directory(disk);
@@ -499,7 +499,7 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheDepthMapsAreWrittenItCostsThemAlone
 }
 
 // A kill while maps are being made: no mesh, a light field that opens, and geometry of all views when it goes on.
-TEST(GeometryCapture, KilledCaptureGoesOnWithTheGeometryOfAllViews) {
+TEST(GeometryCapture, KilledCaptureResumesAllGeometry) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   const char* binary = std::getenv("ULF_BINARY");
@@ -526,7 +526,7 @@ TEST(GeometryCapture, KilledCaptureGoesOnWithTheGeometryOfAllViews) {
   EXPECT_GT(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), 3000u);
 }
 
-TEST(GeometryCapture, DeterministicGeometryIsTheSameTwice) {
+TEST(GeometryCapture, DeterministicGeometryIsRepeatable) {
   const ScratchFolder scratch;
   for (const char* name : {"a", "b"})
     ASSERT_EQ(Capture(scratch / name, "--frames 50 --deterministic").exit_code, 0);

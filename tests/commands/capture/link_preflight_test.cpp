@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(LinkPreflight, ACameraThatLimitsItselfIsNamedBeforeTheFirstView) {
+TEST(LinkPreflight, NamesAThrottledCamera) {
   static const std::optional<std::string> why_not = EnterLoopbackNamespace();
   if (why_not) GTEST_SKIP() << *why_not;
   const ScratchFolder scratch;

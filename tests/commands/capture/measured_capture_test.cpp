@@ -33,7 +33,7 @@ CommandResult Capture(const fs::path& dir, const std::string& more) {
 }
 
 // By the bound every disc of the map gets a view. The pictures are as good as asked for with fewer.
-TEST(MeasuredCapture, RecordsFewerViewsWhereThePicturesAreGood) {
+TEST(MeasuredCapture, RecordsFewerViewsOfGoodPictures) {
   const ScratchFolder scratch;
   const CommandResult bound = Capture(scratch / "bound", "--until-covered 14x8 --no-geometry");
   ASSERT_EQ(bound.exit_code, 0) << bound.errors;
@@ -67,7 +67,7 @@ TEST(MeasuredCapture, RecordsFewerViewsWhereThePicturesAreGood) {
   EXPECT_THAT(words.output, HasSubstr("dB, in the worst tenth"));
 }
 
-TEST(MeasuredCapture, BoundAloneDecidesAndErrorsAreMeasuredAllTheSame) {
+TEST(MeasuredCapture, MeasuresErrorsWhenTheBoundDecides) {
   const ScratchFolder scratch;
   const std::string frames = "--frames 50";
   const CommandResult with = Capture(scratch / "with", frames);
@@ -78,14 +78,14 @@ TEST(MeasuredCapture, BoundAloneDecidesAndErrorsAreMeasuredAllTheSame) {
   EXPECT_TRUE(JsonFromText(without.output)["measured"].is_null());
 }
 
-TEST(MeasuredCapture, SaysThatNothingWasMeasuredAndTheBoundDecided) {
+TEST(MeasuredCapture, SaysThatOnlyTheBoundDecided) {
   const ScratchFolder scratch;
   const CommandResult run = Capture(scratch / "lf", "--frames 3 --cover measured");
   EXPECT_THAT(run.errors, HasSubstr("no errors were measured"));
   EXPECT_THAT(run.errors, HasSubstr("the bound alone decided"));
 }
 
-TEST(MeasuredCapture, GoesOnWithWhatWasMeasuredAndViewsThatAreTakenBackTakeTheirErrorsAlong) {
+TEST(MeasuredCapture, ResumesWithoutTakenBackMeasures) {
   const ScratchFolder scratch;
   ASSERT_EQ(Capture(scratch / "lf", "--frames 90 --until-covered 40x20 --cover measured:29").exit_code, 0);
   const auto before = ReadLightField(scratch / "lf").measured;
@@ -107,7 +107,7 @@ TEST(MeasuredCapture, GoesOnWithWhatWasMeasuredAndViewsThatAreTakenBackTakeTheir
   EXPECT_LT(left.measured->directions.size(), after.measured->directions.size() / 2);
 }
 
-TEST(MeasuredCapture, PhotographsThatCannotBeReadAreLeftOut) {
+TEST(MeasuredCapture, LeavesOutUnreadablePhotographs) {
   const ScratchFolder scratch;
   ASSERT_EQ(Capture(scratch / "lf", "--frames 60 --until-covered 40x20").exit_code, 0);
   const LightField before = ReadLightField(scratch / "lf");

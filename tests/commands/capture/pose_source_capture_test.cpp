@@ -36,7 +36,7 @@ using ::testing::HasSubstr;
 constexpr const char* kBoardOfEasel = "aruco:3x4:45:9:DICT_4X4_50";
 
 // The board's frame and its metre are the light field's; then it is looked round with a marker.
-TEST(PoseSourceCapture, MarkersGiveTheMetreAndThenTheMouse) {
+TEST(PoseSourceCapture, MarkersGiveMetresAndThenTheView) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "field").string();
   // The subject, 33 cm to the right of the easel's board, in the board's own frame.

@@ -91,7 +91,7 @@ class PulledCable : public ::testing::Test {
   std::unique_ptr<SimulatedGigeCamera> camera_;
 };
 
-TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
+TEST_F(PulledCable, CaptureGoesOnSoonAndLosesNothing) {
   const fs::path dir = scratch_ / "lf";
   const auto capture = StartCapture();
   ASSERT_TRUE(WaitForViews(dir, 3, 60)) << capture->ReadUntil("nothing of the kind", 1);
@@ -134,7 +134,7 @@ TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
   EXPECT_GT(gap_s, 2) << "as long as the cable was out, and in the journal";
 }
 
-TEST_F(PulledCable, AClockThatLosesItsMasterIsToldAndNotClaimedInTheJournal) {
+TEST_F(PulledCable, LostClockMasterIsToldNotClaimed) {
   const fs::path dir = scratch_ / "lf";
   const auto capture = StartCapture("ptp=on");
   ASSERT_TRUE(WaitForViews(dir, 2, 60)) << capture->ReadUntil("nothing of the kind", 1);
@@ -157,7 +157,7 @@ pid_t LibrarysThread(pid_t process) {
   return 0;
 }
 
-TEST_F(PulledCable, ALibraryThatDiesLeavesTheLightFieldClosed) {
+TEST_F(PulledCable, DyingLibraryClosesTheLightField) {
   if (kIsSanitized) GTEST_SKIP() << "the sanitizer handles the signal";
   const fs::path dir = scratch_ / "lf";
   const auto capture = StartCapture();
@@ -174,7 +174,7 @@ TEST_F(PulledCable, ALibraryThatDiesLeavesTheLightFieldClosed) {
   EXPECT_THAT(ReadWholeFile(dir / "journal.jsonl"), HasSubstr("\"event\":\"close\""));
 }
 
-TEST_F(PulledCable, ACrashedProgramsCameraIsHadAgainByTheNextOne) {
+TEST_F(PulledCable, NextProgramReopensACrashedOnesCamera) {
   auto capture = StartCapture();
   ASSERT_TRUE(WaitForViews(scratch_ / "lf", 1, 60));
   capture->Kill();
@@ -195,7 +195,7 @@ TEST_F(PulledCable, AStopWhileItIsOutClosesTheLightField) {
   EXPECT_TRUE(fs::exists(dir / "transforms.json"));
 }
 
-TEST_F(PulledCable, LostForGoodItClosesTheLightFieldAndSaysSo) {
+TEST_F(PulledCable, FinalLossClosesTheLightField) {
   const fs::path dir = scratch_ / "lf";
   const auto capture = StartCapture("reconnect_s=1");
   ASSERT_TRUE(WaitForViews(dir, 2, 60));

@@ -38,7 +38,7 @@ OverPlaneAndMesh Evaluated(const fs::path& dir, const std::string& more) {
 }
 
 // The mesh is the capture's own: it knows the photographs that are left out.
-TEST(RealSets, PosedPhotographsOfAFoxAreCapturedOverTheirOwnMesh) {
+TEST(RealSets, CapturesTheFoxOverItsOwnMesh) {
   ULF_NEED_TEST_DATA(data, "fox_half");
   const ScratchFolder scratch;
   const fs::path dir = scratch / "fox";

@@ -91,7 +91,7 @@ class Resumed : public ::testing::Test {
   const test::ScratchFolder scratch_;
 };
 
-TEST_F(Resumed, WhatMustAgreeIsRefusedWithBothValues) {
+TEST_F(Resumed, RefusalNamesBothValues) {
   Begin();
   CaptureArgs args = Args();
   args.quality = "fast";
@@ -128,7 +128,7 @@ TEST_F(Resumed, AWorldMustAgree) {
   EXPECT_NO_THROW(RequireResumable(args, {"turntable"}));
 }
 
-TEST_F(Resumed, WhatCannotBeHonouredIsRefused) {
+TEST_F(Resumed, RefusesWhatItCannotHonour) {
   Begin();
   CaptureArgs args = Args();
   Refused(args, "subject", {"auto", "1,2,3,0.5", "leave it out"});
@@ -151,7 +151,7 @@ TEST_F(Resumed, WhatCannotBeHonouredIsRefused) {
       << "there is nothing yet that speaks against them";
 }
 
-TEST_F(Resumed, WhatIsUsedIsNeverRefused) {
+TEST_F(Resumed, NeverRefusesUsedOptions) {
   Begin();
   std::set<std::string> used;
   for (const ResumeRule& rule : ResumeRules())

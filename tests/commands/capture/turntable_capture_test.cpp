@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 
 constexpr const char* kBoard = "charuco:5x5:54:40:DICT_4X4_50";
 
-TEST(TurntableCapture, IsAnOrdinaryCaptureWithoutTheBackground) {
+TEST(TurntableCapture, CapturesWithoutTheBackground) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "field").string(), uri = "sim:turntable?cap=60x10&row_deg=12&fps=3";
   const auto captured = RunUlf(
@@ -92,7 +92,7 @@ TEST(TurntableCapture, IsAnOrdinaryCaptureWithoutTheBackground) {
   EXPECT_EQ(over.at<cv::Vec3b>(4, 4), cv::Vec3b(255, 255, 255));
 }
 
-TEST(TurntableCapture, SaysThatNothingTurnsAndKeepsTheViews) {
+TEST(TurntableCapture, SaysThatNothingTurns) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "field").string();
   const auto captured =
@@ -108,7 +108,7 @@ TEST(TurntableCapture, SaysThatNothingTurnsAndKeepsTheViews) {
 
 // Photographs by others of a plaster temple, which to them turned before black cloth: every eighth is left out and
 // rendered from the rest, over geometry that was made without it, with the cloth masked and as it is.
-TEST(TurntableCapture, OfARealTempleIsRenderedBetterWithoutTheCloth) {
+TEST(TurntableCapture, MasksImproveARealTemple) {
   ULF_NEED_TEST_DATA(data, "temple_ring");
   test::ScratchFolder scratch;
   LightField temple = test::MiddleburyLightField(data, "templeR_par.txt");

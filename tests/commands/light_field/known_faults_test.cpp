@@ -132,7 +132,7 @@ TEST_F(KnownFaults, TheListNamesEveryCommandOnLightFields) {
   EXPECT_EQ(listed, CommandsOnLightFields());
 }
 
-TEST_F(KnownFaults, OfARightSetNoCommandSaysAny) {
+TEST_F(KnownFaults, NoCommandNamesAnyForARightSet) {
   WriteSet({0, 1, 2, 3, 4, 5, 6, 7}, 1);
   const CommandResult imported = RunUlf("import " + set_.string() + " -o " + Dir());
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
@@ -195,7 +195,7 @@ TEST_F(KnownFaults, EndWithTheExchangeOfPhotographs) {
   EXPECT_THAT(said(""), Not(HasSubstr(kWrongPoses)));
 }
 
-TEST_F(KnownFaults, PhotographsThatDifferFromTheirMastersAreSentToRepair) {
+TEST_F(KnownFaults, PhotographsUnlikeMastersNameRepair) {
   WriteSet({0, 1, 2, 3, 4, 5, 6, 7}, 1);
   for (int v = 1; v <= 8; ++v) {  // of more than 8 bits: they become masters
     const std::string file = (set_ / fmt::format("images/{}.", v)).string();
@@ -218,7 +218,7 @@ TEST_F(KnownFaults, PhotographsThatDifferFromTheirMastersAreSentToRepair) {
   EXPECT_THAT(RunUlf("info " + Dir() + " --check-poses").output, Not(HasSubstr("contradicted")));
 }
 
-TEST_F(KnownFaults, OfARealSetAreSaidAgain) {
+TEST_F(KnownFaults, AreSaidAgainForARealSet) {
   ULF_NEED_TEST_DATA(fox, "fox_half");
   fs::copy(fox, set_, fs::copy_options::recursive);
   const LightField right = ReadLightField(set_);

@@ -22,7 +22,7 @@ using ::testing::Not;
 constexpr char kDevice[] =
     "'sim:lightbox?width=320&height=240&fps=30&format=bayerrg12&exposure_us=1000&speed_deg_s=5&look_away=0'";
 
-TEST(MergeCommand, ABracketedCaptureIsMergedAtItsEndAndAnewByMerge) {
+TEST(MergeCommand, MergesABracketedCaptureAgain) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   const CommandResult capture = RunUlf(
@@ -72,7 +72,7 @@ TEST(MergeCommand, ABracketedCaptureIsMergedAtItsEndAndAnewByMerge) {
   EXPECT_THAT(missing.errors, HasSubstr(view.exposures[0].master_path));
 }
 
-TEST(MergeCommand, WhatCannotBeBracketedOrMergedIsSaid) {
+TEST(MergeCommand, RefusesWhatItCannotBracketOrMerge) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string(),
                     capture = std::string("capture ") + kDevice + " -o " + dir;

@@ -53,7 +53,7 @@ class ProgramsOfOthers : public testing::Test {
 };
 ScratchFolder* ProgramsOfOthers::scratch_ = nullptr;
 
-TEST_F(ProgramsOfOthers, ColmapFindsNoFeatureWhereAMaskExcludes) {
+TEST_F(ProgramsOfOthers, ColmapObeysMasks) {
   ASSERT_EQ(std::system("command -v colmap >/dev/null"), 0) << "colmap is not installed: ./run deps";
   const ScratchFolder scratch;
   const fs::path masked = scratch / "masked";

@@ -57,7 +57,7 @@ class AtTheDesk : public testing::Test {
   fs::path dir_ = scratch_ / "field";
 };
 
-TEST_F(AtTheDesk, ViewsAreTakenOutThroughTheJournalAndTheirPhotographsKept) {
+TEST_F(AtTheDesk, TakesViewsOutAndKeepsTheirPhotographs) {
   const LightField before = ReadLightField(dir_);
   const std::string photograph = ReadWholeFile(dir_ / before.views[3].image_path);
   const CommandResult result = RunUlf("take-back " + Dir() + " 4 7");
@@ -83,7 +83,7 @@ TEST_F(AtTheDesk, ViewsAreTakenOutThroughTheJournalAndTheirPhotographsKept) {
   EXPECT_EQ(Json("info " + Dir())["taken_back"], 3);
 }
 
-TEST_F(AtTheDesk, NumbersThatAreNoViewsAreNamedAndNothingIsTakenOut) {
+TEST_F(AtTheDesk, NamesUnknownNumbersAndTakesNothingOut) {
   const std::string journal = ReadWholeFile(dir_ / "journal.jsonl");
   const CommandResult unknown = RunUlf("take-back " + Dir() + " 4 99");
   EXPECT_EQ(unknown.exit_code, 1);
@@ -135,7 +135,7 @@ TEST_F(AtTheDesk, WithoutViewsNothingIsMeasuredOrAdvised) {
   EXPECT_FALSE(fs::exists(scratch_ / "out"));
 }
 
-TEST_F(AtTheDesk, WhatWasMeasuredAboutAnotherSubjectLapses) {
+TEST_F(AtTheDesk, MeasuresOfAnotherSubjectLapse) {
   LightFieldWriter writer = LightFieldWriter::Resume(dir_);
   writer.SetMeasured({.goal_db = 33, .directions = {{.cause = "none"}}});
   writer.Close(1);
@@ -157,7 +157,7 @@ TEST_F(AtTheDesk, RangesOfViewsAreTakenOut) {
 }
 
 // As where the disk fails half way: the views leave together, and the next writer moves what stayed.
-TEST_F(AtTheDesk, WhatIsDoneWhenAViewCannotBeTakenOutIsTold) {
+TEST_F(AtTheDesk, ReportsAViewThatCannotBeTakenOut) {
   const ScratchFolder elsewhere;
   if (const auto why_not = MountSmallDisk(elsewhere.path(), 1 << 20)) GTEST_SKIP() << *why_not;
   // A file that is mounted cannot be moved.
@@ -184,7 +184,7 @@ TEST_F(AtTheDesk, AFolderThatACaptureHoldsIsLeftAlone) {
   EXPECT_EQ(ReadLightField(dir_).views.size(), 24u);
 }
 
-TEST_F(AtTheDesk, InfoTellsWhoseTheGeometryIsAndWhetherItFits) {
+TEST_F(AtTheDesk, InfoTellsWhetherTheGeometryFits) {
   const auto fits = Json("info " + Dir())["geometry"];
   EXPECT_EQ(fits["triangles"], PlaneAndSquare()->triangles.size());
   EXPECT_EQ(fits["vertices"], PlaneAndSquare()->vertices.size());
@@ -237,7 +237,7 @@ TEST_F(AtTheDesk, InfoTellsWhoseTheGeometryIsAndWhetherItFits) {
 }
 
 // A mesh whose end is missing, one with a corner that is no vertex, and what is no mesh.
-TEST_F(AtTheDesk, AMeshThatCannotBeReadIsSaidByEveryCommandAndDoneWithout) {
+TEST_F(AtTheDesk, EveryCommandReportsAnUnreadableMesh) {
   const std::string whole = ReadWholeFile(dir_ / kMeshProxyFile);
   std::string other_corner = whole;
   other_corner.back() = '\x7f';
@@ -263,7 +263,7 @@ TEST_F(AtTheDesk, AMeshThatCannotBeReadIsSaidByEveryCommandAndDoneWithout) {
   }
 }
 
-TEST(CoverageChange, IsSaidInDecimalsThatDifferOrNotAtAll) {
+TEST(CoverageChange, IsPrintedOnlyWithDifferingDecimals) {
   using commands::CoverageChange;
   const coverage::Cap cap = coverage::Cap::ParseDegrees("40x30");
   const auto text = [&](double before, double after) {

@@ -162,7 +162,7 @@ int RunAndKill(const std::string& submit, const fs::path& dir, const std::string
   return killed;
 }
 
-TEST(FarmLong, TasksOfSlurmGiveTheBytesOfOneProcessThoughOneIsKilled) {
+TEST(FarmLong, SlurmTasksGiveTheBytesOfOneProcess) {
   if (getuid() != 0) GTEST_SKIP() << "SKIPPED: slurmd starts tasks as root only";
   for (const char* program : {"munged", "slurmctld", "slurmd", "sbatch", "scontrol", "squeue", "sinfo"})
     if (PathOf(program).empty())

@@ -116,7 +116,7 @@ TEST_F(ProtocolCommand, NothingIsMadeFromTheTestViews) {
 }
 
 // Poses that are off are mended, and still nothing is made from the test views but their own places.
-TEST_F(ProtocolCommand, RefinesTheGivenViewsAloneAndPlacesTheOthers) {
+TEST_F(ProtocolCommand, RefinesGivenViewsAndPlacesTheRest) {
   constexpr int kTimes = 2;
   constexpr double kTurnedDeg = 0.4;
   WriteSet(dir_, false, kTimes, kTurnedDeg);

@@ -134,7 +134,7 @@ TEST(ProxyCommand, MaskedPartsGiveNoSurface) {
   EXPECT_LT(half, 0.7 * whole);
 }
 
-TEST(ProxyCommand, NamesWhatIsNoMeshFileAndHowToMakeADamagedOneAnew) {
+TEST(ProxyCommand, NamesInvalidMeshFilesAndTheRemedy) {
   const test::ScratchFolder scratch;
   WriteWall(scratch / "my wall");
   const std::string dir = "\"" + (scratch / "my wall").string() + "\"";
@@ -174,7 +174,7 @@ TEST(ProxyCommand, SaysThatViewsStandTooCloseTogether) {
   EXPECT_THAT(result.errors, HasSubstr("stand close together"));
 }
 
-TEST(ProxyCommand, LeavesOutWhatIsEvaluatedAndKeepsToItsLimits) {
+TEST(ProxyCommand, LeavesOutTestViewsAndKeepsToLimits) {
   const test::ScratchFolder scratch;
   const std::string dir = (scratch / "field").string();
   WriteWall(dir);
@@ -252,7 +252,7 @@ TEST(ProxyCommand, SharesOfOtherPhotographsAreRefused) {
   });
 }
 
-TEST(ProxyCommand, SharesOfMapsDoNotGoAmongThePhotographs) {
+TEST(ProxyCommand, SharesOfMapsStayOutOfPhotographs) {
   const test::ScratchFolder scratch;
   const std::string field = (scratch / "field").string();
   WriteWall(field);

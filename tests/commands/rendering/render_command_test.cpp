@@ -148,7 +148,7 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
 }
 
 // What would otherwise come out as something else than was meant, without a word.
-TEST_F(RenderCommand, WhatIsNotToBeHadAsAskedIsSaid) {
+TEST_F(RenderCommand, ReportsWhatIsNotAvailable) {
   const std::string render = "render " + dir_.string() + " --field linear --proxy plane ";
   const auto nowhere = RunUlf(render + "--frames 1");
   EXPECT_EQ(nowhere.exit_code, 2);
@@ -166,7 +166,7 @@ TEST_F(RenderCommand, WhatIsNotToBeHadAsAskedIsSaid) {
   EXPECT_THAT(resized.errors, AllOf(HasSubstr("96x72"), HasSubstr("48x36")));
 }
 
-TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
+TEST_F(RenderCommand, TriesTrackedPointsWhereGiven) {
   cv::RNG random(2);
   std::vector<ScenePoint> points;
   for (int i = 0; i < 300; ++i) points.push_back({{random.uniform(-2., 2.), random.uniform(-2., 2.), 0}});
@@ -220,7 +220,7 @@ TEST_F(RenderCommand, PointsAreUsedWithoutAJournal) {
   EXPECT_EQ(without.exit_code, 0) << without.errors;
 }
 
-TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
+TEST_F(RenderCommand, DrawsByProcessorWithoutOpenGl) {
   const std::string render = "render " + dir_.string() + " --field linear --proxy plane --width 48 -o ";
   ASSERT_EQ(RunUlf(render + Out("gl.png")).exit_code, 0);
   const test::WithoutOpenGl here;
@@ -291,7 +291,7 @@ TEST_F(RenderCommand, EvaluateComparesEveryProxyThereIs) {
     EXPECT_THAT(table, HasSubstr(text));
 }
 
-TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
+TEST_F(RenderCommand, WrongUsageExitsWithTwoFailureWithOne) {
   const std::string dir = dir_.string();
   EXPECT_EQ(RunUlf("render " + dir + " --field bicubic -o " + Out("x.png")).exit_code, 2);
   for (const char* bad : {"1,2", "1,2,nan,1", "1,2,3,inf", "1,2,3,-1"})
@@ -313,7 +313,7 @@ TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
   EXPECT_THAT(truncated.errors, HasSubstr("truncated"));
 }
 
-TEST_F(RenderCommand, LightThatCannotBeFoundIsNotLeftOutSilently) {
+TEST_F(RenderCommand, ReportsLightThatCannotBeFound) {
   const std::string evaluate = "evaluate " + dir_.string() + " --fields linear --proxy plane --light fit";
   const auto refused = RunUlf(evaluate);
   EXPECT_EQ(refused.exit_code, 2);
@@ -422,7 +422,7 @@ class OddViewpoints : public testing::Test {
 };
 
 // Whatever is too near the centre to have a direction is as good as there.
-TEST_F(OddViewpoints, AtTheSubjectsCentreAnotherSubjectIsAskedFor) {
+TEST_F(OddViewpoints, SubjectsCentreAsksForAnotherSubject) {
   for (const char* subject : {"0,0,2,0.3", "0,0,2.0000000000001,0.3", "0,0,2.0000000009,0.3"}) {
     const auto result =
         Render(std::vector<Vector3d>(4, {0, 0, 2}), std::string("--zoom 1 --subject ") + subject);
@@ -457,7 +457,7 @@ TEST_F(OddViewpoints, APathFarFromThemIsSaid) {
 }
 
 // A camera held on its side, round a statue: the ring's axis is upwards, whichever way its cameras call up.
-TEST_F(OddViewpoints, OfARingShotOnTheSideTheAxisIsUp) {
+TEST_F(OddViewpoints, AxisOfASidewaysRingIsUp) {
   LightField light_field;
   for (const Vector3d& center : test::RingViewpoints(24, 0, 2, 0.02)) {
     View& view = light_field.views.emplace_back();
@@ -484,7 +484,7 @@ TEST_F(OddViewpoints, OfARingShotOnTheSideTheAxisIsUp) {
   EXPECT_GT(cv::norm(upright, turned, cv::NORM_L1), 5 * static_cast<double>(upright.total()));
 }
 
-TEST_F(OddViewpoints, InTwoGroupsFarApartItIsSaidAndAPictureComes) {
+TEST_F(OddViewpoints, TwoFarGroupsAreReportedAndDrawn) {
   std::vector<Vector3d> antipodal = test::GridViewpoints(4, 4, 0.2, 2.0);
   for (const Vector3d& center : test::GridViewpoints(4, 4, 0.2, -2.0)) antipodal.push_back(center);
   const auto result = Render(antipodal, "--field linear --proxy plane --json");

@@ -103,7 +103,7 @@ TEST_F(ViewCommand, BeginsWithTheBestThatIsQuickEnough) {
   }
 }
 
-TEST_F(ViewCommand, OffersWhatItBeginsWithOnce) {
+TEST_F(ViewCommand, OffersItsFirstChoiceOnce) {
   TriangleMesh plane = *PlaneAndSquare();
   plane.triangles.resize(2);
   const std::string mesh = (scratch_ / "other.ply").string();
@@ -216,7 +216,7 @@ TEST_F(ViewCommand, WithoutOpenGlItSaysWhatDoesWithoutIt) {
 }
 
 // On a display server of its own, which is killed in the end.
-TEST_F(ViewCommand, IsLeftByAPersonAndOutlivesItsDisplayServer) {
+TEST_F(ViewCommand, ClosesByAPersonAndOutlivesTheServer) {
   ChildProcess server({"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24"});
   const std::string display = ":" + std::to_string(std::stoi(server.ReadUntil("\n", 30)));
   const std::string title = "ulf view " + dir_.string();

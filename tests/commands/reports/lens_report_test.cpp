@@ -14,7 +14,7 @@ tracking::LensEstimate Fit(const CameraModel& lens) {
 }
 
 // Evidence can be strong for a difference that no picture shows.
-TEST(LensFitText, OnlyWhatPicturesShowIsAReasonToTakeOver) {
+TEST(LensFitText, AdvisesOnlyWhatThePicturesShow) {
   const CameraModel given = CameraModel::Pinhole(640, 480, 560);
   CameraModel near = given, far = given;
   near.cy += 0.4;

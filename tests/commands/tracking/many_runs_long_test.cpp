@@ -48,7 +48,7 @@ TEST(ManyRuns, FewPosesAreWrongWithoutSayingSo) {
 }
 
 // 15 cm a frame at a metre's distance, ten frames a second, to and fro over 120 degrees.
-TEST(ManyRuns, RoundATableAtTenFramesASecondFewFramesAreLost) {
+TEST(ManyRuns, LosesFewFramesRoundATableAtTenHertz) {
   for (const char* scene : {"studio", "gloss", "plant", "branch"}) {
     const auto report =
         TrackReportOf(fmt::format("'sim:{}?seed=201&duration_s=15&fps=10&cap=120x40&row_deg=20&speed_deg_s="

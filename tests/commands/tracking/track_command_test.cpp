@@ -141,7 +141,7 @@ TEST(TrackReport, PosesStandWithTheirWorld) {
 }
 
 // Sixty poses on an arc; what is seen is 2 m away. Some are off, and some of these say so.
-TEST(TrackReport, WrongPosesAreCountedAndWhetherTheySaySo) {
+TEST(TrackReport, CountsWrongPosesAndThoseThatSaySo) {
   TrackRun run;
   std::vector<TimedPose> truth;
   for (int k = 0; k < 60; ++k) {
@@ -216,7 +216,7 @@ TEST(TrackCommand, RunsAnySourceOfPoses) {
 }
 
 // The simulator knows where the camera was, which is not what explains a bent picture.
-TEST(TrackCommand, OfARollingShutterThePicturesPosesAndTheCamerasAreJudged) {
+TEST(TrackCommand, RollingShutterPosesAreJudgedTwice) {
   const std::string sim = "track 'sim:studio?width=320&height=240&noise=0&readout_ms=20' --frames 45 ";
   const auto told = test::RunUlf(sim + "--deterministic --json --readout-ms 20");
   ASSERT_EQ(told.exit_code, 0) << told.errors;
@@ -309,7 +309,7 @@ void WriteRoom(const std::filesystem::path& folder, int count) {
                 room.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
 }
 
-TEST(TrackCommand, WhatBreaksOnTheWayKeepsThePosesUntilThen) {
+TEST(TrackCommand, FailureKeepsThePosesUntilThen) {
   const test::ScratchFolder scratch;
   WriteRoom(scratch.path(), 60);
   std::string bytes = ReadWholeFile(scratch / "50.png");
@@ -324,7 +324,7 @@ TEST(TrackCommand, WhatBreaksOnTheWayKeepsThePosesUntilThen) {
 }
 
 // A map that is given up a few frames after its start, because another room is seen: two worlds, two files.
-TEST(TrackCommand, PosesOfAMapThatWasGivenUpHaveAFileOfTheirOwn) {
+TEST(TrackCommand, PosesOfALostMapHaveTheirOwnFile) {
   const test::ScratchFolder scratch;
   WriteRoom(scratch.path(), 40);
   const std::string track =
@@ -348,7 +348,7 @@ TEST(TrackCommand, PosesOfAMapThatWasGivenUpHaveAFileOfTheirOwn) {
   }
 }
 
-TEST(TrackCommand, AWrongFocalLengthIsSaidWhileTheCameraMoves) {
+TEST(TrackCommand, ReportsAWrongFocalLength) {
   const test::ScratchFolder scratch;
   WriteRoom(scratch.path(), 90);
   const auto run =
@@ -359,7 +359,7 @@ TEST(TrackCommand, AWrongFocalLengthIsSaidWhileTheCameraMoves) {
               testing::AllOf(testing::HasSubstr("below the 546.0 given"), testing::HasSubstr("calibration")));
 }
 
-TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {
+TEST(TrackCommand, FindsTheLensFromAGuess) {
   const test::ScratchFolder scratch;
   const std::string room = "replay:" + (scratch / "room").string() + "?glob=*.png",
                     lens = (scratch / "lens.json").string();
@@ -380,7 +380,7 @@ TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {
   EXPECT_EQ(acquisition::ReadCalibration(lens).fx, report["refined_lens"]["focal_px"].get<double>());
 }
 
-TEST(CaptureCommand, WithoutACalibrationTheLensIsFoundAndTheNextSessionGoesOnUnderIt) {
+TEST(CaptureCommand, ResumesUnderALensThatItFound) {
   const test::ScratchFolder scratch;
   const std::string room = "replay:" + (scratch / "room").string() + "?glob=*.png",
                     lens = (scratch / "lens.json").string(), dir = (scratch / "lf").string();
@@ -439,7 +439,7 @@ TEST(TrackCommand, ALensIsWrittenOnlyWhereOneIsSought) {
 }
 
 // Pictures that a rolling shutter bends fit another focal length better.
-TEST(TrackCommand, ARollingShutterIsSaidAndThatItLooksLikeAWrongFocalLength) {
+TEST(TrackCommand, RollingShutterMayLookLikeAWrongLens) {
   const std::string track =
       "track 'sim:studio?width=320&height=240&duration_s=6&look_away=0&readout_ms=20' --deterministic";
   EXPECT_THAT(test::RunUlf(track).output, testing::HasSubstr("compensated from then on"));
@@ -463,7 +463,7 @@ TEST(TrackCommand, TheStartIsToldInWords) {
 }
 
 // Where the picture itself shows nothing, nobody is told to move otherwise.
-TEST(TrackCommand, APictureWithoutCornersIsSaidNotTheMovement) {
+TEST(TrackCommand, BlankPictureIsReportedNotTheMotion) {
   Tracker tracker(test::TexturedRoom::Camera(), {.deterministic = true});
   Frame frame;
   frame.status = FrameStatus::kComplete;
@@ -482,7 +482,7 @@ TEST(TrackCommand, APictureWithoutCornersIsSaidNotTheMovement) {
   EXPECT_THAT(InWords(lost, FrameSource::kCamera), testing::HasSubstr("nothing in view is recognised"));
 }
 
-TEST(TrackCommand, TrackingSideIsObeyedAndWrongOnesAreRefused) {
+TEST(TrackCommand, TrackingSideIsObeyedOrRefused) {
   const auto size_of = [](const std::string& option) {
     const auto run = test::RunUlf("track 'sim:studio?width=320&height=240' --frames 2 --json " + option);
     return JsonFromText(run.output)["tracked_size"];

@@ -92,7 +92,7 @@ TEST(ModelChoiceText, MarksTheChosenCandidate) {
   EXPECT_EQ(json["candidates"][1]["evidence"], "0.2 px");
 }
 
-TEST(JsonText, IsReadOrNamesLineColumnAndWhatIsWrongInPlainWords) {
+TEST(JsonText, ErrorsNameLineColumnAndTheReason) {
   EXPECT_EQ(ParseJson("{\"a\": [1, 2]}", "a.json", "copy it again")["a"][1], 2);
   const std::vector<std::pair<std::string, std::string>> damaged{
       {"broken\n", "line 1, column 1: not valid JSON: 'broken' cannot stand here"},
@@ -117,7 +117,7 @@ TEST(JsonText, IsReadOrNamesLineColumnAndWhatIsWrongInPlainWords) {
         << text;
 }
 
-TEST(JsonText, OfTextAndBack) {
+TEST(JsonText, RoundTrips) {
   const nlohmann::json json = JsonFromText("{\"a\": [1, 2]}");
   EXPECT_EQ(JsonText(json), "{\"a\":[1,2]}");
   EXPECT_EQ(JsonText(json["a"], 1), "[\n 1,\n 2\n]");
@@ -165,7 +165,7 @@ TEST(DeviceUriTest, OptionsAreReadWithinTheirRange) {
   EXPECT_THAT([&] { uri.AllowOnly({"fps", "queue"}); }, ThrowsMessage<Refusal>(HasSubstr("seed")));
 }
 
-TEST(ProgressText, SaysLinesAtOnceAndSharesOnlyOfLongWork) {
+TEST(ProgressText, SaysLinesAtOnceAndSharesOfLongWork) {
   ::testing::internal::CaptureStderr();
   {
     Progress progress("render");
@@ -190,7 +190,7 @@ TEST(WaitingText, SaysWhatLongWorkIsAt) {
               ::testing::StartsWith("closing: the mesh, 1 s so far\n"));
 }
 
-TEST(StopOnSignalTest, ASignalAsksAndDoesNotEndTheProcess) {
+TEST(StopOnSignalTest, SignalAsksWithoutEndingTheProcess) {
   {
     const StopOnSignal stop;
     EXPECT_FALSE(StopOnSignal::Asked());
@@ -202,7 +202,7 @@ TEST(StopOnSignalTest, ASignalAsksAndDoesNotEndTheProcess) {
   EXPECT_EQ(after.sa_handler, SIG_DFL);
 }
 
-TEST(SignalStack, AThreadGetsOne) {
+TEST(SignalStack, IsGivenToAThread) {
   stack_t stack{};
   std::thread([&] {
     InstallSignalStack();
@@ -270,7 +270,7 @@ TEST(AvailableMemoryTest, ManyThreadsShareTwoHeaps) {
   unsetenv("MALLOC_ARENA_MAX");
 }
 
-TEST(MutexTest, OneThreadAtATimeAndAWaitEndsWithItsPredicate) {
+TEST(MutexTest, ExcludesAndWaitsForAPredicate) {
   Mutex mutex;
   ConditionVariable changed;
   int count = 0;

@@ -42,7 +42,7 @@ TEST(Board, TextComesBack) {
   for (const char* text : kBoards) EXPECT_EQ(Board::Parse(text).Text(), text);
 }
 
-TEST(Board, WhatCannotBePrintedIsSaid) {
+TEST(Board, RefusesWhatCannotBePrinted) {
   const std::pair<const char*, const char*> kCases[] = {
       {"dots:3x3:5", "dots"},
       {"charuco:7x5:30:22", "charuco:7x5:30:22:DICT_5X5_100"},
@@ -81,7 +81,7 @@ TEST(Board, MetresAreAskedAbout) {
   EXPECT_EQ(Board::Parse("chessboard:8x6:1").square_mm, 1);
 }
 
-TEST(Board, IsOpenCvs) {
+TEST(Board, MatchesOpenCvs) {
   for (const char* text : kBoards) {
     const Board board = Board::Parse(text);
     // OpenCV has no AprilGrid (april_grid_test).

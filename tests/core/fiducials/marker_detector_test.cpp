@@ -10,7 +10,7 @@
 namespace ulf {
 namespace {
 
-TEST(MarkerDetector, FindsTheNumberAndTheCornersToAFractionOfAPixel) {
+TEST(MarkerDetector, FindsNumberAndSubpixelCorners) {
   const auto dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50);
   cv::Mat marker, page(240, 320, CV_8UC1, cv::Scalar(255));
   cv::aruco::drawMarker(dictionary, 17, 90, marker);

@@ -217,7 +217,7 @@ std::array<std::uint8_t, 3> YuvOf(cv::Vec3b bgr, double kr, double kb, bool full
   return {level(16 + 219 * y), level(128 + 224 * u), level(128 + 224 * v)};
 }
 
-TEST(PixelFormat, LumaAndChromaComeOutAsTheColorsTheyWere) {
+TEST(PixelFormat, LumaAndChromaGiveTheColorsBack) {
   struct Case {
     const char* name;
     double kr, kb;

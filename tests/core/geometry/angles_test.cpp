@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(Angles, OfVectorsAreAccurateNearZeroAndPi) {
+TEST(Angles, BetweenVectorsAreAccurateNearZeroAndPi) {
   EXPECT_DOUBLE_EQ(Radians(180), std::numbers::pi);
   EXPECT_DOUBLE_EQ(Degrees(Radians(37.5)), 37.5);
   EXPECT_DOUBLE_EQ(AngleBetween({2, 0, 0}, {0, 0, 5}), std::numbers::pi / 2);

@@ -139,7 +139,7 @@ TEST(Trajectory, FilesRoundTrip) {
   }
 }
 
-TEST(Trajectory, WhatCannotBeWrittenLeavesTheOldPoses) {
+TEST(Trajectory, FailedWriteLeavesTheOldPoses) {
   const test::ScratchFolder folder;
   if (const auto problem = test::MountSmallDisk(folder.path(), 1 << 20)) GTEST_SKIP() << *problem;
   const auto poses = MakeTrajectory(20, 3);

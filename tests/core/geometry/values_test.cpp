@@ -87,7 +87,7 @@ std::vector<NamedCamera> Cameras() {
   return {{"pinhole", pinhole}, {"webcam", webcam}, {"fox", fox}, {"fisheye", fisheye}};
 }
 
-TEST(CameraModel, RoundTripOverTheWholeImageIsBelowOneMillionthOfAPixel) {
+TEST(CameraModel, RoundTripsToAMillionthOfAPixel) {
   for (const auto& [name, camera] : Cameras())
     for (int y = 0; y <= camera.height; y += 16)
       for (int x = 0; x <= camera.width; x += 16) {
@@ -277,7 +277,7 @@ TEST(SmallMatrices, NormalEquationsAreSolved) {
   EXPECT_LT((SolveNormal(corner, Vector3d(corner * part)) - part).norm(), 1e-7);
 }
 
-TEST(SmallMatrices, ATurnTakesOneDirectionToAnotherAlsoToItsOpposite) {
+TEST(SmallMatrices, RotationTakesAnyDirectionToAnother) {
   const Vector3d from(0.3, -0.2, 2);
   for (const Vector3d& to : {Vector3d(1, 2, 3), Vector3d(-from), from})
     EXPECT_LT((TurnBetween(from, to) * from.normalized() - to.normalized()).norm(), 1e-9) << to.transpose();

@@ -32,7 +32,7 @@ TEST(Clipped, IsWhatIsFullInAnyChannel) {
 }
 
 // Every pixel whose demosaiced colour differs from what a sensor without a limit would have shown is marked.
-TEST(Clipped, OfAMosaicIsWhateverTheFullPixelsReach) {
+TEST(Clipped, InAMosaicIsWhatFullPixelsReach) {
   cv::RNG random(4);
   cv::Mat mosaic(40, 48, CV_16UC1);
   random.fill(mosaic, cv::RNG::UNIFORM, 20000, 40000);
@@ -61,7 +61,7 @@ TEST(Clipped, OfAMosaicIsWhateverTheFullPixelsReach) {
 }
 
 // A red lamp: only the sensor's red is full, and the colour matrix leaves no number of the light at full scale.
-TEST(Clipped, OfARawFileIsFoundBeforeTheColourMatrix) {
+TEST(Clipped, InARawFileIsFoundBeforeTheColourMatrix) {
   const cv::Rect lamp(30, 24, 20, 16);  // of the visible area
   const auto bytes = [&](double red) {
     return DngBytes({}, [&, red](int x, int y) {

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using testing::HasSubstr;
 
 // Pairs of Sharma, Wu and Dalal's table 1, which branches of the formula that programs get wrong are made for.
-TEST(ColorDifference, IsThatOfThePublishedPairs) {
+TEST(ColorDifference, MatchesThePublishedPairs) {
   struct Pair {
     Vector3d a, b;
     double difference;
@@ -40,7 +40,7 @@ TEST(ColorDifference, IsThatOfThePublishedPairs) {
   }
 }
 
-TEST(ColorDifference, LabGoesThereAndBack) {
+TEST(ColorDifference, LabRoundTrips) {
   EXPECT_LT((LabFromLinearSrgb(Vector3d::Ones()) - Vector3d(100, 0, 0)).norm(), 1e-9);
   // Of sRGB's red, adapted to D50 (Lindbloom's calculator).
   EXPECT_LT((LabFromLinearSrgb({1, 0, 0}) - Vector3d(54.29, 80.81, 69.89)).norm(), 0.05);
@@ -75,7 +75,7 @@ TEST(ColorProfile, BalancesThenMixes) {
 }
 
 // A full sensor's channels are equal; balanced they would be magenta.
-TEST(ColorProfile, WhatIsFullInAllChannelsIsWhite) {
+TEST(ColorProfile, FullInAllChannelsIsWhite) {
   const cv::Mat light(1, 2, CV_32FC3, cv::Scalar::all(1));
   cv::Mat clipped = cv::Mat::zeros(1, 2, CV_8UC1);
   clipped.at<std::uint8_t>(0, 1) = 255;
@@ -85,7 +85,7 @@ TEST(ColorProfile, WhatIsFullInAllChannelsIsWhite) {
 }
 
 // Merged exposures are cut above 1: what is cut there stays as bright as what is not.
-TEST(ColorProfile, WhatIsFullInAllExposuresStaysBright) {
+TEST(ColorProfile, FullInAllExposuresStaysBright) {
   const cv::Mat light(1, 2, CV_32FC3, cv::Scalar::all(4));
   cv::Mat clipped = cv::Mat::zeros(1, 2, CV_8UC1);
   clipped.at<std::uint8_t>(0, 1) = 255;

@@ -64,7 +64,7 @@ double PsnrDb(const cv::Mat& a, const cv::Mat& b) {
   return 20 * std::log10(65535 / std::max(rms, 1e-9));
 }
 
-TEST(Demosaic, EveryOrderGivesTheSceneBackAndEveryOtherNameDoesNot) {
+TEST(Demosaic, OnlyTheRightOrderRestoresTheScene) {
   const cv::Mat scene = ColorScene(160, 120);
   for (std::size_t is = 0; is < 4; ++is)
     for (std::size_t named = 0; named < 4; ++named) {
@@ -169,7 +169,7 @@ TEST(Demosaic, StaysLinearBelowEightBits) {
   }
 }
 
-TEST(Demosaic, EightBitsAreInterpolatedFinerThanEightBits) {
+TEST(Demosaic, InterpolatesEightBitsMoreFinely) {
   // Neighbours of 100 and 101: between them lies 100.5.
   cv::Mat mosaic(8, 8, CV_8U);
   for (int y = 0; y < 8; ++y)

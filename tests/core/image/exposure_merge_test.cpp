@@ -58,7 +58,7 @@ double ErrorInBand(const cv::Mat& light, int band) {
   return std::sqrt(squares / count);
 }
 
-TEST(ExposureMerge, SixteenStopsAreThereWhereOneExposureHasEight) {
+TEST(ExposureMerge, CoversSixteenStopsFromEight) {
   for (const std::uint64_t seed : {1u, 20u, 300u}) {
     const cv::Mat radiance = Bands();
     const MergedLight one = MergeExposures(Bracket(radiance, {0}, seed));
@@ -141,7 +141,7 @@ TEST(ExposureMerge, NoiseIsMeasuredInDemosaickedPictures) {
 }
 
 // Of an exposure that is blurred or lies off the edge is left to the others, what is flat becomes less noisy by it.
-TEST(ExposureMerge, AnExposureThatLiesOffDoesNotBlurEdges) {
+TEST(ExposureMerge, MisalignedExposureDoesNotBlurEdges) {
   cv::Mat radiance(96, 128, CV_32FC4, cv::Scalar(0.02, 0.02, 0.02, 0)), beside = radiance.clone();
   radiance.colRange(64, 128).setTo(cv::Scalar(0.06, 0.06, 0.06, 0));
   beside.colRange(65, 128).setTo(cv::Scalar(0.06, 0.06, 0.06, 0));
@@ -162,7 +162,7 @@ TEST(ExposureMerge, AnExposureThatLiesOffDoesNotBlurEdges) {
   EXPECT_LT(flat, 0.6 * error(20, 50));
 }
 
-TEST(ExposureMerge, WhatMovedIsAGhostAndKeepsTheReference) {
+TEST(ExposureMerge, MovedContentKeepsTheReference) {
   cv::Mat radiance = Bands();
   std::vector<AlignedExposure> exposures = Bracket(radiance, {0, -2, 2}, 9);
   // A dark thing stands elsewhere in the second exposure.
@@ -182,14 +182,14 @@ TEST(ExposureMerge, WhatMovedIsAGhostAndKeepsTheReference) {
   EXPECT_LT(worst, 0.2) << "of the reference alone, not of the thing that stood there in another exposure";
 }
 
-TEST(ExposureMerge, WhatIsClippedInAllIsALowerBound) {
+TEST(ExposureMerge, ClippedInAllIsALowerBound) {
   const cv::Mat radiance(64, 64, CV_32FC4, cv::Scalar::all(20));
   const MergedLight merged = MergeExposures(Bracket(radiance, {0, -2, 2}, 1));
   EXPECT_EQ(cv::countNonZero(merged.clipped), 64 * 64);
   EXPECT_NEAR(merged.light.at<cv::Vec3f>(30, 30)[0], 4, 0.1) << "what fills the shortest";
 }
 
-TEST(ExposureMerge, TheRatioIsMeasuredWhereBothTellTheLight) {
+TEST(ExposureMerge, RatioIsMeasuredWhereBothAreValid) {
   const auto exposures = Bracket(Bands(), {0, 1.7}, 4);
   EXPECT_NEAR(MeasuredRatio(exposures[1], exposures[0]), std::exp2(1.7), 0.01 * std::exp2(1.7));
   const auto dark = Bracket(cv::Mat(64, 64, CV_32FC4, cv::Scalar::all(1e-4)), {0, 1}, 4);
@@ -197,7 +197,7 @@ TEST(ExposureMerge, TheRatioIsMeasuredWhereBothTellTheLight) {
 }
 
 // A painted plane, seen from two places; a board before it hides a part.
-TEST(ExposureAlignment, FollowsPoseAndDepthAndLeavesOutWhatIsHidden) {
+TEST(ExposureAlignment, UsesPoseDepthAndSkipsHiddenParts) {
   CameraModel camera = CameraModel::Pinhole(320, 240, 300);
   camera.distortion = Distortion::kRadialTangential;
   camera.coefficients = {-0.05, 0.02, 0, 0, 0};

@@ -75,7 +75,7 @@ TEST_F(KeptFindings, AreReadAgainAndNothingElseChanges) {
               ElementsAre(HasSubstr("views 2 and 3")));
 }
 
-TEST_F(KeptFindings, OfOtherChecksStandBesideThem) {
+TEST_F(KeptFindings, StandBesideThoseOfOtherChecks) {
   KeepTwo();
   EXPECT_EQ(Keep(dir_, Check::kLight, {{Name(Check::kLight), "the lamp changed", {}}}), "");
   EXPECT_THAT(WordsIn(dir_), ElementsAre(HasSubstr("are wrong"), "the lamp changed"));
@@ -103,7 +103,7 @@ TEST_F(KeptFindings, LapseForAViewWithAnotherPoseOrNone) {
   EXPECT_THAT(WordsIn(dir_), IsEmpty());
 }
 
-TEST_F(KeptFindings, OfTheWholeStandWhileMostOfItDoes) {
+TEST_F(KeptFindings, AboutAllStandWhileMostViewsDo) {
   ASSERT_EQ(Keep(dir_, Check::kPoses, {{Name(Check::kPoses), "all poses are wrong", {}}}), "");
   LightFieldWriter writer = LightFieldWriter::Resume(dir_);
   writer.UpdatePoses({{1, ViewNumber(5).cam_from_world}, {2, ViewNumber(5).cam_from_world}});
@@ -113,7 +113,7 @@ TEST_F(KeptFindings, OfTheWholeStandWhileMostOfItDoes) {
 }
 
 // Views 5 and 6 are darker than the others: nothing is said without them, or without the others.
-TEST_F(KeptFindings, OfLightLapseWithTheViewsThatDiffer) {
+TEST_F(KeptFindings, AboutLightLapseWithTheirViews) {
   Finding darker{Name(Check::kLight), "views 5 to 6 are darker", {}};
   for (const std::size_t i : {4, 5})
     darker.views[light_field_.views[i].id] = light_field_.views[i].image_path;
@@ -177,7 +177,7 @@ TEST_F(KeptFindings, FailNothingInAReadOnlyFolder) {
   EXPECT_THAT(why, HasSubstr("Read-only"));
 }
 
-TEST_F(KeptFindings, OfANewerUlfAreRepeated) {
+TEST_F(KeptFindings, OfANewerVersionAreRepeated) {
   std::ofstream(dir_ / kJournalFile, std::ios::app)
       << R"({"event":"checked","check":"smoke","found":[{"text":"it smokes","whole":true,"views":{"1":{}}}]})"
       << "\n"

@@ -60,7 +60,7 @@ TEST(LightFieldOnDisk, TransformsJsonAloneSaysTheSame) {
   ExpectSame(written, read);
 }
 
-TEST(LightFieldOnDisk, TransformsJsonHoldsNerfstudiosConvention) {
+TEST(LightFieldOnDisk, TransformsJsonIsAsNerfstudios) {
   // A camera at (1, 2, 3) that looks along world +x with world +z up. In OpenGL's axes its columns are
   // right = -y, up = +z, back = -x.
   ScratchFolder scratch;
@@ -154,7 +154,7 @@ TEST(LightFieldOnDisk, ARawMosaicIsUsableAgain) {
   }
 }
 
-TEST(LightFieldOnDisk, AMastersUnknownPatternIsNamedAndItsViewLeftOut) {
+TEST(LightFieldOnDisk, NamesAMastersUnknownPattern) {
   ScratchFolder scratch;
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
   writer.KeepMosaics(true);
@@ -182,7 +182,7 @@ TEST(LightFieldOnDisk, ACamerasJpegIsKeptByteForByte) {
   EXPECT_EQ(ReadWholeFile(scratch / "lf" / view.image_path), *frame.encoded->bytes);
 }
 
-TEST(LightFieldOnDisk, PosesSubjectAndRemovalsAreRemembered) {
+TEST(LightFieldOnDisk, KeepsPosesSubjectAndRemovals) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 4);
   LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
@@ -203,7 +203,7 @@ TEST(LightFieldOnDisk, PosesSubjectAndRemovalsAreRemembered) {
   EXPECT_FALSE(fs::exists(scratch / "lf/images/000004.png"));
 }
 
-TEST(LightFieldOnDisk, AKillBetweenARemovalAndItsMoveIsMadeGood) {
+TEST(LightFieldOnDisk, CompletesAKilledRemoval) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 4);
   LightFieldWriter::Resume(scratch / "lf").RemoveViews({2});
@@ -215,7 +215,7 @@ TEST(LightFieldOnDisk, AKillBetweenARemovalAndItsMoveIsMadeGood) {
     EXPECT_TRUE(fs::exists(scratch / "lf/images" / fmt::format("{:06}.png", id))) << id;
 }
 
-TEST(LightFieldOnDisk, RefusesASecondWriterAndAFullFolder) {
+TEST(LightFieldOnDisk, RefusesASecondWriterOrFullFolder) {
   ScratchFolder scratch;
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
   EXPECT_THAT([&] { LightFieldWriter::Resume(scratch / "lf"); },
@@ -246,7 +246,7 @@ TEST(LightFieldOnDisk, AFolderWithoutAViewIsBegunAnew) {
               ThrowsMessage<Error>(HasSubstr("(resume)")));
 }
 
-TEST(LightFieldOnDisk, ATornLastLineIsIgnoredAndCutOffByTheNextWriter) {
+TEST(LightFieldOnDisk, TornLastLineIsIgnoredAndCut) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 3);
   const fs::path journal = scratch / "lf/journal.jsonl";
@@ -295,7 +295,7 @@ std::size_t FilesIn(const fs::path& folder) {
 }
 
 // A number is a view's before it is on disk, and nobody else's where it never gets there.
-TEST(LightFieldOnDisk, AViewHasTheNumberThatWasReservedForIt) {
+TEST(LightFieldOnDisk, ViewHasItsReservedNumber) {
   ScratchFolder scratch;
   auto writer = std::make_optional(LightFieldWriter::Create(scratch / "lf", Header()));
   const int never_written = writer->ReserveViewId(), written = writer->ReserveViewId();
@@ -321,7 +321,7 @@ TEST(LightFieldOnDisk, AViewHasTheNumberThatWasReservedForIt) {
   EXPECT_EQ(LightFieldWriter::Resume(scratch / "lf").NextViewId(), 4);
 }
 
-TEST(LightFieldOnDisk, SeveralViewsAtOnceAreTheSameAsOneByOne) {
+TEST(LightFieldOnDisk, ManyViewsAtOnceEqualOneByOne) {
   for (const bool keep_mosaics : {false, true}) {
     ScratchFolder scratch;
     const std::vector<Frame> frames = FramesWithMasters();
@@ -341,7 +341,7 @@ TEST(LightFieldOnDisk, SeveralViewsAtOnceAreTheSameAsOneByOne) {
   }
 }
 
-TEST(LightFieldOnDisk, APhotographThatAKillPreventedIsMadeFromItsMaster) {
+TEST(LightFieldOnDisk, MakesAKilledPhotographAnew) {
   for (const bool keep_mosaics : {false, true}) {
     ScratchFolder scratch;
     const std::vector<Frame> frames = FramesWithMasters();
@@ -379,7 +379,7 @@ TEST(LightFieldOnDisk, APhotographThatAKillPreventedIsMadeFromItsMaster) {
   }
 }
 
-TEST(LightFieldOnDisk, WithoutItsMasterAMissingPhotographIsAnError) {
+TEST(LightFieldOnDisk, MissingPhotographNeedsItsMaster) {
   ScratchFolder scratch;
   AddAll(*std::make_unique<LightFieldWriter>(LightFieldWriter::Create(scratch / "lf", Header())),
          FramesWithMasters(), MakePictures::kLater);
@@ -481,7 +481,7 @@ TEST(LightFieldOnDisk, ASecondCameraIsOfTheViewsBehindIt) {
   EXPECT_EQ(writer.AddView(NoiseFrame(4), ViewNumber(4)).camera, 1);
 }
 
-TEST(LightFieldOnDisk, ACorrectedCameraChangesTheSourceOfThisOneAlone) {
+TEST(LightFieldOnDisk, CorrectedCameraChangesItselfAlone) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 2);
   CameraModel corrected = Header().camera;
@@ -501,7 +501,7 @@ TEST(LightFieldOnDisk, ACorrectedCameraChangesTheSourceOfThisOneAlone) {
 }
 
 // No view names it yet, and none is lost.
-TEST(LightFieldOnDisk, AKillBehindACamerasLineCostsNothing) {
+TEST(LightFieldOnDisk, KillAfterACamerasLineIsHarmless) {
   ScratchFolder scratch;
   const LightField before = WriteSample(scratch / "lf", 2);
   {
@@ -555,7 +555,7 @@ TEST(LightFieldOnDisk, AViewWithoutItsCameraIsLeftOut) {
   EXPECT_EQ(read.damaged.size(), 3u);
 }
 
-TEST(LightFieldOnDisk, OfSeveralGoalsTheLastCounts) {
+TEST(LightFieldOnDisk, LastOfSeveralGoalsCounts) {
   ScratchFolder scratch;
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
   EXPECT_FALSE(ReadLightField(scratch / "lf").goal);
@@ -564,7 +564,7 @@ TEST(LightFieldOnDisk, OfSeveralGoalsTheLastCounts) {
   EXPECT_EQ(ReadLightField(scratch / "lf").goal, (CoverageGoal{{90, 60}, 0.5}));
 }
 
-TEST(LightFieldOnDisk, OfSeveralReadoutsTheLastCountsAndTheJournalsBeforeTransforms) {
+TEST(LightFieldOnDisk, LastReadoutInTheJournalCounts) {
   ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
@@ -593,7 +593,7 @@ TEST(LightFieldOnDisk, OfSeveralReadoutsTheLastCountsAndTheJournalsBeforeTransfo
 }
 
 // The journal tells them, transforms.json too; masks that are made anew leave the former ones in kept/.
-TEST(LightFieldOnDisk, ATurntableAndItsMasksAreRemembered) {
+TEST(LightFieldOnDisk, KeepsATurntableAndItsMasks) {
   test::ScratchFolder scratch;
   const fs::path dir = scratch / "field";
   const auto mask_of = [](int edge) {
@@ -641,7 +641,7 @@ TEST(LightFieldOnDisk, AGoalThatNothingReachesIsNamed) {
   EXPECT_THAT(read.doubts, Contains(AllOf(HasSubstr("journal.jsonl, line 2"), HasSubstr("400 x 40"))));
 }
 
-TEST(LightFieldOnDisk, OneDamagedMasterKeepsNoOtherPhotographFromBeingMade) {
+TEST(LightFieldOnDisk, DamagedMasterAffectsOnlyItself) {
   ScratchFolder scratch;
   WriterAheadOfItsPhotographs(scratch / "lf", 3);  // and no more: as after a kill
   fs::resize_file(scratch / "lf/masters/000002.tif", 50);
@@ -668,7 +668,7 @@ TEST(LightFieldOnDisk, OneThatCouldNotBeginLeavesNothing) {
 }
 
 // What an import brought, or a scan, no measurement of ours takes the place of.
-TEST(LightFieldPoints, ThoseThatWereBroughtAreKeptWhenOthersTakeTheirPlace) {
+TEST(LightFieldPoints, ImportedOnesAreKeptWhenReplaced) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 2);
   const std::string brought = ReadWholeFile(scratch / "lf/points.ply");

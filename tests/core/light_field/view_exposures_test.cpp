@@ -76,7 +76,7 @@ TEST(ViewExposures, AreInTheJournalAndInTransformsJson) {
   ExpectBothExposures(ReadLightField(scratch / "lf" / "transforms.json"));
 }
 
-TEST(ViewExposures, AKillLeavesWhatWasWrittenAndResumingGoesOn) {
+TEST(ViewExposures, KillLeavesThemAndResumingGoesOn) {
   const ScratchFolder scratch;
   { TwoViews(scratch / "lf"); }  // not closed
   LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
@@ -136,7 +136,7 @@ TEST(ViewExposures, MergedLightIsWhatIsRendered) {
   EXPECT_EQ(ReadViewLight(read, read.views[0]).pixels.depth(), CV_16U);
 }
 
-TEST(ViewExposures, APathThatLeadsOutOfTheFolderIsRefused) {
+TEST(ViewExposures, RefuseAPathOutOfTheFolder) {
   const ScratchFolder scratch;
   TwoViews(scratch / "lf").Close(1);
   std::string journal = ReadWholeFile(scratch / "lf" / "journal.jsonl");

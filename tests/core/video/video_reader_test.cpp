@@ -100,7 +100,7 @@ TEST(VideoReader, ColoursAreAsTheStreamNamesThem) {
       }
 }
 
-TEST(VideoReader, WhatIsNotNamedIsTakenAsPlayersDoAndSaid) {
+TEST(VideoReader, UnnamedColoursAreTakenAsPlayersDo) {
   const ScratchFolder scratch;
   const fs::path file = scratch / "video.mkv";
   for (const auto& [weights, height, name] :
@@ -175,7 +175,7 @@ TEST(VideoReader, GreyHasTheRangeThatTheStreamNames) {
     }
 }
 
-TEST(VideoReader, ColoursThatAreCodedOtherwiseAreRefusedByName) {
+TEST(VideoReader, RefusesOtherColourCodingsByName) {
   const ScratchFolder scratch;
   for (const auto& [matrix, name] :
        {std::pair(AVCOL_SPC_YCGCO, "ycgco"), std::pair(AVCOL_SPC_ICTCP, "ictcp")}) {
@@ -324,7 +324,7 @@ TEST(VideoReader, PicturesAreTurnedOnceAsTheFileAsks) {
   }
 }
 
-TEST(VideoReader, PanoramasAndStereoPairsAreRefusedByName) {
+TEST(VideoReader, RefusesPanoramasAndStereoPairs) {
   constexpr int kFlat = 0, kSideBySide = 1, kTopBottom = 2;  // AVStereo3DType
   constexpr int kEquirectangular = 0, kCube = 1;             // AVSphericalProjection
   const ScratchFolder scratch;
@@ -362,7 +362,7 @@ TEST(VideoReader, TheAspectOfAPixelTurnsWithThePicture) {
 }
 
 // The later lines are bright: none of them is left.
-TEST(VideoReader, OfInterlacedPicturesTheEarlierLinesAreShownAndItIsSaid) {
+TEST(VideoReader, InterlacedPicturesShowEarlierLines) {
   const ScratchFolder scratch;
   VideoSample sample = Corners();
   sample.encoder = "mpeg2video";
@@ -427,7 +427,7 @@ TEST(VideoReader, AFileThatIsCutIsNamedAndAWholeOneIsNot) {
   }
 }
 
-TEST(VideoReader, PicturesOfAnotherSizeAreLeftOutAndNamed) {
+TEST(VideoReader, NamesPicturesOfAnotherSize) {
   const ScratchFolder scratch;
   std::string stream;
   for (const int width : {64, 96, 64}) {
@@ -492,7 +492,7 @@ TEST(VideoReader, AVideoWithoutAKeyFrameIsNamed) {
   }
 }
 
-TEST(VideoReader, WhatIsNoVideoIsNamed) {
+TEST(VideoReader, NamesFilesThatAreNoVideo) {
   const ScratchFolder scratch;
   std::ofstream(scratch / "text.mp4") << "no video at all";
   EXPECT_THAT([&] { VideoReader reader(scratch / "text.mp4"); },

@@ -47,7 +47,7 @@ TEST(VideoWriter, ColoursComeBackAsTheyWere) {
   EXPECT_EQ(reader.Problem(), "");
 }
 
-TEST(VideoWriter, APictureOfAnotherSizeAndAFolderThatIsNotThereAreNamed) {
+TEST(VideoWriter, NamesAWrongSizeAndAMissingFolder) {
   const test::ScratchFolder scratch;
   VideoWriter writer(scratch / "video.mp4", {32, 32}, 30);
   EXPECT_THROW(writer.Add(cv::Mat(16, 32, CV_8UC3)), Error);

@@ -43,7 +43,7 @@ struct Hand {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Quick and slow hands: while the pace is the same the expected end moves by at most 3 % of the whole time.
-TEST(CapturePace, TheEndStandsStillAtASteadyPace) {
+TEST(CapturePace, EndIsConstantAtASteadyPace) {
   for (const double every_s : {0.2, 0.7, 2.5}) {
     Hand hand;
     const double whole_s = every_s * kCapSr / kViewSr;
@@ -70,7 +70,7 @@ TEST(CapturePace, DoesNotRunAwayWhereTheHandRests) {
   EXPECT_NEAR(*after_s, *before_s - 10, 0.1 * *before_s) << "and goes on as before";
 }
 
-TEST(CapturePace, IsUnknownAtFirstAndWhereWorkPaintsNothing) {
+TEST(CapturePace, IsUnknownAtFirstAndWithoutProgress) {
   Hand hand;
   EXPECT_FALSE(hand.Go(5, 1.4, 1)) << "too early";
   EXPECT_TRUE(hand.Go(25, 1.4, 1));
@@ -79,7 +79,7 @@ TEST(CapturePace, IsUnknownAtFirstAndWhereWorkPaintsNothing) {
 }
 
 // A closed loop opens and covers areas.
-TEST(CapturePace, CorrectionsAreNoWork) {
+TEST(CapturePace, CorrectionsAreNotCountedAsWork) {
   Hand hand;
   const auto before_s = hand.Go(30, 1.4, 1);
   ASSERT_TRUE(before_s);

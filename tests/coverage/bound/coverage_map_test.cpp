@@ -70,7 +70,7 @@ TEST(CoverageMap, SaysHowFineADiscItTellsApart) {
   }
 }
 
-TEST(CapturePrediction, SaysWhereToStayAndWhatItsRangeIsOf) {
+TEST(CapturePrediction, NamesTheRangeOfDistances) {
   CapturePrediction prediction{
       .distance = 0.5, .disc_radius = 0.1, .nearest = 0.34, .farthest = {}, .views = {}};
   EXPECT_THAT(InWords(prediction, 12, false, FrameSource::kCamera),
@@ -87,7 +87,7 @@ TEST(CapturePrediction, SaysWhereToStayAndWhatItsRangeIsOf) {
   EXPECT_EQ(InWords(ViewsEstimate{1, 1, 2}), "about 1 view (1 to 2)");
 }
 
-TEST(CapturePrediction, SaysWhatIsFinerThanTheMapTellsApart) {
+TEST(CapturePrediction, SaysWhatIsFinerThanTheMap) {
   const double finest = CoverageMap::FinestDiscRadius(Cap::WholeSphere());
   CapturePrediction prediction{.disc_radius = 1.01 * finest, .nearest = {}, .farthest = {}, .views = {}};
   EXPECT_FALSE(ThresholdWarning(prediction, {}, FrameSource::kCamera));
@@ -99,7 +99,7 @@ TEST(CapturePrediction, SaysWhatIsFinerThanTheMapTellsApart) {
       << "a smaller cap has a finer map";
 }
 
-TEST(CapFrame, FirstDirectionIsTheMiddleAndAnglesComeBack) {
+TEST(CapFrame, CentresTheFirstDirectionAndRoundTrips) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 200; ++i) {
@@ -122,7 +122,7 @@ TEST(CapFrame, RightAndUpAreThoseOfWhoLooksAtTheSubject) {
   EXPECT_LT(frame.Direction(0, 0.1).dot(down), 0);
 }
 
-TEST(CapFrame, LookingAlongUpIsNoTrouble) {
+TEST(CapFrame, HandlesLookingAlongUp) {
   const CapFrame frame(kUp, kUp);
   EXPECT_NEAR(frame.Direction(0.3, 0.2).norm(), 1, 1e-12);
 }
@@ -260,7 +260,7 @@ TEST(SubjectViews, BestIsTheSmallestBoundOfAll) {
 
 // Section 5 of the derivation counts rows as far apart as they may be. A hand that sweeps closer ones, here
 // 0.7 disc radii apart, and records what is not covered needs more, but no more than a third or so.
-TEST(CoverageMap, AHandThatSweepsCloseRowsNeedsMoreViewsThanTheEstimate) {
+TEST(CoverageMap, CloseRowsNeedMoreViewsThanEstimated) {
   const Subject subject{Vector3d::Zero(), 0.15};
   std::mt19937 random(4);
   std::normal_distribution<double> tremor(0, 0.15);

@@ -113,7 +113,7 @@ TEST(Criterion, IsNotSymmetric) {
   EXPECT_NEAR(BoundPx(At(600, 0, 0.8), At(600, Radians(1), 1), Sphere(0.2)), 11.31, 5e-3);
 }
 
-TEST(Criterion, OfAViewWithItselfIsTwoPixelsTimesTheRatioOfFocalLengths) {
+TEST(Criterion, SelfBoundIsTwoPixelsTimesFocalRatio) {
   for (const double focal_px : {300.0, 600.0, 2000.0})
     for (const double radius : {0.05, 0.3}) {
       EXPECT_NEAR(BoundPx(At(focal_px, 0, 1), At(focal_px, 0, 1), Sphere(radius)), 2, 2e-3) << focal_px;
@@ -139,7 +139,7 @@ TEST(Criterion, IsTheCentralPixelsAtEqualDistance) {
 
 // ---- 4B: in one direction but at another distance the central pixel is not conservative
 
-TEST(Criterion, SeesRadialMotionThatTheCentralPixelMisses) {
+TEST(Criterion, SeesRadialMotionTheCentralPixelMisses) {
   struct Case {
     double radius, ratio, central, worst;
   };
@@ -177,7 +177,7 @@ TEST(Criterion, EqualsBruteForceOverAllPixels) {
   EXPECT_NEAR(Percentile(of_central, 0.5), 1.23, 0.12);
 }
 
-TEST(Criterion, NearTheShellTheCentralPixelIsSeldomFarOff) {
+TEST(Criterion, CentralPixelIsCloseNearTheShell) {
   std::mt19937 random(12);
   std::vector<double> of_central;
   for (int i = 0; i < Configurations(400); ++i) {
@@ -191,7 +191,7 @@ TEST(Criterion, NearTheShellTheCentralPixelIsSeldomFarOff) {
   EXPECT_LT(Percentile(of_central, 0.99), 2.0);
 }
 
-TEST(Criterion, SearchMissesLessThanATenthPercentOfTheFullScan) {
+TEST(Criterion, SearchMissesBelowATenthOfAPercent) {
   std::mt19937 random(13);
   for (int i = 0; i < Configurations(1000); ++i) {
     const Pair pair = RandomPair(random, 0.75, 1.25, 0.0, 40);
@@ -231,7 +231,7 @@ TEST(Criterion, CountsTheAimOfBothCameras) {
 
 // What is promised of the bound against the definition: aimed, never more than 2 % too low; aimed up to 15
 // degrees off, never more than 8 %; near the shell never more than 10 % too high.
-TEST(Criterion, KeepsItsPromises) {
+TEST(Criterion, StaysWithinTheStatedErrors) {
   std::mt19937 random(15);
   std::uniform_real_distribution<double> unit(0, 1);
   const auto turned_off = [&](const CriterionView& view, double most) {
@@ -263,7 +263,7 @@ TEST(Criterion, KeepsItsPromises) {
 
 // ---- section 3, row by row
 
-TEST(CriterionSpecialCase, CollinearViewsHaveABoundInAnyPlane) {
+TEST(CriterionSpecialCase, CollinearViewsAreBounded) {
   for (const double ratio : {0.8, 0.95, 1.05, 1.5}) {
     const double exact = BoundPx(At(600, 0, 1), At(600, 0, ratio), Sphere(0.3));
     for (const double roll : {0.0, 0.7, 1.9})
@@ -278,14 +278,14 @@ TEST(CriterionSpecialCase, CollinearViewsShowTheirAim) {
   EXPECT_NEAR(BoundPx(s, n, Sphere(0.2)), truth, 5e-3 * truth);
 }
 
-TEST(CriterionSpecialCase, FartherViewsBoundRisesThenFalls) {
+TEST(CriterionSpecialCase, FartherBoundRisesThenFalls) {
   const auto bound = [](double ratio) { return BoundPx(At(600, 0, 1), At(600, 0, ratio), Sphere(0.3)); };
   EXPECT_NEAR(bound(2), 15.3, 0.15);
   EXPECT_GT(bound(2), bound(1.3));
   EXPECT_GT(bound(2), bound(4));
 }
 
-TEST(CriterionSpecialCase, RecordedViewInsideTheSphereIsJudgedOverItsWholeFrame) {
+TEST(CriterionSpecialCase, ViewInsideUsesItsWholeFrame) {
   CriterionView s = At(600, 0, 0.2);
   s.width = 640, s.height = 480, s.cx = 320, s.cy = 240;
   const CriterionView n = At(600, Radians(5), 1);
@@ -302,7 +302,7 @@ TEST(CriterionSpecialCase, RecordedViewInsideTheSphereIsJudgedOverItsWholeFrame)
   EXPECT_LT(BoundPx(s, n, Sphere(0.3), {.near_limit = 0.1}), bound);
 }
 
-TEST(CriterionSpecialCase, CandidateInsideTheSphereCannotBeCoveredWithoutANearLimit) {
+TEST(CriterionSpecialCase, InnerCandidateNeedsANearLimit) {
   const CriterionView s = At(600, 0, 1), n = At(600, Radians(2), 0.25);
   EXPECT_EQ(BoundPx(s, n, Sphere(0.3)), kInfinity);
   EXPECT_EQ(BoundPx(s, At(600, 0, 0.3), Sphere(0.3)), kInfinity) << "on the sphere";
@@ -312,7 +312,7 @@ TEST(CriterionSpecialCase, CandidateInsideTheSphereCannotBeCoveredWithoutANearLi
 }
 
 // A thousandth of the radius above the sphere: one pixel of the recorded view sees all that is below.
-TEST(CriterionSpecialCase, CandidateNextToTheSphereIsBelowAPeakOfOnePixel) {
+TEST(CriterionSpecialCase, NearCandidateIsBelowOnePixel) {
   struct Case {
     double focal_px, distance, angle_deg;
   };
@@ -326,7 +326,7 @@ TEST(CriterionSpecialCase, CandidateNextToTheSphereIsBelowAPeakOfOnePixel) {
   }
 }
 
-TEST(CriterionSpecialCase, SphereBehindTheRecordedViewOrTheCandidate) {
+TEST(CriterionSpecialCase, SphereMayLieBehindACamera) {
   const CriterionView s = At(600, 0, 1), n = At(600, Radians(1), 1);
   EXPECT_EQ(BoundPx(Turned(s, M_PI, 0), n, Sphere(0.3)), kInfinity);
   EXPECT_EQ(BoundPx(s, Turned(n, M_PI, 0), Sphere(0.3)), kInfinity);
@@ -347,7 +347,7 @@ TEST(CriterionSpecialCase, OnlyPixelsInTheFrameCount) {
   EXPECT_EQ(BoundPx(s, n, Sphere(0.3)), kInfinity);
 }
 
-TEST(CriterionSpecialCase, ConePastTheSphereEndsAtItsTangent) {
+TEST(CriterionSpecialCase, ConeEndsAtTheTangent) {
   const CriterionView s = At(600, 0, 1);
   const Subject sphere = Sphere(0.3);
   const double rim = 600 * 0.3 / std::sqrt(1 - 0.09);
@@ -362,7 +362,7 @@ TEST(CriterionSpecialCase, ConePastTheSphereEndsAtItsTangent) {
       }
 }
 
-TEST(CriterionSpecialCase, ConeWiderThanTheSphereSeesAllOfIt) {
+TEST(CriterionSpecialCase, WideConeSeesAllOfTheSphere) {
   const double radius = 0.3 / 600;  // 0.3 px
   EXPECT_NEAR(BoundPx(At(600, 0, 1), At(600, 0, 1), Sphere(radius)), 0.600, 1e-3);
   for (const double angle : {0.1, 1.0, 2.0})
@@ -384,7 +384,7 @@ TEST(CriterionSpecialCase, NeverAboveTheSpheresImage) {
   }
 }
 
-TEST(CriterionSpecialCase, NearCornerChangesSideAtLargeAngles) {
+TEST(CriterionSpecialCase, NearCornerChangesSideIfWide) {
   // Past acos(r/d) the entry corner moves the other way; brute force does not know of it.
   const double limit = std::acos(0.3);
   for (const double angle : {limit - 0.1, limit, limit + 0.1, 2.0, 2.8}) {
@@ -402,7 +402,7 @@ TEST(CriterionSpecialCase, FocalLengthsMayDiffer) {
     }
 }
 
-TEST(CriterionSpecialCase, DistortionIsLeftOutAndTheCameraScaledToTheCoverageImage) {
+TEST(CriterionSpecialCase, DistortionIsLeftOut) {
   CameraModel camera{.width = 1280, .height = 960, .fx = 1200, .fy = 1210, .cx = 650, .cy = 470};
   camera.distortion = Distortion::kRadialTangential;
   camera.coefficients = {-0.2, 0.05, 0, 0, 0};
@@ -519,7 +519,7 @@ TEST(Plan, ThresholdMustExceedTwoPixels) {
   EXPECT_TRUE(DiscRadius({600, 1, 0.3, 2.2}));
 }
 
-TEST(Plan, AThresholdLargerThanTheSpheresImageCoversEveryDirection) {
+TEST(Plan, HugeThresholdCoversEveryDirection) {
   EXPECT_DOUBLE_EQ(DiscRadius({600, 1, 0.005, 7}).value(), M_PI);
 }
 

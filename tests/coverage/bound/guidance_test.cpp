@@ -92,7 +92,7 @@ Vector3d DirectionOf(const CriterionView& view) {
   return (view.center_in_world - kSubject.center_in_world).normalized();
 }
 
-TEST(Guide, BeforeTheFirstViewItKnowsTheDistanceAndAfterItWhatIsNext) {
+TEST(Guide, GivesTheDistanceFirstThenTheNextView) {
   CoverageMap map(kSubject, {.cap = kCap, .up_in_world = kUp, .threshold_px = 12});
   Guide guide;
   const Guidance before = guide.After(&map, ViewAt(0, 0, 1.1), 0);
@@ -127,7 +127,7 @@ TEST(Guide, NothingIsMissingInAFullCap) {
 
 // A row goes on the way it goes, beside what is painted, wherever between two and half a radius off it the
 // hand is.
-TEST(Guide, ARowGoesOnInItsDirectionAtTheOffsetThatLeavesNoGap) {
+TEST(Guide, RowGoesOnInItsDirectionWithoutGaps) {
   const CoverageMap map = MapOf(Rows(kBelow, 0));
   constexpr double last_row = 0;
   for (const int heading : {1, -1})
@@ -163,7 +163,7 @@ TEST(Guide, AMissedStripeIsAskedForAndFollowed) {
   EXPECT_NEAR(AnglesOf(map, *along.toward).elevation, stripe, 0.3 * kRadius);
 }
 
-TEST(Guide, AHoleBehindWaitsUntilTheRowIsDoneAndIsThenWorthTheWay) {
+TEST(Guide, HoleBehindWaitsUntilTheRowIsDone) {
   const double hole_azimuth = -15 * kDegree, row = -2 * kPitch * kRadius;
   const auto around_hole = [&](double azimuth, double elevation) {
     return std::hypot(azimuth - hole_azimuth, elevation - row) > 0.8 * kRadius;
@@ -197,7 +197,7 @@ TEST(Guide, BetweenTwoHolesItDoesNotChangeItsMind) {
   }
 }
 
-TEST(Guide, WhatStaysOpenAlthoughTheHandIsThereIsLeftAlone) {
+TEST(Guide, GivesUpDirectionsThatStayOpen) {
   const auto hole_at = [](double azimuth0) {
     return
         [=](double azimuth, double elevation) { return std::hypot(azimuth - azimuth0, elevation) > kRadius; };
@@ -300,7 +300,7 @@ struct Obedient {
   }
 };
 
-TEST(Guide, WhoFollowsItCoversTheCapInRowsWithoutDetours) {
+TEST(Guide, FollowingItCoversTheCapWithoutDetours) {
   for (const double threshold_px : {7.0, 12.0}) {
     Obedient person{MapOf({}, kCap, threshold_px)};
     const double radius = Radius(threshold_px);
@@ -317,7 +317,7 @@ TEST(Guide, WhoFollowsItCoversTheCapInRowsWithoutDetours) {
   }
 }
 
-TEST(Guide, WithoutACapWhatIsThereIsExtendedCompactly) {
+TEST(Guide, ExtendsCompactlyWithoutACap) {
   Obedient person{MapOf({}, std::nullopt)};
   while (person.map.views().size() < 150) {
     ASSERT_TRUE(person.Step());

@@ -50,7 +50,7 @@ TEST(OpenDirections, FollowTheMapViewByView) {
 
 // What is taken back is open again, though only by and by: the whole grid has been looked at after so many
 // calls.
-TEST(OpenDirections, SeeWithinSomeCallsWhatFellOpen) {
+TEST(OpenDirections, NoticeReopenedOnesWithinSomeCalls) {
   CoverageMap map = MapOf(kCap);
   const CoverageMap before = map;
   map.Add(ViewAt(15, 5));
@@ -61,7 +61,7 @@ TEST(OpenDirections, SeeWithinSomeCallsWhatFellOpen) {
   EXPECT_NEAR(open.Gain(15 * M_PI / 180, 5 * M_PI / 180), 1, 0.05);
 }
 
-TEST(OpenDirections, WithoutACapTheyGrowWithWhatIsRecorded) {
+TEST(OpenDirections, GrowWithTheViewsWithoutACap) {
   CoverageMap map = MapOf(std::nullopt);
   OpenDirections open;
   open.Follow(map);

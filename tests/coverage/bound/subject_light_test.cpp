@@ -18,7 +18,7 @@ std::vector<Eigen::Vector2d> Circle(double x, double y, double radius) {
 }
 
 // A third of the circle clipped, the rest grey; outside it black, which does not count.
-TEST(SubjectLight, IsOfWhatLiesInsideTheOutline) {
+TEST(SubjectLight, CountsOnlyInsideTheOutline) {
   constexpr double kGrey = 0.5;
   Image image;
   image.transfer = Transfer::kSrgb;
@@ -34,7 +34,7 @@ TEST(SubjectLight, IsOfWhatLiesInsideTheOutline) {
   EXPECT_NEAR(light->mean_linear, above + (1 - above) * LinearFromSrgb(kGrey), 0.03);
 }
 
-TEST(SubjectLight, ASmallBrightThingIsItsBrightestHundredth) {
+TEST(SubjectLight, SmallBrightSpotIsTheTopHundredth) {
   Image image;
   image.transfer = Transfer::kSrgb;
   image.pixels = cv::Mat::zeros(200, 200, CV_8UC1);

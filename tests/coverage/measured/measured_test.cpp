@@ -97,7 +97,7 @@ TEST(ErrorMap, SummaryNamesWhatFails) {
   EXPECT_NEAR(summary.median_px, 0.5, 1e-9);
 }
 
-TEST(ErrorMap, ForgetsWhatAViewThatIsTakenBackHelped) {
+TEST(ErrorMap, ForgetsTheGainOfATakenBackView) {
   ErrorMap map;
   map.Add(Frame(0, 30));
   map.Add(Frame(20, 30));
@@ -106,7 +106,7 @@ TEST(ErrorMap, ForgetsWhatAViewThatIsTakenBackHelped) {
   EXPECT_NE(map.At(Direction(20)), nullptr);
 }
 
-TEST(ErrorMap, WhatWasMeasuredOnViewsThatAreGoneStandsNoLonger) {
+TEST(ErrorMap, DropsMeasurementsOfRemovedViews) {
   LightField light_field;
   light_field.subject = Subject{{0.1, 0.2, 0.3}, 0.2};
   for (const double azimuth_deg : {1.0, 20.0}) {
@@ -130,7 +130,7 @@ TEST(ErrorMap, WhatWasMeasuredOnViewsThatAreGoneStandsNoLonger) {
   EXPECT_FALSE(StandingErrors(light_field));
 }
 
-TEST(ErrorMap, WhatALowerGoalFoundGoodIsDetailBelowAHigherOne) {
+TEST(ErrorMap, GoodFrameBelowAHigherGoalIsDetail) {
   ErrorMap map;
   MeasuredFrame good_then = Frame(0, 30);
   good_then.cause = render::ErrorCause::kNone;
@@ -158,7 +158,7 @@ double FactorAt(const ErrorMap& errors, double azimuth_deg, CoverBy by = CoverBy
   return ThresholdByErrors(errors, {by, CoverGoal{}.db}, kThreshold_px, kDisc)(Direction(azimuth_deg));
 }
 
-TEST(ThresholdByErrors, ViewsStandFartherApartWherePicturesAreBetterThanTheGoal) {
+TEST(ThresholdByErrors, WidensSpacingOfGoodPictures) {
   EXPECT_EQ(FactorAt({}, 0), 1);
   EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, 0)), 0), 1, 1e-6);
   EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, kDbPerHalving)), 0), 2, 0.2);
@@ -171,7 +171,7 @@ TEST(ThresholdByErrors, ViewsStandFartherApartWherePicturesAreBetterThanTheGoal)
       << "nothing was measured there";
 }
 
-TEST(ThresholdByErrors, OfTwoEqualErrorsTheOneFartherFromItsViewAsksForFewer) {
+TEST(ThresholdByErrors, FartherEqualErrorAsksForFewer) {
   MeasuredFrame far = UsualFrame(0, 0);
   far.nearest_view_angle *= 1.5;
   EXPECT_NEAR(FactorAt(FramesAround(0, far), 0), 1.5, 0.1);
@@ -186,7 +186,7 @@ TEST(ThresholdByErrors, GeometryKeepsItsNeighbours) {
       ThresholdByErrors::Options{}.most_apart / wide_disc, 0.03);
 }
 
-TEST(ThresholdByErrors, WhatTellsNothingOfTheLightFieldChangesNothing) {
+TEST(ThresholdByErrors, IgnoresUninformativeErrors) {
   MeasuredFrame blind = UsualFrame(0, -10), beyond = blind, beside_view = blind;
   blind.measurable = false;
   beyond.one_sided = 0.9;
@@ -201,7 +201,7 @@ TEST(ThresholdByErrors, WhatTellsNothingOfTheLightFieldChangesNothing) {
   }
 }
 
-TEST(ThresholdByErrors, WithBothTheBoundIsMetAsWell) {
+TEST(ThresholdByErrors, AlsoMeetsTheBoundWithBoth) {
   EXPECT_EQ(FactorAt(FramesAround(0, UsualFrame(0, 10)), 0, CoverBy::kBoth), 1);
   EXPECT_LT(FactorAt(FramesAround(0, UsualFrame(0, -10)), 0, CoverBy::kBoth), 0.7);
 }
@@ -276,7 +276,7 @@ TEST_F(MeterTest, MeasuresOverGeometryAlone) {
   EXPECT_LT(over_wrong->db, measured->db - 6);
 }
 
-TEST_F(MeterTest, FrameIsMeasuredAgainWhenAViewIsRecordedNearIt) {
+TEST_F(MeterTest, RemeasuresAFrameWhenANearViewIsAdded) {
   ErrorMeter meter({.size_px = kWidth, .every_frame = true});
   Add(meter, 1, -0.3);
   Add(meter, 2, 0.3);
@@ -365,7 +365,7 @@ TEST_F(MeterTest, ViewThatCannotBeReadIsLeftOut) {
   EXPECT_NEAR(MeasureAt(meter, 0.01)->nearest_view_angle, std::atan(0.29 / 3), 2e-3);
 }
 
-TEST_F(MeterTest, FrameIsMeasuredAgainWhenAViewNearItIsTakenBack) {
+TEST_F(MeterTest, RemeasuresAFrameWhenANearViewLeaves) {
   ErrorMeter meter({.size_px = kWidth, .every_frame = true});
   Add(meter, 1, -0.3);
   Add(meter, 2, 0.3);

@@ -104,7 +104,7 @@ TEST(AugmentedAperture, IsOnTheScreenWhereTheDraftIs) {
   EXPECT_LT(cv::norm(without(wall), state->live.pixels(wall), cv::NORM_INF), 2);
 }
 
-TEST(AugmentedAperture, PrefersWhatWasRecordedAndLosesWhatWasTakenBack) {
+TEST(AugmentedAperture, UsesRecordedViewsUntilTakenBack) {
   StagedCapture capture;
   SpreadPictures spread;
   spread.Offer(*capture.At(capture.CameraAt(0, 0)));

@@ -38,7 +38,7 @@ TEST(CoverageDrawing, TheChartIsPaintedAsFarAsTheMapIs) {
 }
 
 // What is dark inside the cap is what the map counts as open, and as much of it.
-TEST(CoverageDrawing, WhatIsOpenIsSeenAsTheMapCountsIt) {
+TEST(CoverageDrawing, ShowsOpenDirectionsAsTheMapCounts) {
   StagedCapture capture;
   capture.Record(capture.CameraAt(0, 0));
   capture.RecordRows(-12, 4, -6, 6, 4);
@@ -106,7 +106,7 @@ TEST(CoverageDrawing, TheChartOfErrorsIsPaintedByThem) {
   EXPECT_LT(redness(good), redness(nothing) - 0.5);
 }
 
-TEST(CoverageDrawing, TheOverlayFramesTheSubjectInWhiteOrRed) {
+TEST(CoverageDrawing, FramesTheSubjectInWhiteOrRed) {
   StagedCapture capture;
   const auto state = capture.Record(capture.CameraAt(0, 0));
   const cv::Mat grey(capture.camera().height, capture.camera().width, CV_8UC3, cv::Scalar::all(90));
@@ -122,7 +122,7 @@ TEST(CoverageDrawing, TheOverlayFramesTheSubjectInWhiteOrRed) {
 }
 
 // Whoever looks at the picture does not know what lies behind the limb.
-TEST(ShownSphere, TheFarSideIsNotInIt) {
+TEST(ShownSphere, ExcludesTheFarSide) {
   StagedCapture capture;
   for (const double azimuth : {0.0, 40.0, 150.0}) capture.Record(capture.CameraAt(azimuth, 0));
   const auto state = capture.At(capture.CameraAt(0, 0));

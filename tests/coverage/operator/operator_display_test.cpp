@@ -45,7 +45,7 @@ TEST(OperatorDisplay, RectangleIsWhiteOrRedWhereItIs) {
   }
 }
 
-TEST(OperatorDisplay, RedDotIsWithinAPixelOfTheProjectedCamera) {
+TEST(OperatorDisplay, RedDotIsAtTheProjectedCamera) {
   for (const Screen& screen : kScreens)
     for (const Vector2d& aside : {Vector2d(0, 0), Vector2d(0.15, -0.05), Vector2d(-0.12, 0.08)}) {
       Stage stage(screen.size, screen.scale);
@@ -72,7 +72,7 @@ TEST(OperatorDisplay, RedDotIsWithinAPixelOfTheProjectedCamera) {
     }
 }
 
-TEST(OperatorDisplay, WhatTheCaptureSaysIsShownForAWhile) {
+TEST(OperatorDisplay, ShowsMessagesForAWhile) {
   constexpr int kFps = 5;  // each picture costs time, and ten seconds are waited for
   Stage stage({1280, 960}, 1, {}, AtFps(kFps));
   const auto quiet = stage.capture.At(stage.capture.CameraAt(0, 0));
@@ -96,7 +96,7 @@ TEST(OperatorDisplay, WhatTheCaptureSaysIsShownForAWhile) {
 }
 
 // Whatever the rate at which pictures come: ten seconds for words, 0.4 s for the flash.
-TEST(OperatorDisplay, TimesAreSecondsAndNotPictures) {
+TEST(OperatorDisplay, TimesCountSecondsNotPictures) {
   for (const int fps : {4, 20}) {
     Stage stage({1280, 960}, 1, {}, AtFps(fps));
     const auto held = stage.capture.At(stage.capture.CameraAt(0, 0));
@@ -130,7 +130,7 @@ TEST(OperatorDisplay, TimesAreSecondsAndNotPictures) {
 }
 
 // Where the first view comes at once, what is not in order is still read.
-TEST(OperatorDisplay, WhatIsNotInOrderIsShownAlthoughAViewIsThere) {
+TEST(OperatorDisplay, ShowsFailedChecksDespiteAView) {
   for (const bool in_order : {true, false}) {
     Stage stage;
     auto state = stage.capture.Record(stage.capture.CameraAt(0, 0));
@@ -168,7 +168,7 @@ void ExpectPainted(const cv::Mat& picture, const Vector2d& at, const Rgba& color
   EXPECT_LT(cv::norm(median - expected), 12) << what << ": " << median << " in place of " << expected;
 }
 
-TEST(OperatorDisplay, DiscsAreColouredByDistanceAndNothingElseIs) {
+TEST(OperatorDisplay, OnlyDiscsAreColouredByDistance) {
   Stage stage({1280, 960}, 1, {.threshold_px = 30});  // discs larger than what is drawn on them
   stage.capture.Record(stage.capture.CameraAt(6, 4, 1));
   const Subject& subject = stage.capture.subject();
@@ -214,7 +214,7 @@ TEST(OperatorDisplay, TheSecondPaletteIsUsedOnRequest) {
   ExpectPainted(stage.Show(state), at, Palette::ForColourBlind().same, "for the colour-blind");
 }
 
-TEST(OperatorDisplay, TheWindowsFrameFlashesWhenTheSubjectLeavesTheRectangle) {
+TEST(OperatorDisplay, FrameFlashesWhenTheSubjectLeaves) {
   for (const Screen& screen : {kScreens[0], kScreens[4]}) {
     Stage stage(screen.size, screen.scale);
     const auto held = stage.capture.At(stage.capture.CameraAt(0, 0));
@@ -252,7 +252,7 @@ TEST(OperatorDisplay, TheKeysAreShownAndGoAgain) {
   EXPECT_FALSE(differs(show()));
 }
 
-TEST(OperatorDisplay, TheLegendShowsThePalettesColoursAndGoes) {
+TEST(OperatorDisplay, LegendShowsThePaletteAndHides) {
   Stage stage;
   stage.capture.Record(stage.capture.CameraAt(0, 0));
   const auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
@@ -354,7 +354,7 @@ TEST(OperatorDisplay, ACaptureBeginsByKey) {
   EXPECT_TRUE(stage.requests.Take().empty()) << "it has begun";
 }
 
-TEST(OperatorDisplay, ADisplayThatGoesAwayBeforeTheFirstStateBegins) {
+TEST(OperatorDisplay, DetachingEarlyStartsTheRecording) {
   Stage stage;
   EXPECT_TRUE(stage.display.Detach());
   const auto asked = stage.requests.Take();
@@ -378,7 +378,7 @@ TEST(OperatorDisplay, TheProposedSphereIsTakenByKey) {
   EXPECT_EQ(placed[0].subject, *state->proposed_subject);
 }
 
-TEST(OperatorDisplay, BeforeTheFirstFrameKeysDoNothingAndClosingWorks) {
+TEST(OperatorDisplay, IgnoresKeysBeforeTheFirstFrame) {
   Stage stage;
   for (const char32_t key : {U' ', U's', U'r', U'c', U'w', U'?', U'p'}) stage.Type(key);
   stage.Press(Key::kUp);
@@ -416,7 +416,7 @@ TEST(OperatorDisplay, AWindowWithoutAreaDrawsNothing) {
 
 // ---- the subject tool
 
-TEST(SubjectTool, RefinesDistanceAndRadiusByKeysWheelAndDragAndAsksOnce) {
+TEST(SubjectTool, RefinesTheSphereByKeysWheelAndDrag) {
   Stage stage;
   const auto state = stage.capture.At(stage.capture.CameraAt(0, 0, 1));
   const Subject before = *state->subject;
@@ -477,7 +477,7 @@ TEST(SubjectTool, LeavingItChangesNothing) {
 }
 
 // A corrected map moves the capture's subject: what the person has done so far moves along.
-TEST(SubjectTool, WhatIsBeingPlacedFollowsTheCorrectedMap) {
+TEST(SubjectTool, DraftFollowsTheCorrectedMap) {
   Stage stage;
   const auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
   stage.Show(state);
@@ -495,7 +495,7 @@ TEST(SubjectTool, WhatIsBeingPlacedFollowsTheCorrectedMap) {
   EXPECT_NEAR(placed[0].subject.radius, 1.02 * state->subject->radius, 1e-9);
 }
 
-TEST(SubjectTool, LeavingItGivesBackTheSubjectThatWasFoundAnewMeanwhile) {
+TEST(SubjectTool, LeavingKeepsASubjectFoundMeanwhile) {
   Stage stage;
   const auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
   stage.Show(state);
@@ -516,7 +516,7 @@ TEST(SubjectTool, LeavingItGivesBackTheSubjectThatWasFoundAnewMeanwhile) {
   }
 }
 
-TEST(SubjectTool, WithoutASubjectAsksForOneAndTakesWhatIsFound) {
+TEST(SubjectTool, AsksForASubjectAndTakesTheFoundOne) {
   Stage stage;
   auto bare = stage.capture.At(stage.capture.CameraAt(0, 0));
   bare->subject.reset();

@@ -46,7 +46,7 @@ const Polyline& Rectangle(const std::vector<Polyline>& lines, const CameraModel&
   return *found;  // the last: the shade lies below it
 }
 
-TEST(Overlay, RedDotIsWhereTheCamerasWayToTheSubjectMeetsTheSphere) {
+TEST(Overlay, RedDotIsTheCamerasDirectionOnTheSphere) {
   const StagedCapture stage;
   for (const double distance : {0.7, 1.0, 1.6})
     for (const Eigen::Vector2d& aside :
@@ -124,7 +124,7 @@ TEST(Overlay, TheCapIsOutlinedOnTheSphere) {
   EXPECT_GT(DistanceToLines(seen.overlay, kOutline, seen.At(20, 0)), 10);
 }
 
-TEST(Overlay, ARecordedViewNearTheCameraHasARimAroundItsPlace) {
+TEST(Overlay, NearRecordedViewHasARim) {
   const SeenSphere seen(3, 2);
   constexpr double kRim = 1.2;
   Eigen::Vector2d sum(0, 0);
@@ -190,7 +190,7 @@ TEST(Overlay, PaintLiesWhereTheMapSaysSo) {
   }
 }
 
-TEST(Overlay, RectangleIsWhiteWithTheSphereInsideElseRedThickerAndSaysSo) {
+TEST(Overlay, RectangleTurnsRedWhenTheSphereLeavesIt) {
   const StagedCapture stage;
   const Overlay inside = MakeOverlay(*stage.At(stage.CameraAt(0, 0)));
   const auto inside_lines = All<Polyline>(inside);
@@ -248,7 +248,7 @@ TEST(Overlay, NothingIsDrawnWhenLost) {
   EXPECT_EQ(InWords(InstructionFor(*stage.Lost()), *stage.Lost()), stage.Lost()->tracking_words);
 }
 
-TEST(Overlay, TheArrowGoesFromTheDotTowardsTheTargetAlsoRoundTheCorner) {
+TEST(Overlay, ArrowPointsToTheTargetAroundTheSphere) {
   StagedCapture stage;
   stage.Record(stage.CameraAt(0, 0));
   const Rigid3 pose = stage.CameraAt(0, 0);
@@ -281,7 +281,7 @@ TEST(Overlay, TheArrowGoesFromTheDotTowardsTheTargetAlsoRoundTheCorner) {
   }
 }
 
-TEST(Overlay, WhatFellOpenAgainIsMarked) {
+TEST(Overlay, ReopenedDirectionsAreMarked) {
   StagedCapture stage;
   stage.RecordRows(-10, 10, 0, 0, 5);
   const Rigid3 pose = stage.CameraAt(0, 0);
@@ -298,7 +298,7 @@ TEST(Overlay, WhatFellOpenAgainIsMarked) {
 }
 
 // Not only where it lies on the map: on the near side, in the guide's colour, and nothing when it is done.
-TEST(Overlay, WhatTheMovementLeavesOpenIsMarked) {
+TEST(Overlay, GapsLeftByTheMovementAreMarked) {
   StagedCapture stage;
   stage.RecordRows(-10, 10, 0, 0, 5);
   const Rigid3 pose = stage.CameraAt(0, 0);
@@ -332,7 +332,7 @@ TEST(Overlay, NoSphereIsDrawnFromInsideIt) {
   EXPECT_EQ(Rectangle(lines, stage.camera()).color, Palette::Standard().alarm);
 }
 
-TEST(CloseLook, HasTheDotInTheMiddleAndDiscsOfAnArmsLengthSize) {
+TEST(CloseLook, HasTheDotInTheMiddleAndLargeDiscs) {
   StagedCapture stage;
   stage.RecordRows(-6, 6, -6, 6, 3);
   for (const Eigen::Vector2d& aside : {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.2, 0.1)}) {
@@ -357,7 +357,7 @@ TEST(CloseLook, HasTheDotInTheMiddleAndDiscsOfAnArmsLengthSize) {
   EXPECT_FALSE(MakeCloseLook(*StagedCapture().At(stage.CameraAt(0, 0)), 280, 210)) << "nothing is recorded";
 }
 
-TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
+TEST(Overlay, InstructionsComeInOrderOfUrgency) {
   StagedCapture stage;
   stage.Record(stage.CameraAt(0, 0));
   auto state = stage.At(stage.CameraAt(0, 0));
@@ -396,7 +396,7 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   EXPECT_THAT(InWords(InstructionFor(*state), *state), ::testing::StartsWith("paused"));
 }
 
-TEST(Overlay, BeforeTheBeginningTheInstructionSaysWhatHoldsIt) {
+TEST(Overlay, InstructionSaysWhatDelaysTheStart) {
   StagedCapture stage;
   auto state = stage.At(stage.CameraAt(0, 0));
   state->waits_to_begin = true;
@@ -411,7 +411,7 @@ TEST(Overlay, BeforeTheBeginningTheInstructionSaysWhatHoldsIt) {
 }
 
 // One covered direction whose pictures are wrong, one whose pictures are right, one that nothing covers.
-TEST(Overlay, TheLayerOfErrorsPaintsThemAndMarksWhatTheBoundDoesNotSay) {
+TEST(Overlay, ErrorLayerMarksErrorsBeyondTheBound) {
   StagedCapture stage;
   stage.RecordRows(-6, 6, -2, 2, 2);
   const auto state = stage.At(stage.CameraAt(0, 0));

@@ -67,7 +67,7 @@ TEST(StatusLine, HasTheMistakesThatAreSeen) {
                                ::testing::Not(::testing::Contains("flickering lamps"))));
 }
 
-TEST(StatusLine, WhatIsNotKnownIsNotSaid) {
+TEST(StatusLine, OmitsUnknownFigures) {
   const StagedCapture stage({.cap = std::nullopt});
   auto state = stage.At(stage.CameraAt(0, 0));
   state->frames_per_s.reset();
@@ -77,7 +77,7 @@ TEST(StatusLine, WhatIsNotKnownIsNotSaid) {
   EXPECT_THAT(Words(StatusLine(*state)), ElementsAre("0 dropped", "0 points", "0 views"));
 }
 
-TEST(StatusLine, WhatIsWrongStandsOut) {
+TEST(StatusLine, FaultsStandOut) {
   const StagedCapture stage;
   auto state = stage.At(stage.CameraAt(0, 0));
   EXPECT_EQ(ColorOf(*state, "dropped"), ink::kText);
@@ -94,7 +94,7 @@ TEST(StatusLine, WhatIsWrongStandsOut) {
 }
 
 // A hand that gained a sliver in 20 s once had 29450 minutes left.
-TEST(StatusLine, NobodyIsToldToWaitForWeeks) {
+TEST(StatusLine, TimeLeftIsRoundedAndCappedAtTenHours) {
   const StagedCapture stage;
   auto state = stage.At(stage.CameraAt(0, 0));
   for (const auto& [seconds, words] : {std::pair{61.0, "about 65 s left"},
@@ -107,7 +107,7 @@ TEST(StatusLine, NobodyIsToldToWaitForWeeks) {
   }
 }
 
-TEST(StatusLine, OneIsSingular) {
+TEST(StatusLine, SaysOneInTheSingular) {
   const StagedCapture stage;
   auto state = stage.At(stage.CameraAt(0, 0));
   state->points.resize(1);
@@ -202,7 +202,7 @@ std::vector<std::vector<std::string>> TableRowsOf(const std::string& page, const
   return rows;
 }
 
-TEST(KeyTables, OfTheOperatorsPageAreThoseOfTheDisplay) {
+TEST(KeyTables, OnTheOperatorsPageMatchTheDisplay) {
   std::vector<std::vector<std::string>> expected;
   const auto add = [&](const char* mode, std::span<const KeyHelp> keys) {
     expected.push_back({mode, ""});
@@ -215,7 +215,7 @@ TEST(KeyTables, OfTheOperatorsPageAreThoseOfTheDisplay) {
 }
 
 // The viewer's page says more of each key, and names keys and mouse apart.
-TEST(KeyTables, OfTheViewersPageHasEveryKeyOfTheViewerAndNoOther) {
+TEST(KeyTables, OnTheViewersPageMatchTheViewer) {
   const auto words = [](const std::string& text) {
     std::set<std::string> words;
     std::string plain = text;

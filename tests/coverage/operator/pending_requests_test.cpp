@@ -112,7 +112,7 @@ class Keyboard {
   LateCapture capture_;
 };
 
-TEST(PendingRequests, HoweverLateStatesComeKeysMeanTheSame) {
+TEST(PendingRequests, KeysMeanTheSameForLateStates) {
   Keyboard keyboard;
   std::mt19937 random(7);
   int recording = 0;
@@ -129,7 +129,7 @@ TEST(PendingRequests, HoweverLateStatesComeKeysMeanTheSame) {
   EXPECT_LT(recording, kScripts * 4 / 5) << "the test shows nothing";
 }
 
-TEST(PendingRequests, PausedInTheSubjectToolStaysPausedAfterIt) {
+TEST(PendingRequests, PauseOutlastsTheSubjectTool) {
   Keyboard keyboard;
   EXPECT_TRUE(keyboard.RecordsAfter("ss")) << "as it was before";
   EXPECT_FALSE(keyboard.RecordsAfter("s  s")) << "gone on, and paused again";
@@ -137,7 +137,7 @@ TEST(PendingRequests, PausedInTheSubjectToolStaysPausedAfterIt) {
   EXPECT_FALSE(keyboard.RecordsAfter(" ss")) << "it was paused before";
 }
 
-TEST(PendingRequests, QuickPressesTakeBackOneViewAfterTheOther) {
+TEST(PendingRequests, QuickPressesTakeBackViewsInTurn) {
   Desk desk;
   const auto state = Tracked();
   state->view_ids = {1, 2, 3};
@@ -153,7 +153,7 @@ TEST(PendingRequests, QuickPressesTakeBackOneViewAfterTheOther) {
   EXPECT_THAT(rest[0].ids, ElementsAre(1));
 }
 
-TEST(PendingRequests, APlacedSubjectIsTheDraftBeforeTheCaptureHasIt) {
+TEST(PendingRequests, PlacedSubjectIsTheDraftAtOnce) {
   Desk desk;
   const auto state = Tracked();
   desk.Show(state);
@@ -189,7 +189,7 @@ TEST(PendingRequests, CapsLockChangesNothing) {
 
 // ---- with a keyboard alone
 
-TEST(SubjectTool, ShiftAndArrowsMoveTheSphereAcrossThePicture) {
+TEST(SubjectTool, ShiftArrowsMoveTheSphereInThePicture) {
   Desk desk;
   const auto state = Tracked();
   state->requests_answered = 1000;  // as soon as they are asked

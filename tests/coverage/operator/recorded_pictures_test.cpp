@@ -98,7 +98,7 @@ void ExpectShows(const PosedPicture* picture, int id) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], ColourOf(id)[c], 2.5) << "view " << id;
 }
 
-TEST(RecordedPictures, ViewsOfAnEarlierSessionAreReadWhenTheyAreWanted) {
+TEST(RecordedPictures, EarlierViewsAreReadOnDemand) {
   Recording recording(40);
   const auto state = recording.Resumed();
   RecordedPictures pictures;
@@ -111,7 +111,7 @@ TEST(RecordedPictures, ViewsOfAnEarlierSessionAreReadWhenTheyAreWanted) {
   EXPECT_FALSE(pictures.TakeProblem());
 }
 
-TEST(RecordedPictures, StatesThatNobodySawLoseNoView) {
+TEST(RecordedPictures, SkippedStatesLoseNoView) {
   Recording recording(50);
   const auto newest = recording.Record(true);
   CaptureFeed feed;
@@ -123,7 +123,7 @@ TEST(RecordedPictures, StatesThatNobodySawLoseNoView) {
   for (int id = 1; id <= 51; id += 10) ExpectShows(Nearest(pictures, *newest, recording.PoseOf(id)), id);
 }
 
-TEST(RecordedPictures, AViewThatWaitsForTheDiskIsFoundWhenItIsThere) {
+TEST(RecordedPictures, SpooledViewIsFoundOnceWritten) {
   Recording recording(3);
   const auto missed = recording.Record(false);
   const auto state = recording.Resumed();
@@ -141,7 +141,7 @@ TEST(RecordedPictures, AViewThatWaitsForTheDiskIsFoundWhenItIsThere) {
   EXPECT_FALSE(pictures.TakeProblem()) << "waiting is no problem";
 }
 
-TEST(RecordedPictures, WhatCannotBeReadIsLeftOutAndSaidOnce) {
+TEST(RecordedPictures, UnreadableViewsAreReportedOnce) {
   Recording recording(6);
   fs::remove(recording.Dir() / "images/000002.png");
   fs::resize_file(recording.Dir() / "images/000005.png", 60);
@@ -179,7 +179,7 @@ TEST(RecordedPictures, AFolderThatIsGoneIsSaidOnce) {
   EXPECT_THAT(said[0], HasSubstr("/nowhere/at/all/journal.jsonl"));
 }
 
-TEST(RecordedPictures, StayWithinTheirBudgetAndComeBackFromDisk) {
+TEST(RecordedPictures, StayInBudgetAndReloadFromDisk) {
   Recording recording(0);
   constexpr std::size_t kBudget = 12'000;
   RecordedPictures pictures({.most_bytes = kBudget});
@@ -197,7 +197,7 @@ TEST(RecordedPictures, StayWithinTheirBudgetAndComeBackFromDisk) {
   }
 }
 
-TEST(RecordedPictures, ThoseOfViewsThatWereTakenBackAreGoneAtOnce) {
+TEST(RecordedPictures, TakenBackViewsAreGoneAtOnce) {
   Recording recording(0);
   RecordedPictures pictures;
   for (int i = 0; i < 5; ++i) pictures.Follow(*recording.Record(true));
@@ -218,7 +218,7 @@ TEST(RecordedPictures, ThoseOfViewsThatWereTakenBackAreGoneAtOnce) {
   EXPECT_EQ(pictures.missing(), 0u);
 }
 
-TEST(RecordedPictures, AViewTakenBackWhileItIsWantedIsNoProblem) {
+TEST(RecordedPictures, ViewMayBeTakenBackWhileWanted) {
   Recording recording(20);
   const auto state = recording.Resumed();
   RecordedPictures pictures;
@@ -245,7 +245,7 @@ TEST(RecordedPictures, StandWhereTheCapturesPosesAreNow) {
 }
 
 // The whole way: a capture that goes on with a light field, and what can be seen of it meanwhile.
-TEST(RecordedPictures, ACaptureThatIsResumedShowsWhatWasThereBefore) {
+TEST(RecordedPictures, ResumedCaptureShowsEarlierViews) {
   const ScratchFolder scratch;
   std::vector<PlanarShot> before, after;
   for (int i = 0; i < 6; ++i) before.push_back({PoseAt(3.0 * i, 0)});

@@ -206,7 +206,7 @@ TEST(RenderedReview, StripesMarkWhereNoViewIsNear) {
   EXPECT_GT(difference(35), 3 * difference(0)) << "beside them";
 }
 
-TEST(RenderedReview, IsSmallerWhileItMovesAndTheRendererIsSlow) {
+TEST(RenderedReview, IsSmallerInMotionWhenSlow) {
   OffscreenSurface surface({640, 480});
   surface.Bind();
   const Staged staged;
@@ -239,7 +239,7 @@ TEST(RenderedReview, SaysOnceWhatCannotBeRead) {
   EXPECT_THAT(problems[0], HasSubstr(staged.dir().string()));
 }
 
-TEST(RenderedReview, WhatFailedIsTriedAgainAfterAWhileAndWhenSomethingIsNew) {
+TEST(RenderedReview, RetriesAfterAWhileAndOnNewViews) {
   OffscreenSurface surface({640, 480});
   surface.Bind();
   Staged staged;

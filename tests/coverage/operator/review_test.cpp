@@ -20,7 +20,7 @@ namespace {
 
 // ---- review in the display
 
-TEST(Review, FromTheLiveCameraShowsWhatTheLivePictureShows) {
+TEST(Review, AtTheLiveCameraEqualsTheLivePicture) {
   Stage stage(kSmall, 1, kRendered);
   const Rigid3 pose = stage.capture.CameraAt(2, 1);
   for (const auto& [azimuth, elevation] :
@@ -103,7 +103,7 @@ class Looking : public ::testing::Test {
   std::map<double, cv::Mat> seen_;
 };
 
-TEST_F(Looking, ByMouseGoesRoundTheSubject) {
+TEST_F(Looking, ByMouseOrbitsTheSubject) {
   const auto state = stage_.capture.At(stage_.capture.CameraAt(0, 0));
   stage_.Show(state);
   stage_.Type('r');
@@ -151,7 +151,7 @@ class LookingByMarker : public Looking {
   double time_s_ = 1000;
 };
 
-TEST_F(LookingByMarker, TheBoardIsTheSubject) {
+TEST_F(LookingByMarker, BoardStandsForTheSubject) {
   for (const char32_t key : {U'r', U'c', U'c'}) stage_.Type(key);
   EXPECT_EQ(ShownIn(stage_.Show(Held(0))), 0) << "as it is held first, the views are seen from their middle";
   EXPECT_EQ(ShownIn(stage_.Show(Held(12))), 12);
@@ -210,7 +210,7 @@ std::shared_ptr<CaptureState> Resumed(Stage& stage, const std::filesystem::path&
   return state;
 }
 
-TEST(Review, ShowsWhatWasRecordedBeforeTheCaptureWasResumed) {
+TEST(Review, ShowsViewsRecordedBeforeResuming) {
   Stage stage(kSmall, 1, kRendered);
   const ScratchFolder scratch;
   const auto state = Resumed(stage, scratch / "lf");
@@ -295,7 +295,7 @@ TEST(VirtualCamera, FollowsASubjectThatIsPlacedAnew) {
               frame.Of((before - moved.center_in_world).normalized()).azimuth + Radians(2), 1e-9);
 }
 
-TEST_F(LookingByMarker, TheBoardIsTheNewSubjectWhereThatIsPlacedAnew) {
+TEST_F(LookingByMarker, BoardFollowsANewlyPlacedSubject) {
   Review review(kHeld);
   const auto state = Held(0);
   review.Open(*state);

@@ -22,7 +22,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(RunWithDisplay, WithoutADisplayTheCaptureGoesOnAndThatIsSaid) {
+TEST(RunWithDisplay, GoesOnWithoutADisplayAndSaysSo) {
   CaptureFeed feed;
   CaptureRequests requests;
   const StagedCapture capture;
@@ -46,7 +46,7 @@ TEST(RunWithDisplay, WithoutADisplayTheCaptureGoesOnAndThatIsSaid) {
 
 std::unique_ptr<Surface> Small() { return std::make_unique<OffscreenSurface>(cv::Size(320, 240)); }
 
-TEST(RunWithDisplay, ClosingTheWindowAsksTheCaptureToFinishAndWaitsForIt) {
+TEST(RunWithDisplay, ClosingTheWindowFinishesTheCapture) {
   CaptureFeed feed;
   CaptureRequests requests;
   bool finished = false, waited_for = false;
@@ -68,7 +68,7 @@ TEST(RunWithDisplay, ClosingTheWindowAsksTheCaptureToFinishAndWaitsForIt) {
   EXPECT_TRUE(waited_for);
 }
 
-TEST(RunWithDisplay, TheEndOfTheCaptureIsTheEndOfTheDisplay) {
+TEST(RunWithDisplay, EndsTheDisplayWithTheCapture) {
   CaptureFeed feed;
   CaptureRequests requests;
   const StagedCapture capture;
@@ -104,7 +104,7 @@ class StuckSurface : public OffscreenSurface {
   std::atomic<bool>& gave_up_;
 };
 
-TEST(RunWithDisplay, ADisplayThatIsStuckDelaysNothingAndThenShowsTheNewest) {
+TEST(RunWithDisplay, StuckDisplayDelaysNothing) {
   CaptureFeed feed;
   CaptureRequests requests;
   const StagedCapture capture;
@@ -126,7 +126,7 @@ TEST(RunWithDisplay, ADisplayThatIsStuckDelaysNothingAndThenShowsTheNewest) {
   EXPECT_LT(presented, kFrames / 2) << "what nobody has seen in time is not shown late";
 }
 
-TEST(RunWithDisplay, WhatTheCaptureThrowsComesOut) {
+TEST(RunWithDisplay, RethrowsWhatTheCaptureThrows) {
   CaptureFeed feed;
   CaptureRequests requests;
   EXPECT_THROW(RunWithDisplay(Small, {}, feed, requests, [] { throw Error("the disk"); }), Error);
@@ -134,7 +134,7 @@ TEST(RunWithDisplay, WhatTheCaptureThrowsComesOut) {
 
 // While it is made, by a marker that does not exist, or with its first picture: before the capture has published a
 // state.
-TEST(RunWithDisplay, ADisplayThatBreaksDoesNotBreakTheCapture) {
+TEST(RunWithDisplay, CaptureSurvivesABrokenDisplay) {
   class Breaking : public OffscreenSurface {
    public:
     Breaking() : OffscreenSurface(cv::Size(320, 240)) {}
@@ -187,7 +187,7 @@ class Obedient : public OffscreenSurface {
   std::atomic<bool>& press_;
 };
 
-TEST(RunWithDisplay, ThatTheCapIsCoveredIsSaidUntilAKeyAfterTheLightFieldIsClosed) {
+TEST(RunWithDisplay, CoveredCapIsShownUntilAKey) {
   CaptureFeed feed;
   CaptureRequests requests;
   std::atomic<bool> press = false, closed = false, pressed_after_closing = false;
@@ -211,7 +211,7 @@ TEST(RunWithDisplay, ThatTheCapIsCoveredIsSaidUntilAKeyAfterTheLightFieldIsClose
   person.join();
 }
 
-TEST(RunWithDisplay, NobodyHasToPressAKey) {
+TEST(RunWithDisplay, EndsWithoutAKeyPress) {
   CaptureFeed feed;
   CaptureRequests requests;
   for (const auto& [why, least, most] :
@@ -250,7 +250,7 @@ class Dying : public OffscreenSurface {
   int frames_ = 0;
 };
 
-TEST(RunWithDisplay, ASurfaceThatIsGoneIsLeftAndNobodyHasToGoOnByHand) {
+TEST(RunWithDisplay, LosingTheSurfaceResumesRecording) {
   struct Case {
     const char* keys;
     std::optional<bool> last_asked;

@@ -28,7 +28,7 @@ double Difference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total());
 }
 
-TEST(DisplayScript, KeepsItsLinesInOrderAndRefusesWhatCannotBe) {
+TEST(DisplayScript, KeepsOrderAndRefusesInvalidLines) {
   const ScratchFolder scratch;
   CaptureRequests requests;
   DisplayScript script(requests);
@@ -49,7 +49,7 @@ TEST(DisplayScript, KeepsItsLinesInOrderAndRefusesWhatCannotBe) {
 }
 
 // Whatever becomes of the display, what is asked of the capture is not lost.
-TEST(DisplayScript, WithoutADisplayRequestsGoToTheCapture) {
+TEST(DisplayScript, SendsRequestsWithoutADisplay) {
   const ScratchFolder scratch;
   CaptureRequests requests;
   DisplayScript script(requests);

@@ -85,7 +85,7 @@ class BusyPerson : public OffscreenSurface {
   std::size_t pressed_ = 0;
 };
 
-TEST(Use, OfEverythingThatTheDisplayOffersDuringACapture) {
+TEST(Use, ExercisesEverythingTheDisplayOffers) {
   ShareHeaps();
   const ScratchFolder scratch;
   const double fps = Asked("ULF_USE_FPS", 1);  // slow, for the sanitizers' sake: a degree from frame to frame

@@ -143,15 +143,15 @@ TEST(Window, ClosedInMidCaptureClosesTheLightField) {
   ExpectClosed([](X11Person& person) { person.CloseWindow(); });
 }
 
-TEST(Window, DestroyedByAnotherProgramClosesTheLightField) {
+TEST(Window, DestructionFromOutsideClosesTheLightField) {
   ExpectClosed([](X11Person& person) { person.DestroyWindow(); });
 }
 
-TEST(Window, KilledByAnotherProgramClosesTheLightField) {
+TEST(Window, KillFromOutsideClosesTheLightField) {
   ExpectClosed([](X11Person& person) { person.KillClient(); });
 }
 
-TEST(Window, DestroyedByAnotherProgramAsksToBeClosedAndKeepsItsSize) {
+TEST(Window, DestructionFromOutsideAsksToClose) {
   const auto window = OpenWindow("ulf test", {400, 300});
   EXPECT_EQ(window->Size(), cv::Size(400, 300));
   X11Person("ulf test").DestroyWindow();
@@ -168,7 +168,7 @@ TEST(Window, DestroyedByAnotherProgramAsksToBeClosedAndKeepsItsSize) {
 }
 
 // On a display server of its own, which is killed in mid-capture.
-TEST(Window, ADisplayServerThatDiesDoesNotTakeTheCaptureWithIt) {
+TEST(Window, CaptureSurvivesADyingDisplayServer) {
   const ScratchFolder scratch;
   const auto dir = scratch.path() / "lf";
   const std::string errors = scratch / "errors";
@@ -197,7 +197,7 @@ TEST(Window, ADisplayServerThatDiesDoesNotTakeTheCaptureWithIt) {
   EXPECT_TRUE(std::filesystem::exists(dir / "transforms.json")) << "closed";
 }
 
-TEST(Window, ThatIsGivenBackAfterItsDisplayServerDied) {
+TEST(Window, MayBeDestroyedAfterItsDisplayServer) {
   ChildProcess server({"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24"});
   const std::string display = ":" + std::to_string(std::stoi(server.ReadUntil("\n", 30)));
   const char* usual = std::getenv("DISPLAY");

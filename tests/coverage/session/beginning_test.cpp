@@ -86,7 +86,7 @@ TEST(Beginning, NothingIsRecordedBeforeSomebodyAsks) {
       << "a light field that has begun goes on";
 }
 
-TEST(Beginning, WhatIsAskedBeforeThereIsASubjectIsDoneAsSoonAsThereIsOne) {
+TEST(Beginning, RequestWaitsForASubject) {
   Waiting capture;
   capture.after.emplace(1, SetRecording{true});
   capture.options.subject.reset();
@@ -106,7 +106,7 @@ TEST(Beginning, WhatIsAskedBeforeThereIsASubjectIsDoneAsSoonAsThereIsOne) {
   EXPECT_THAT(said, Contains(HasSubstr("as soon as the subject is found")));
 }
 
-TEST(Beginning, WhatIsRedBeforeThereIsASubjectIsSaidWhenSomebodyAsks) {
+TEST(Beginning, RedItemsAreSaidOnRequestBeforeASubject) {
   const ScratchFolder scratch;
   std::vector<PlanarShot> shots = Sweep(10, 4, 0.8);
   for (PlanarShot& shot : shots) shot.fault = Fault::kBlack;
@@ -259,7 +259,7 @@ struct Still {
 };
 
 // What is sharp only at its outline, and what stands before a background that is rightly blurred.
-TEST(FineDetail, OfASmoothThingIsThatOfItsOutline) {
+TEST(FineDetail, OnASmoothSubjectIsThatOfItsOutline) {
   const cv::Mat black(Still::kSize, CV_8U, cv::Scalar(8)), white(Still::kSize, CV_8U, cv::Scalar(245));
   const cv::Mat blurred_background = Leaves(Still::kSize, 60, 5);
   const auto ball = [](const Eigen::Vector2d& at) {
@@ -290,7 +290,7 @@ TEST(FineDetail, OfASmoothThingIsThatOfItsOutline) {
     }
 }
 
-TEST(FineDetail, IsOfWhatLiesInsideTheOutline) {
+TEST(FineDetail, CountsOnlyInsideTheOutline) {
   const Still ring(5, cv::Mat(Still::kSize, CV_8U, cv::Scalar(8)));
   EXPECT_TRUE(FineDetail(ring.Taken(0), Circle(Still::kMiddle, 1.1 * Still::kRadius)));
   EXPECT_FALSE(FineDetail(ring.Taken(0), Circle(Still::kMiddle, 0.9 * Still::kRadius)))
@@ -298,7 +298,7 @@ TEST(FineDetail, IsOfWhatLiesInsideTheOutline) {
 }
 
 // These scenes, full of texture and nearly without, are in focus and well lit; so are the others.
-TEST(LightAndFocusCheck, SimulatedScenesAreInFocusUnlessTheyAreBlurred) {
+TEST(LightAndFocusCheck, FindsOnlyBlurredScenesUnsharp) {
   for (const std::string name : {"studio", "gloss", "bust"}) {
     SimulationOptions options;
     options.scene = name;
@@ -331,7 +331,7 @@ TEST(LightAndFocusCheck, SimulatedScenesAreInFocusUnlessTheyAreBlurred) {
   }
 }
 
-TEST(SubjectAnchors, TheSphereGoesWhereItsSurroundingsWentAndGrowsWithThem) {
+TEST(SubjectAnchors, SphereMovesAndScalesWithItsPoints) {
   const Rigid3 late_from_live{Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Vector3d(1, 2, 3).normalized())),
                               {0.02, -0.01, 0.05}};
   DriftingSource poses(late_from_live);
@@ -392,7 +392,7 @@ class SourceWithANewMap : public DriftingSource {
 };
 
 // Asked to begin in the first map, where it is too dark, or in the second, before the subject is found again.
-TEST(Beginning, NothingIsRecordedOnASphereOfAMapThatIsGone) {
+TEST(Beginning, RecordsNothingOnASphereOfALostMap) {
   constexpr std::uint64_t kFirstMap = 5;
   for (const std::uint64_t asked_after : {kFirstMap - 2, kFirstMap + 3}) {
     std::vector<PlanarShot> shots = Sweep(10, 4, 0.8);
@@ -460,7 +460,7 @@ TEST(SubjectProposer, ProposesTheSizeThatTwoMeshesShow) {
   }
 }
 
-TEST(SubjectProposer, SaysNothingWhereMeshesDisagreeOrShowTooLittle) {
+TEST(SubjectProposer, IsSilentOnDisagreeingOrPoorMeshes) {
   const Subject small{kSubject.center_in_world, 0.5 * kSubject.radius};
   const Subject smaller{kSubject.center_in_world, 0.3 * kSubject.radius};
   SubjectProposer proposer = Proposer();
@@ -472,7 +472,7 @@ TEST(SubjectProposer, SaysNothingWhereMeshesDisagreeOrShowTooLittle) {
   EXPECT_FALSE(proposer.proposal());
 }
 
-TEST(SubjectProposer, AnOffCentreSubjectLiesBesideItsSphere) {
+TEST(SubjectProposer, OffCentreSubjectLiesByItsSphere) {
   SubjectProposer proposer = Proposer();
   const auto seen = [](double offset) {
     return Subject{kSubject.center_in_world + Vector3d(offset * kSubject.radius, 0, 0),
@@ -492,7 +492,7 @@ TEST(SubjectProposer, AnOffCentreSubjectLiesBesideItsSphere) {
   EXPECT_FALSE(proposer.proposal()) << "somebody has placed the sphere there";
 }
 
-TEST(Beginning, ARequestForAProposedSphereThatIsNotThereIsAnswered) {
+TEST(Beginning, AnswersARequestForAMissingProposal) {
   Waiting capture;
   capture.after.emplace(1, ParseCaptureRequest("subject proposed"));
   capture.after.emplace(1, ParseCaptureRequest("record anyway"));

@@ -43,7 +43,7 @@ void Fill(CoverageMap& map, double width_deg, double height_deg) {
       map.Add(ViewAt(azimuth, elevation));
 }
 
-TEST(LargestCovered, IsTheCapThatIsThere) {
+TEST(LargestCovered, IsTheCapThatIsCovered) {
   CoverageMap map = AskedFor("60x40");
   EXPECT_FALSE(LargestCovered(map, 0.98)) << "nothing is recorded";
   Fill(map, 30, 20);
@@ -90,7 +90,7 @@ TEST(CapWatch, SaysOnceThatNothingIsGainedAndWhatIsThere) {
 }
 
 // A table turns on past what is asked for: only a whole turn that brings nothing says something.
-TEST(CapWatch, OfATurntableWaitsForAWholeTurn) {
+TEST(CapWatch, WaitsForAWholeTurnOfATurntable) {
   CoverageMap map = AskedFor("60x40");
   Fill(map, 30, 6);
   CapWatch watch(0.98, true, FrameSource::kCamera);
@@ -117,7 +117,7 @@ TEST(CapWatch, IsSilentWhileSomethingIsGained) {
     }
 }
 
-TEST(CapWatch, IsSilentWhileAHandOnlyTremblesOrRecordingIsPausedOrNoCapIsAsked) {
+TEST(CapWatch, IsSilentWhenPausedStillOrWithoutACap) {
   CoverageMap map = AskedFor("60x40"), without(kSubject, {.up_in_world = kUp});
   Fill(map, 30, 20);
   without.Add(ViewAt(0, 0));
@@ -138,7 +138,7 @@ TEST(LargestCovered, NamesNoneThatWouldBeRefused) {
 }
 
 // The whole way, from frames to what the person hears.
-TEST(CapWatch, IsHeardInACapture) {
+TEST(CapWatch, SpeaksDuringACapture) {
   const ScratchFolder scratch;
   std::vector<PlanarShot> shots;
   for (int i = 0; i < 180; ++i) {
@@ -157,7 +157,7 @@ TEST(CapWatch, IsHeardInACapture) {
 }
 
 // With everything else in the way of recording it is not the cap that is at fault.
-TEST(CapWatch, IsNotHeardWhileTheDiskOrTheLightStandsInTheWay) {
+TEST(CapWatch, IsSilentWhileDiskOrLightBlocks) {
   CoverageMap map = AskedFor("60x40");
   Fill(map, 30, 20);
   CapWatch watch(0.98, false, FrameSource::kCamera);
@@ -182,7 +182,7 @@ TEST(CoverageMap, AMapWithoutAnOpenCellIsCoveredWholly) {
   }
 }
 
-TEST(CaptureSession, OfAWholeCapEnds) {
+TEST(CaptureSession, EndsOnAWholeCap) {
   const ScratchFolder scratch;
   std::vector<PlanarShot> shots;
   for (double elevation : {0.0, 3.0, -3.0})

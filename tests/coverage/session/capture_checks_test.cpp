@@ -101,7 +101,7 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
 
 // Black things, small ones and those before white are taken with a warning; a cap over the lens, no light and an
 // exposure that is far off are not.
-TEST(Preflight, LightHoldsTheStartOnlyWhereNothingIsToBeSeen) {
+TEST(Preflight, LightBlocksOnlyWhereNothingIsVisible) {
   struct Case {
     SubjectLight light;
     std::optional<bool> in_order;
@@ -135,7 +135,7 @@ TEST(Preflight, AnAutomaticIsAWarning) {
   EXPECT_EQ(HoldsInWords(items), "");
 }
 
-TEST(Preflight, ADiskWithoutRoomForTenViewsHoldsTheStartAlsoWithoutACap) {
+TEST(Preflight, DiskBelowTenViewsBlocksTheStart) {
   PreflightInput input;
   input.bytes_per_view = 1'000'000;
   input.disk_left_bytes = 9'900'000;
@@ -148,7 +148,7 @@ TEST(Preflight, ADiskWithoutRoomForTenViewsHoldsTheStartAlsoWithoutACap) {
   EXPECT_FALSE(Item(Preflight(input), "disk").in_order) << "how much a view takes is not known";
 }
 
-TEST(SubjectFinder, SaysWhatIsWrongWithASubjectAndTheWayOut) {
+TEST(SubjectFinder, SaysWhatIsWrongAndTheRemedy) {
   const Rigid3 at_origin;
   EXPECT_EQ(ProblemOf({{0, 0, 1}, 0.2}, at_origin, FrameSource::kCamera), "");
   EXPECT_EQ(ProblemOf({{0, 0, -1}, 0.2}, std::nullopt, FrameSource::kCamera), "")
@@ -189,7 +189,7 @@ TEST(PoseError, IsWhatMovesOnTheSubject) {
   }
 }
 
-TEST(Decide, RecordsNoViewWhosePoseMovesTheSubjectByMoreThanAPixel) {
+TEST(Decide, SkipsPosesUncertainByMoreThanAPixel) {
   const CameraModel camera = CameraModel::Pinhole(640, 480, 600);
   const Subject subject{{0, 0, 1}, 0.15};
   const CoverageMap map(subject, CoverageMapOptions{.cap = {}, .threshold_px = 7});
@@ -234,7 +234,7 @@ TEST(Decide, RecordsNoViewWhosePoseMovesTheSubjectByMoreThanAPixel) {
   EXPECT_EQ(without_subject(), Reason::kTracking);
 }
 
-TEST(Preflight, OfACaptureIsShownAndSaidOnce) {
+TEST(Preflight, IsShownAndSaidOnceInACapture) {
   for (const bool calibrated : {true, false}) {
     const ScratchFolder scratch;
     CaptureOptions options = Options();
@@ -303,7 +303,7 @@ TEST(ExposureUnsettled, IsAReasonOfItsOwnUntilItRests) {
 }
 
 // A video, a recording, a webcam that exposes by itself and does not tell: waiting would be for nothing.
-TEST(ExposureUnsettled, IsNoReasonWhereNobodyCanHoldItAndTheLightIsMatched) {
+TEST(ExposureUnsettled, IsNoReasonWhenLightIsMatched) {
   std::vector<PlanarShot> shots;
   for (int i = 0; i < 25; ++i) shots.push_back({PoseAt(1.8 * i - 20, 0)});
   for (const auto& [tells, held] :
@@ -363,7 +363,7 @@ TEST(ExposureMatch, GoesOnWithTheLightOfTheResumedViews) {
 }
 
 // A loop that is closed, or a map that becomes metric: every view stands elsewhere, in other units.
-TEST(ExposureMatch, FindsItsNeighboursWhereTheyWereMovedTo) {
+TEST(ExposureMatch, FindsNeighboursThatWereMoved) {
   constexpr double kScale = 4, kLight = 0.6;
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(2.5, Vector3d(0.2, 1, 0.1).normalized()));
   const auto corrected = [&](const Rigid3& cam_from_world) {
@@ -409,7 +409,7 @@ class HalfDriftingSource : public DriftingSource {
   static constexpr int kMoving = 4;
 };
 
-TEST(CorrectedPoses, WhatFallsOpenIsShownAndSaid) {
+TEST(CorrectedPoses, ReopenedDirectionsAreShownAndSaid) {
   const ScratchFolder scratch;
   HalfDriftingSource poses;
   PlanarDevice device(Sweep(10, 4, 0.8));
@@ -481,7 +481,7 @@ TEST(SubjectMoved, IsSaidOnceAndShown) {
 }
 
 // The real tracker before a wall with a box, which is pushed aside while the camera sways on.
-TEST(SubjectMoved, IsNoticedByTheTrackersPointsAndOnlyThen) {
+TEST(SubjectMoved, IsNoticedOnlyByTheTrackersPoints) {
   constexpr int kPlaced = 60, kPushed = 110, kFrames = 160;
   std::vector<std::pair<double, unsigned>> cases{{0.0, 1}};
   for (const unsigned seed : SeedsOf({1, 2})) cases.emplace_back(0.05, seed);

@@ -296,7 +296,7 @@ TEST(CaptureFaults, AFolderThatIsRemovedIsNotMadeAnew) {
     }
 }
 
-TEST(CaptureFaults, AFolderThatIsRemovedIsSaidByTheCommand) {
+TEST(CaptureFaults, CommandReportsARemovedFolder) {
   const char* const ulf = std::getenv("ULF_BINARY");
   if (!ulf) GTEST_SKIP() << "ULF_BINARY names no program";
   const ScratchFolder scratch;

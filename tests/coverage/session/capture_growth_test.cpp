@@ -52,7 +52,7 @@ TEST(CaptureGrowth, RowsAreReadAsTheyAreWritten) {
     EXPECT_FALSE(GrowthRowOf(other)) << other;
 }
 
-TEST(CaptureGrowth, WhatGrowsIsNamedAndNoiseIsNot) {
+TEST(CaptureGrowth, NamesWhatGrowsAndNoNoise) {
   for (const unsigned seed : {1u, 2u, 3u, 4u}) {
     const std::vector<GrowthRow> good = Rows(seed);
     EXPECT_EQ(WhatGrows(good, {}), "") << seed;
@@ -78,7 +78,7 @@ TEST(CaptureGrowth, WhatGrowsIsNamedAndNoiseIsNot) {
   }
 }
 
-TEST(CaptureGrowth, OfManyViewsTheDiskAlone) {
+TEST(CaptureGrowth, ManyViewsGrowTheDiskAlone) {
   const ScratchFolder scratch;
   const LongCapture captured = CaptureManyViews(scratch / "lf", 60, 12);
   EXPECT_EQ(captured.summary.recorded, 60u);
@@ -89,7 +89,7 @@ TEST(CaptureGrowth, OfManyViewsTheDiskAlone) {
   EXPECT_EQ(WhatGrows(captured.rows, {.mb_a_view = 0.1, .mb = 60, .time_share = 3, .disk_share = 1}), "");
 }
 
-TEST(CaptureGrowth, OfTwoThousandViewsTheDiskAlone) {
+TEST(CaptureGrowth, TwoThousandViewsGrowTheDiskAlone) {
   const ScratchFolder scratch;
   const LongCapture captured = CaptureManyViews(scratch / "lf", 2000, 20);
   EXPECT_EQ(captured.summary.recorded, 2000u);

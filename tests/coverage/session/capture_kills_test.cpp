@@ -37,7 +37,7 @@ bool InLongRun() {
 }
 
 // One child for each call that changes the disk, from the first file of the folder to the end of closing.
-TEST(CaptureFaults, KilledBeforeEveryCallThatChangesTheDisk) {
+TEST(CaptureFaults, KilledBeforeEveryDiskChange) {
   const int step = InLongRun() ? 1 : 9;
   constexpr int kShots = 5;
   const ScratchFolder scratch;

@@ -68,7 +68,7 @@ CaptureOptions Threaded(bool threaded) {
   return options;
 }
 
-TEST(CaptureRequests, ViewsThatAreTakenBackGoToUnposedAndTheirPlacesAreOpen) {
+TEST(CaptureRequests, TakenBackViewsReopenTheirPlaces) {
   for (const bool threaded : {false, true}) {
     const ScratchFolder scratch;
     Asked asked;
@@ -115,7 +115,7 @@ TEST(CaptureRequests, ViewsThatAreTakenBackGoToUnposedAndTheirPlacesAreOpen) {
   }
 }
 
-TEST(CaptureRequests, NothingIsLostWhateverWaitsInTheSpool) {
+TEST(CaptureRequests, LoseNothingThatWaitsInTheSpool) {
   const ScratchFolder scratch;
   PlanarDeviceOptions device;
   device.camera = CameraModel::Pinhole(1600, 1200, 1500);  // slow to encode
@@ -150,7 +150,7 @@ TEST(CaptureRequests, AllViewsMayBeTakenBack) {
   EXPECT_THAT(asked.said, Contains("there is no view to take back"));
 }
 
-TEST(CaptureRequests, MoreViewsThanThereAreAreNotTakenBack) {
+TEST(CaptureRequests, TakeBackOnlyExistingViews) {
   const ScratchFolder scratch;
   Asked asked;
   asked.after[3] = TakeBackLast{1000};
@@ -192,7 +192,7 @@ TEST(CaptureRequests, ResumeAfterATakeBackIsRight) {
 }
 
 // Corrections are by view, not by place in a list.
-TEST(CaptureRequests, CorrectedPosesReachTheRightViewsAfterATakeBack) {
+TEST(CaptureRequests, PosesReachViewsAfterATakeBack) {
   const Rigid3 late_from_live{Eigen::Quaterniond(Eigen::AngleAxisd(0.02, Vector3d::UnitZ())), {0.01, 0, 0}};
   for (const bool at_the_end : {false, true}) {
     const ScratchFolder scratch;
@@ -219,7 +219,7 @@ TEST(CaptureRequests, CorrectedPosesReachTheRightViewsAfterATakeBack) {
   }
 }
 
-TEST(CaptureRequests, ASubjectInMidCaptureRepaintsAllViews) {
+TEST(CaptureRequests, NewSubjectRepaintsAllViews) {
   const ScratchFolder scratch;
   const Subject other{{0.02, 0, 0}, 0.12};
   Asked asked;
@@ -248,7 +248,7 @@ TEST(CaptureRequests, ASubjectInMidCaptureRepaintsAllViews) {
   EXPECT_EQ(captured.light_field.views.size(), 6u);
 }
 
-TEST(CaptureRequests, ASubjectIsFoundAnewInTheMiddleOfThePicture) {
+TEST(CaptureRequests, FindANewSubjectInThePicture) {
   const ScratchFolder scratch;
   DriftingSource poses(Rigid3{});
   std::vector<PlanarShot> shots = Steps(4);
@@ -295,7 +295,7 @@ TEST(CaptureRequests, FinishClosesTheLightField) {
   EXPECT_TRUE(fs::exists(scratch / "lf/transforms.json"));
 }
 
-TEST(CaptureStateTest, TheLastSaysWhyTheCaptureEndsBeforeTheLightFieldIsClosed) {
+TEST(CaptureStateTest, LastOneSaysWhyTheCaptureEnds) {
   const ScratchFolder scratch;
   Asked asked;
   CaptureHooks hooks = asked.Hooks();
@@ -316,7 +316,7 @@ TEST(CaptureStateTest, TheLastSaysWhyTheCaptureEndsBeforeTheLightFieldIsClosed) 
   for (const SharedCaptureState& state : asked.states) EXPECT_FALSE(state->ended);
 }
 
-TEST(CaptureStateTest, TheWayIsSaidAsTheCameraIsHeld) {
+TEST(CaptureStateTest, DirectionsFollowHowCameraIsHeld) {
   CaptureState state;
   state.subject = Subject{{0, 0, 0}, 0.2};
   state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, -1, 0});
@@ -347,7 +347,7 @@ TEST(CaptureStateTest, TheWayIsSaidAsTheCameraIsHeld) {
 }
 
 // The camera stands: to see more of the right side the table turns clockwise.
-TEST(CaptureStateTest, TheWayBeforeATurntableIsTheTables) {
+TEST(CaptureStateTest, DirectionsAreTheTurntables) {
   CaptureState state;
   state.subject = Subject{{0, 0, 0}, 0.2};
   state.table_up_in_world = -Eigen::Vector3d::UnitY();
@@ -368,7 +368,7 @@ TEST(CaptureStateTest, TheWayBeforeATurntableIsTheTables) {
   EXPECT_EQ(WayInWords(state), "the camera 5° down");
 }
 
-TEST(CaptureStateTest, RequestsAreCountedWhenTheyAreAnswered) {
+TEST(CaptureStateTest, CountsAnsweredRequests) {
   const ScratchFolder scratch;
   Asked asked;
   asked.after[2] = TakeBackViews{{77}};  // there is none: answered all the same
@@ -379,7 +379,7 @@ TEST(CaptureStateTest, RequestsAreCountedWhenTheyAreAnswered) {
   EXPECT_THAT(answered, ElementsAre(0, 0, 1, 1, 2, 2));
 }
 
-TEST(CaptureStateTest, WhatWasShownNeverChanges) {
+TEST(CaptureStateTest, PublishedStatesNeverChange) {
   const ScratchFolder scratch;
   Asked asked;
   CaptureOptions options = Options();
@@ -424,7 +424,7 @@ TEST(CaptureStateTest, ANewViewMakesANewMap) {
   EXPECT_EQ(replaced, 5u);
 }
 
-TEST(CaptureStateTest, AViewIsNewInOneStateAndStaysTheNewestInAllThatFollow) {
+TEST(CaptureStateTest, ViewIsNewInOneStateOnly) {
   const ScratchFolder scratch;
   Asked asked;
   CaptureHooks hooks = asked.Hooks();
@@ -443,7 +443,7 @@ TEST(CaptureStateTest, AViewIsNewInOneStateAndStaysTheNewestInAllThatFollow) {
   EXPECT_THAT(recorded, ElementsAre(1, 2, 3, 4, 5));
 }
 
-TEST(CaptureStateTest, ViewsExpectedComeFromTheEstimateAndThenFromWhatIsOpen) {
+TEST(CaptureStateTest, ExpectsViewsByEstimateThenByGaps) {
   const ScratchFolder scratch;
   Asked asked;
   CaptureOptions options = Options();

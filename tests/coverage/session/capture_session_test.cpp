@@ -43,7 +43,7 @@ class BreakingDevice : public PlanarDevice {
   int asked_ = 0;
 };
 
-TEST(CaptureSession, ADriverThatThrowsLeavesTheLightFieldClosed) {
+TEST(CaptureSession, ThrowingDriverClosesTheLightField) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   BreakingDevice device(Sweep(40, 20, 5));
@@ -69,7 +69,7 @@ class PausingDevice : public PlanarDevice {
   }
 };
 
-TEST(CaptureSession, SecondsWithoutFramesAreAGapThoughNoFaultWasTold) {
+TEST(CaptureSession, SecondsWithoutFramesAreAGap) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   PausingDevice device(Sweep(60, 20, 5));
@@ -133,7 +133,7 @@ TEST(CaptureSession, FastMotionIsNotRecorded) {
             (Counts{{"recorded", 7}, {"covered", 5}}));
 }
 
-TEST(CaptureSession, RecordsExactlyWhatEarlierViewsDoNotCover) {
+TEST(CaptureSession, RecordsExactlyUncoveredViews) {
   const ScratchFolder scratch;
   const std::vector<PlanarShot> shots = Sweep(16, 8, 0.7);
   const Captured captured = Capture(scratch / "lf", shots);
@@ -217,7 +217,7 @@ TEST(CaptureSession, WithoutACapItGoesOn) {
   EXPECT_FALSE(Describe(captured.light_field, {}).covered);
 }
 
-TEST(CaptureSession, AStopThatIsAskedForClosesTheLightField) {
+TEST(CaptureSession, StopRequestClosesTheLightField) {
   const ScratchFolder scratch;
   std::uint64_t frames = 0;
   CaptureHooks hooks;
@@ -277,7 +277,7 @@ std::map<std::string, std::string> AllBytes(const fs::path& dir) {
   return bytes;
 }
 
-TEST(CaptureSession, DeterministicIsSameSettingBytes) {
+TEST(CaptureSession, DeterministicRunsGiveTheSameBytes) {
   const ScratchFolder scratch;
   CaptureOptions options = Options();
   options.cap = Cap::ParseDegrees("10x6");
@@ -302,7 +302,7 @@ TEST(CaptureSession, TwoThreadsRecordWhatOneDoes) {
     EXPECT_EQ(one.light_field.views[i].device_time_s, two.light_field.views[i].device_time_s);
 }
 
-TEST(CaptureSession, AFullSpoolPausesRecordingAndLosesNothing) {
+TEST(CaptureSession, FullSpoolPausesAndLosesNothing) {
   const ScratchFolder scratch;
   CaptureOptions options = Options();
   options.deterministic = false;
@@ -461,7 +461,7 @@ TEST(LightFieldReport, AngularRangeIsTheCapsOrAWholeTurn) {
   EXPECT_NEAR(ring.angular_range_deg->y(), 0, 1e-6);
 }
 
-TEST(LightFieldReport, SaysWhereItIsOpenHowFarApartAndWhatAddsNothing) {
+TEST(LightFieldReport, SaysGapsSpacingAndRedundancy) {
   LightField light_field;
   light_field.cameras = {kCamera};
   light_field.subject = kSubject;

@@ -64,7 +64,7 @@ class NumberedSource : public PoseSource {
   std::unique_ptr<PoseSource> known_;
 };
 
-TEST(CorruptPayload, AWebcamsDamagedPicturesAreCountedAndNeverRecorded) {
+TEST(CorruptPayload, IsCountedAndNeverRecorded) {
   if (const auto why = NoV4l2Emulation()) GTEST_SKIP() << *why;
   constexpr int kShots = 60;
   std::vector<Jpeg> sent;

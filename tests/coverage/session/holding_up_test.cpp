@@ -151,7 +151,7 @@ TEST(HoldingUp, AStopWhileTheCableIsOutClosesAtOnce) {
 }
 
 // Filled while a view is being encoded and when none is; with the thread that writes, and without.
-TEST(HoldingUp, AFullDiskPausesTheRecordingUntilThereIsRoom) {
+TEST(HoldingUp, FullDiskPausesRecordingUntilThereIsRoom) {
   const ScratchFolder scratch;
   if (const auto problem = MountSmallDisk(scratch.path(), 96 << 20)) GTEST_SKIP() << *problem;
   for (const bool deterministic : {false, true}) {
@@ -274,7 +274,7 @@ TEST(HoldingUp, ASlowDiskPausesAndIsNoted) {
 
 // Not full, but in no state to be written to: what was recorded stays, what was taken is kept elsewhere, and
 // the counts say what is where.
-TEST(HoldingUp, ADiskThatFailsEndsTheCaptureAndEveryFrameIsCounted) {
+TEST(HoldingUp, FailingDiskEndsTheCaptureCountingFrames) {
   for (const bool deterministic : {false, true}) {
     const ScratchFolder scratch;
     const fs::path dir = scratch / "lf";

@@ -68,7 +68,7 @@ std::map<std::string, std::string> BytesIn(const fs::path& folder) {
   return bytes;
 }
 
-TEST(KeepPhotographs, ASecondRefusedCaptureReplacesNothing) {
+TEST(KeepPhotographs, RefusedCaptureReplacesNothing) {
   const ScratchFolder scratch;
   Keep({"one"}, {"two"}, scratch / "lf");
   Keep({"three"}, {}, scratch / "lf");
@@ -80,13 +80,13 @@ TEST(KeepPhotographs, ASecondRefusedCaptureReplacesNothing) {
   EXPECT_FALSE(fs::exists(scratch / "lf"));
 }
 
-TEST(KeepPhotographs, ADeviceThatCannotBeStoppedTakesNoneAlong) {
+TEST(KeepPhotographs, UnstoppableDeviceTakesNone) {
   const ScratchFolder scratch;
   Keep({"one"}, {"two"}, scratch / "lf", true);
   EXPECT_EQ(BytesIn(scratch / "lf.photographs").size(), 3u);
 }
 
-TEST(KeepPhotographs, WhereTheLightFieldTakesNoneTheyGoBesideIt) {
+TEST(KeepPhotographs, GoBesideALightFieldThatTakesNone) {
   const ScratchFolder scratch;
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(64, 48, 50);

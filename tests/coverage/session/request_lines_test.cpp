@@ -48,13 +48,13 @@ TEST(CaptureRequest, ASubjectIsPlacedOrFound) {
   }
 }
 
-TEST(CaptureRequest, RecordingAndTheEnd) {
+TEST(CaptureRequest, ParsesRecordingAndTheEnd) {
   EXPECT_FALSE(Parsed<SetRecording>("pause").on);
   EXPECT_TRUE(Parsed<SetRecording>("record").on);
   Parsed<FinishCapture>("finish");
 }
 
-TEST(CaptureRequest, AnythingElseIsRefusedWithWhatThereIs) {
+TEST(CaptureRequest, UnknownOnesListWhatThereIs) {
   for (const char* line : {"", " ", "take-back 0", "take-back -1", "take-back two", "take-back 1.5",
                            "take-back 1 2", "take-back views", "take-back views x", "take-back views 1 -2",
                            "subject depth 0", "subject depth -1", "subject size nan", "subject depth 1 size",
@@ -103,7 +103,7 @@ TEST(RequestLines, LinesComeWholeAndWrongOnesAreAnswered) {
 }
 
 // Through the command: a wrong line is answered, the capture goes on to the next.
-TEST(RequestLines, ThroughTheCommand) {
+TEST(RequestLines, WorkThroughTheCommand) {
   const ScratchFolder scratch;
   const std::string requests = scratch / "requests", dir = scratch / "lf";
   std::ofstream(requests) << "tak-back\nfinish";

@@ -76,7 +76,7 @@ class ResumedLens : public ::testing::Test {
   Frame first_;
 };
 
-TEST_F(ResumedLens, WithoutANameIsTheOneThatIsThere) {
+TEST_F(ResumedLens, WithoutANameIsThePresentOne) {
   LightFieldWriter writer = Resume();
   device_.own_ = LensOf(60);
   const SessionLenses lenses = Choose(&writer, {});
@@ -86,14 +86,14 @@ TEST_F(ResumedLens, WithoutANameIsTheOneThatIsThere) {
   EXPECT_FALSE(lenses.is_new);
 }
 
-TEST_F(ResumedLens, OfTheSameNumbersAddsNothing) {
+TEST_F(ResumedLens, WithTheSameNumbersAddsNothing) {
   LightFieldWriter writer = Resume();
   const SessionLenses lenses = Choose(&writer, File("same.json"));
   EXPECT_FALSE(lenses.is_new);
   EXPECT_TRUE(lenses.recorded.flat_field) << "of which the file says nothing";
 }
 
-TEST_F(ResumedLens, OfOtherNumbersIsASecondCamera) {
+TEST_F(ResumedLens, WithOtherNumbersIsASecondCamera) {
   LightFieldWriter writer = Resume();
   const SessionLenses lenses = Choose(&writer, File("better.json"));
   ASSERT_TRUE(lenses.is_new);
@@ -137,7 +137,7 @@ TEST_F(ResumedLens, AFileOfALensCorrectedSinceAddsNothing) {
   EXPECT_TRUE(Choose(&writer, File("better.json")).is_new);
 }
 
-TEST_F(ResumedLens, OfPhotographsIsTheFilesStillCamera) {
+TEST_F(ResumedLens, ForPhotographsIsTheFilesStillCamera) {
   LightFieldWriter writer = Resume();
   device_.own_ = LensOf(60);
   device_.still_ = LensOf(70);

@@ -35,7 +35,7 @@ const Rigid3 kThen = PoseAt(20, 10);
 const Vector2d kMiddle(0.5 * kCamera.width, 0.5 * kCamera.height);
 
 // Whoever aims at something on the right of the picture has turned right, and is to turn left.
-TEST(TurnBack, TheWordsSayTheWayBack) {
+TEST(TurnBack, WordsSayTheWayBack) {
   struct Case {
     Vector2d aimed_at;
     const char *words, *not_words;
@@ -55,7 +55,7 @@ TEST(TurnBack, TheWordsSayTheWayBack) {
 }
 
 // Told degrees that are done, in the order in which they are told, the camera looks there.
-TEST(TurnBack, WhoTurnsAsToldLooksThereAgain) {
+TEST(TurnBack, FollowingTheWordsFindsTheViewAgain) {
   for (const double right : {-0.4, 0.0, 0.45})
     for (const double down : {-0.3, 0.0, 0.2}) {
       Rigid3 now = AimedAt(kThen, kMiddle + kCamera.width * Vector2d(right, down));
@@ -80,7 +80,7 @@ TEST(TurnBack, WhoTurnsAsToldLooksThereAgain) {
     }
 }
 
-TEST(TurnBack, ThePictureOfThenIsDrawnWhereThePresentOneHasIt) {
+TEST(TurnBack, DrawsThePastPictureInThePresentOne) {
   const Rigid3 now = AimedAt(kThen, kMiddle + Vector2d(60, -30));
   // What the camera had in the corners of its picture, far away.
   std::vector<Vector2d> drawn;
@@ -133,7 +133,7 @@ std::vector<SharedCaptureState> StatesOf(PoseSource& poses, std::vector<PlanarSh
   return states;
 }
 
-TEST(TurnBack, ALostCaptureTellsItInWordsAndInThePicture) {
+TEST(TurnBack, LostCaptureTellsItInWordsAndPicture) {
   const Rigid3 turned_right = AimedAt(PoseAt(4, 0), {2.2 * kCamera.width, kMiddle.y()});
   TurningSource poses(3, turned_right);
   const auto states = StatesOf(poses, {{PoseAt(0, 0)}, {PoseAt(2, 0)}, {PoseAt(4, 0)}, {PoseAt(5, 0)}});
@@ -152,7 +152,7 @@ TEST(TurnBack, ALostCaptureTellsItInWordsAndInThePicture) {
   EXPECT_EQ(heads.back().color, Palette::Standard().guide);
 }
 
-TEST(TurnBack, BeforeAMapHasStartedACameraThatOnlyTurnsIsToMoveSideways) {
+TEST(TurnBack, TurningWithoutAMapAsksToMoveSideways) {
   TurningSource poses(0, AimedAt(Rigid3{}, kMiddle + Vector2d(80, 0)));
   const auto states = StatesOf(poses, {{PoseAt(0, 0)}, {PoseAt(0, 0)}});
   const CaptureState& start = *states.back();

@@ -77,7 +77,7 @@ TEST(ViewsEstimate, HoldsForWhatPeopleTake) {
       }
 }
 
-TEST(SimulatedOperator, TheSameSeedIsTheSamePersonOnTheSameDay) {
+TEST(SimulatedOperator, SameSeedGivesTheSameCapture) {
   const ImaginedCapture capture{.person = {.novice = true, .seed = 3}, .threshold_px = 12, .max_seconds = 30};
   const ImaginedResult one = RunImagined(capture), two = RunImagined(capture);
   ASSERT_EQ(one.views, two.views);

@@ -292,7 +292,7 @@ TEST(Aperture, BlursAPointAsALensDoes) {
   }
 }
 
-TEST(Aperture, FNumbersAndFocus) {
+TEST(Aperture, TellsFNumbersAndFocus) {
   // 50 mm at f/2 on full frame: 12.5 mm.
   EXPECT_NEAR(ApertureRadius(2, 50.0 / 36 * 1920, 1920, 36), 0.0125, 1e-12);
   const Rigid3 pose = Facing({0, 0, 2});
@@ -311,7 +311,7 @@ TEST(Aperture, FNumbersAndFocus) {
 
 // ---- Paths and the command ----
 
-TEST(Aperture, KeyframesCarryIt) {
+TEST(Aperture, KeyframesHoldIt) {
   test::ScratchFolder scratch;
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
   const auto read = [&](const std::string& lenses0, const std::string& lenses1) {
@@ -338,7 +338,7 @@ TEST(Aperture, KeyframesCarryIt) {
     EXPECT_THROW(read(first, second), Error) << first << second;
 }
 
-TEST(Aperture, OnTheCommandLine) {
+TEST(Aperture, IsReadFromTheCommandLine) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string(), out = (scratch / "out").string();
   test::WriteLightField(dir, {.viewpoints = test::GridViewpoints(4, 4, 0.2, 2.0)}, true);

@@ -267,7 +267,7 @@ TEST(MeshField, LeavingTheHullIsContinuous) {
 
 // ---- Lumigraph and nearest ----
 
-TEST(RayCone, GivesBarycentricCoordinatesOfRaysThroughTheTriangle) {
+TEST(RayCone, GivesBarycentricCoordinatesOfRays) {
   Matrix3d corners;
   corners << 1, 0, -1, 0, 2, -1, 4, 3, 5;  // columns
   const Matrix3d cone = ConeFromRay(corners);
@@ -283,7 +283,7 @@ TEST(RayCone, GivesBarycentricCoordinatesOfRaysThroughTheTriangle) {
   EXPECT_FALSE(Barycentric(ConeFromRay(edge_on), corners.col(0)));
 }
 
-TEST(RayCone, MayMeetIsFalseOnlyForConesBesideTheTriangle) {
+TEST(RayCone, MayMeetIsFalseOnlyBesideTheTriangle) {
   Matrix3d corners;
   corners << 1, 0, -1, 0, 2, -1, 4, 3, 5;
   const Matrix3d cone = ConeFromRay(corners);
@@ -294,7 +294,7 @@ TEST(RayCone, MayMeetIsFalseOnlyForConesBesideTheTriangle) {
   EXPECT_FALSE(MayMeet(Matrix3d::Zero(), axis, 1.4)) << "seen edge-on";
 }
 
-TEST(LumigraphField, SumsToOneOverAtMostKViewsThatSeeThePoint) {
+TEST(LumigraphField, SumsToOneOverAtMostKViews) {
   for (const Arrangement& arrangement : Arrangements()) {
     const auto scene = test::MakeScene({.viewpoints = arrangement.viewpoints});
     for (const int k : {1, 4, 8}) {
@@ -314,7 +314,7 @@ TEST(LumigraphField, SumsToOneOverAtMostKViewsThatSeeThePoint) {
   }
 }
 
-TEST(LumigraphField, WhatIsFartherAwayCostsAsMuchAsIsAsked) {
+TEST(LumigraphField, DistanceCostsAsMuchAsAsked) {
   std::shared_ptr<const RenderScene> scene =
       test::MakeScene({.viewpoints = test::CapViewpoints(60, 0.5, 2.0, 0.4)});
   const auto mean_distance = [&](double resolution) {
@@ -331,7 +331,7 @@ TEST(LumigraphField, WhatIsFartherAwayCostsAsMuchAsIsAsked) {
   EXPECT_GT(mean_distance(0), 1.05 * mean_distance(1));
 }
 
-TEST(LumigraphField, TheImageIsCutIntoAsManyTrianglesAsAreAsked) {
+TEST(LumigraphField, SplitsTheImageInTheAskedTriangles) {
   const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(30, 0.5, 2.0)});
   const CameraModel camera = CameraModel::Pinhole(320, 240, 200);
   const Rigid3 pose = LookAt({0, 0, 1.5}, {0, 0, 0}, Vector3d::UnitY());
@@ -342,7 +342,7 @@ TEST(LumigraphField, TheImageIsCutIntoAsManyTrianglesAsAreAsked) {
   }
 }
 
-TEST(LumigraphWeights, EdgeCases) {
+TEST(LumigraphWeights, HandleEdgeCases) {
   using testing::DoubleNear;
   EXPECT_TRUE(LumigraphWeights({}, 4).empty());
   EXPECT_NEAR(LumigraphWeights({{3, 0.2}}, 4).front().weight, 1, 1e-12);
@@ -373,7 +373,7 @@ TEST(NearestField, IsTheNearestThatSees) {
   EXPECT_TRUE(sample.weights.empty());
 }
 
-TEST(Fields, WhatTheViewpointsDoNotAllowFallsBack) {
+TEST(Fields, FallBackWhereViewpointsDoNotAllowOne) {
   const auto used = [](const std::vector<Vector3d>& viewpoints, FieldKind asked) {
     const ViewpointMesh mesh = MakeViewpointMesh(viewpoints, {Vector3d::Zero(), 0.3});
     return FieldThatServes({.kind = asked}, mesh).kind;

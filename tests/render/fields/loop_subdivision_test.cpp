@@ -32,7 +32,7 @@ SubdividedMesh SubdivisionOf(const ViewpointMesh& mesh, int level) {
   return SubdivideWeights(positions, outward, mesh.triangles, level);
 }
 
-TEST(LoopSubdivision, WeightsArePositiveSumToOneAndReachTheTwoRing) {
+TEST(LoopSubdivision, WeightsArePositiveAndSumToOne) {
   for (const double half_angle : {0.5, M_PI})
     for (const int level : {0, 1, 2, 3}) {
       const ViewpointMesh mesh = MakeViewpointMesh(test::CapViewpoints(70, half_angle, 2.0, 0.05), kSubject);
@@ -74,7 +74,7 @@ std::pair<std::vector<Vector3d>, std::vector<Triangle>> ShearedLattice(int side)
   return {positions, triangles};
 }
 
-TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
+TEST(LoopSubdivision, ReproducesLinearFunctions) {
   constexpr int kSide = 9;
   const auto [positions, triangles] = ShearedLattice(kSide);
   const auto linear = [](const Vector3d& p) { return 0.7 * p.x() - 1.3 * p.y() + 4; };
@@ -108,7 +108,7 @@ TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
 
 // On a square grid the diagonals are chance: the middle of a square is a quarter of each corner whichever
 // was taken, and nothing jumps as a viewpoint moves over the circle of the other three.
-TEST(LoopSubdivision, DoesNotPreferTheDiagonalThatDelaunayHappenedToTake) {
+TEST(LoopSubdivision, IgnoresTheChosenDiagonal) {
   const std::vector<Vector3d> corners{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   const auto middle = [&](const Vector3d& moved, bool other_diagonal, double& largest_share) {
     std::vector<Vector3d> positions = corners;

@@ -87,7 +87,7 @@ class FullDriver {
   static inline bool out_of_memory_ = false;
 };
 
-TEST(GlMemory, ADriverWithoutRoomIsAnErrorAndThePictureIsTheSameWhenThereIsRoom) {
+TEST(GlMemory, RecoversFromAFullDriverWithTheSamePicture) {
   const auto scene = MakeScene({.viewpoints = CapViewpoints(12, 0.5, 2.0), .two_sizes = true});
   const CameraModel camera = CameraModel::Pinhole(120, 90, 100);
   const Rigid3 pose = LookAt({0.1, 0.05, 2}, {0, 0, 0}, {0, 1, 0});

@@ -39,7 +39,7 @@ void ExpectSame(const Rendering& a, const Rendering& b, const std::string& name)
   EXPECT_EQ(a.empty_px, b.empty_px) << name;
 }
 
-TEST(GlPhotographs, AThirdOfTheMemoryGivesTheSamePictures) {
+TEST(GlPhotographs, AThirdOfTheMemoryDrawsTheSame) {
   struct Case {
     std::string name;
     SceneSpec spec;
@@ -81,7 +81,7 @@ TEST(GlPhotographs, AThirdOfTheMemoryGivesTheSamePictures) {
 }
 
 // Nobody has looked up which photographs have holes where all are there already.
-TEST(GlPhotographs, HolesAreFilledInTheFirstPictureAndInLaterOnes) {
+TEST(GlPhotographs, FillHolesInFirstAndLaterPictures) {
   const auto scene =
       test::MakeScene({.viewpoints = test::CapViewpoints(7, 0.4, 2.0), .linear_with_gaps = true});
   const Rigid3 pose = At(scene->views[0].center_in_world);
@@ -115,7 +115,7 @@ std::shared_ptr<RenderScene> SceneOfManySizes(bool with_gaps) {
   return scene;
 }
 
-TEST(GlPhotographs, HolesAreFilledFromPhotographsOfEverySize) {
+TEST(GlPhotographs, FillHolesFromEverySize) {
   const auto scene = SceneOfManySizes(true);
   const FieldOptions nearest{.kind = FieldKind::kNearest};
   GlRenderer renderer(scene, {.field = {.kind = FieldKind::kLumigraphPerPixel}});
@@ -181,7 +181,7 @@ std::vector<std::shared_ptr<CountedPhotograph>> CountReads(RenderScene& scene, i
   return counted;
 }
 
-TEST(GlPhotographs, OnePictureReadsWhatItNeedsManyReadAll) {
+TEST(GlPhotographs, OnePictureReadsFewManyReadAll) {
   auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(60, 1.2, 2.0, 0.03)});
   const auto counted = CountReads(*scene);
   const auto read = [&] {
@@ -194,7 +194,7 @@ TEST(GlPhotographs, OnePictureReadsWhatItNeedsManyReadAll) {
   EXPECT_EQ(read(), 60);
 }
 
-TEST(GlPhotographs, PicturesThatDoNotWaitBecomeTheSameOnes) {
+TEST(GlPhotographs, ProgressivePicturesConverge) {
   const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(40, 0.7, 2.0, 0.03)});
   for (const FieldKind field :
        {FieldKind::kSubdivision, FieldKind::kLumigraphPerPixel, FieldKind::kNearest}) {
@@ -211,7 +211,7 @@ TEST(GlPhotographs, PicturesThatDoNotWaitBecomeTheSameOnes) {
   }
 }
 
-TEST(GlPhotographs, OneThatCannotBeReadIsAnErrorOrLeftOut) {
+TEST(GlPhotographs, UnreadableOneIsAnErrorOrLeftOut) {
   auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.2, 2.0)});
   CountReads(*scene, 12);
   const Rigid3 pose = At({0.05, 0.02, 2.1});
@@ -223,7 +223,7 @@ TEST(GlPhotographs, OneThatCannotBeReadIsAnErrorOrLeftOut) {
   EXPECT_EQ(picture.empty_px, 0);
 }
 
-TEST(GlPhotographs, WhatIsExpectedIsReadAhead) {
+TEST(GlPhotographs, ReadExpectedOnesAhead) {
   auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(40, 0.7, 2.0, 0.03)});
   const auto counted = CountReads(*scene);
   const auto read = [&] {

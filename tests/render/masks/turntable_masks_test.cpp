@@ -54,7 +54,7 @@ TEST(TurntableMasks, AWobblingCameraIsEvenedOutAndSaid) {
   EXPECT_GT(Quantile(Overlaps(field, masks.masks), 0.5), 0.93);
 }
 
-TEST(TurntableMasks, WhatDoesNotTurnIsRefusedWithTheCure) {
+TEST(TurntableMasks, RefusesWhatDoesNotTurn) {
   test::ScratchFolder scratch;
   auto field =
       test::MakeTurntableField(scratch / "field", std::string(kSmall) + "&turn_deg_s=24", 10, 1).light_field;
@@ -66,7 +66,7 @@ TEST(TurntableMasks, WhatDoesNotTurnIsRefusedWithTheCure) {
 
 // A plaster temple before black cloth, whose cameras see one axis in one place: to the pictures it turned. The cloth is
 // dark and the plaster is not, but where it is in shadow.
-TEST(TurntableMasks, OfARealRingAreThePlaster) {
+TEST(TurntableMasks, FitThePlasterOfARealRing) {
   ULF_NEED_TEST_DATA(dir, "temple_ring");
   const LightField light_field = test::MiddleburyLightField(dir, "templeR_par.txt");
   const TurntableMasks masks = MakeTurntableMasks(light_field);
@@ -86,7 +86,7 @@ TEST(TurntableMasks, OfARealRingAreThePlaster) {
 }
 
 // Noise on a still wall, before which a square comes and goes; a corner of the picture always shows something else.
-TEST(StillBackground, IsWhatComesBackAndNotWhatChanges) {
+TEST(StillBackground, IsWhatRecursAndNotWhatChanges) {
   std::mt19937 random(7);
   std::normal_distribution<float> noise(0, 2);
   std::uniform_int_distribution<int> any(0, 255);

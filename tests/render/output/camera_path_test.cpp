@@ -26,7 +26,7 @@ using testing::HasSubstr;
 
 test::SceneSpec SmallSpec() { return {.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0)}; }
 
-TEST(CameraPath, OrbitStaysInsideTheHullAndLooksAtTheSubject) {
+TEST(CameraPath, OrbitStaysInTheHullFacingTheSubject) {
   for (const auto& viewpoints :
        {test::GridViewpoints(6, 5, 0.2, 2.0), test::CapViewpoints(80, 0.7, 2.0, 0.05)}) {
     const auto scene = test::MakeScene({.viewpoints = viewpoints, .width = 8, .height = 8});
@@ -127,7 +127,7 @@ cv::Mat PhotographOfDisc(const CameraModel& camera, const Rigid3& cam_from_world
   return picture;
 }
 
-TEST(CameraPath, VertigoKeepsTheSubjectsSizeWhileMovingIn) {
+TEST(CameraPath, VertigoKeepsTheSubjectsSize) {
   const auto scene = test::MakeScene(
       {.viewpoints = test::GridViewpoints(6, 5, 0.1, 2.0), .width = 384, .height = 288, .focal_px = 480});
   for (SceneView& view : scene->views)
@@ -149,7 +149,7 @@ TEST(CameraPath, VertigoKeepsTheSubjectsSizeWhileMovingIn) {
   for (const double size : sizes) EXPECT_NEAR(size / sizes.front(), 1, 0.005);
 }
 
-TEST(CameraPath, SpiralStaysInsideTheHullAndGoesRoundThreeTimes) {
+TEST(CameraPath, SpiralMakesThreeTurnsInsideTheHull) {
   for (const auto& viewpoints :
        {test::GridViewpoints(6, 5, 0.2, 2.0), test::CapViewpoints(80, 0.7, 2.0, 0.05)}) {
     const auto scene = test::MakeScene({.viewpoints = viewpoints, .width = 8, .height = 8});
@@ -203,7 +203,7 @@ TEST(CameraPath, RiseCrossesTheRowsAndSweepGoesAlongOne) {
 
 // ---- Keyframes ----
 
-TEST(Keyframes, TheSplineIsTwiceDifferentiableAndMeetsItsPoints) {
+TEST(Keyframes, SplineIsSmoothAndMeetsItsPoints) {
   Eigen::MatrixXd values(5, 2);
   values << 0, 1, 2, -1, 1, 3, 4, 4, 3, 0;
   const std::vector<double> times{0, 0.5, 2, 2.2, 4};

@@ -291,7 +291,7 @@ double PsnrOfDrawn(const cv::Mat& drawn, const cv::Mat& photograph, double* shar
   return 10 * std::log10(255 * 255 / squared);
 }
 
-TEST(TextureBaking, DrawnFromARecordedCameraItIsThePhotograph) {
+TEST(TextureBaking, ReproducesThePhotographAtItsCamera) {
   const Baked& baked = BakedScene();
   for (const std::size_t index : {0u, 7u, 15u}) {
     const SceneView& view = baked.scene->views[index];

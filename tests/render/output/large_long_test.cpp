@@ -48,7 +48,7 @@ class Large : public testing::Test {
   std::filesystem::path dir_ = scratch_ / "lf";
 };
 
-TEST_F(Large, AMeshOfAMillionTriangles) {
+TEST_F(Large, MeshOfAMillionTrianglesIsExported) {
   TriangleMesh mesh;  // the plane that was photographed, as far as anybody sees
   constexpr std::uint32_t kSide = 708;
   for (std::uint32_t y = 0; y < kSide; ++y)
@@ -68,7 +68,7 @@ TEST_F(Large, AMeshOfAMillionTriangles) {
   EXPECT_GT(cv::PSNR(fine, plane), 40) << "the same surface";
 }
 
-TEST_F(Large, APictureOf16384Squared) {
+TEST_F(Large, PictureOf16384SquaredIsRendered) {
   constexpr int kSide = 16384, kShown = 512;
   const std::uint64_t expected = MemoryForPicture(kSide, kSide, {});
   if (AvailableMemory() < expected)

@@ -24,7 +24,7 @@ TEST(NarrowGaps, AreClosedWithWhatIsBesideThem) {
   EXPECT_EQ(closed.at<cv::Vec3f>(50, 60), before.at<cv::Vec3f>(50, 60));
 }
 
-TEST(NarrowGaps, OfAnEmptyOrAWholePictureNothingChanges) {
+TEST(NarrowGaps, LeaveEmptyAndWholePicturesAlone) {
   const cv::Mat linear(20, 30, CV_32FC3, cv::Scalar(0.1, 0.1, 0.1));
   for (const int drawn : {0, 255})
     EXPECT_EQ(cv::norm(WithNarrowGapsClosed(linear, cv::Mat(20, 30, CV_8U, cv::Scalar(drawn))), linear,

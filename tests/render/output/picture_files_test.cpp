@@ -130,7 +130,7 @@ TEST(Exr, ChannelsLayersAndValuesByItsOwnLibrary) {
 }
 
 // The field's picture blends one colour a view: with the weights it can be made again.
-TEST(Weights, AreThoseOfThePictureInBothRenderers) {
+TEST(Weights, MatchThePictureInBothRenderers) {
   const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03)});
   for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference})
     for (const FieldKind field :
@@ -150,7 +150,7 @@ TEST(Weights, AreThoseOfThePictureInBothRenderers) {
     }
 }
 
-TEST(Depth, OfOpenGlIsTheProxys) {
+TEST(Depth, FromOpenGlEqualsTheProxys) {
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(4, 3, 0.2, 2.0)});
   for (const auto& proxy : std::vector<std::shared_ptr<const Proxy>>{
            scene->proxy, std::make_shared<MeshProxy>(scene->subject, test::PlaneAndSquare())}) {
@@ -164,7 +164,7 @@ TEST(Depth, OfOpenGlIsTheProxys) {
   }
 }
 
-TEST(Tiles, GiveThePictureThatIsDrawnAtOnce) {
+TEST(Tiles, EqualThePictureDrawnAtOnce) {
   const auto plane =
       test::MakeScene({.viewpoints = test::GridViewpoints(4, 3, 0.2, 2.0), .with_square = true});
   // Each tile by itself would triangulate others of them.
@@ -191,7 +191,7 @@ TEST(Tiles, GiveThePictureThatIsDrawnAtOnce) {
     }
 }
 
-TEST(Memory, APictureThatDoesNotFitIsRefusedInWords) {
+TEST(Memory, RefusesAPictureThatDoesNotFit) {
   EXPECT_GT(MemoryForPicture(16384, 16384, {}), 5'000'000'000u);
   EXPECT_LT(MemoryForPicture(1920, 1080, {.format = PictureFormat::kExr}), 500'000'000u);
   EXPECT_GT(AvailableMemory(), 1'000'000u);
@@ -292,7 +292,7 @@ TEST_F(RenderToFiles, PartsOfAPathHaveTheNumbersOfTheWhole) {
 }
 
 // render.json speaks for every picture of its folder: none of the former settings may stay.
-TEST_F(RenderToFiles, OverwritingAPartLeavesNoPictureOfOtherSettings) {
+TEST_F(RenderToFiles, OverwritingRemovesOlderPictures) {
   const auto render = [&](const std::string& rest) { return RunUlf(Render(rest + " -o " + Out("d"))); };
   ASSERT_EQ(render("--field nearest --frames 4").exit_code, 0);
   std::ofstream(scratch_ / "d/frame_notes.png") << "not a picture of ours";
@@ -321,7 +321,7 @@ TEST_F(RenderToFiles, OverwritingAPartLeavesNoPictureOfOtherSettings) {
   EXPECT_EQ(Pictures(scratch_ / "d").size(), 5u);
 }
 
-TEST_F(RenderToFiles, GoesOnOnlyWithTheSettingsThatMadeThePicturesThere) {
+TEST_F(RenderToFiles, ResumesOnlyWithTheSameSettings) {
   const auto corners = [&](double z) {
     std::ofstream(scratch_ / "wall.obj")
         << fmt::format("v -50 -50 {0}\nv 50 -50 {0}\nv 50 50 {0}\nf 1 2 3\n", z);
@@ -431,7 +431,7 @@ TEST_F(RenderToFiles, FormatsAndSizes) {
   EXPECT_FALSE(fs::exists(Out("huge.png")));
 }
 
-TEST_F(RenderToFiles, ANumberThatContradictsThePathIsRefused) {
+TEST_F(RenderToFiles, RefusesANumberThatContradictsThePath) {
   const Rigid3 world_from_cam = kPose.Inverse();
   const auto& c = world_from_cam.translation;
   const auto& q = world_from_cam.rotation;
@@ -461,7 +461,7 @@ TEST_F(RenderToFiles, ANumberThatContradictsThePathIsRefused) {
   EXPECT_EQ(RunUlf(Render(poses + "-o " + Out("one.png"))).exit_code, 0) << "the first one";
 }
 
-TEST_F(RenderToFiles, LensesAndPathsByName) {
+TEST_F(RenderToFiles, NamesLensesAndPaths) {
   for (const char* path : {"vertigo", "spiral"}) {
     const auto run = RunUlf(Render(std::string("--path ") + path + " --frames 3 -o " + Out(path)));
     EXPECT_EQ(run.exit_code, 0) << run.errors;
@@ -479,7 +479,7 @@ TEST_F(RenderToFiles, LensesAndPathsByName) {
   EXPECT_LT(cv::mean(difference)[1], 6);
 }
 
-TEST(Disk, WhenFullIsSaidAndWhatWasWrittenStays) {
+TEST(Disk, FullDiskIsReportedAndFilesStay) {
   test::ScratchFolder scratch;
   if (const auto problem = test::MountSmallDisk(scratch.path(), 6 << 20)) GTEST_SKIP() << *problem;
   test::WriteLightField(scratch / "lf", {.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)}, true);

@@ -123,7 +123,7 @@ TEST(Quilt, TilesBeginAtTheBottomLeft) {
 }
 
 // What lies in the window does not move from tile to tile; what stands before it does, against the viewpoint.
-TEST(Quilt, WhatLiesInTheWindowHasNoParallax) {
+TEST(Quilt, WindowPlaneHasNoParallax) {
   // The square is a small part of what the subject's sphere holds.
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(9, 5, 0.15, 1.5),
                                       .subject = {Vector3d::Zero(), 0.6},

@@ -80,7 +80,7 @@ Compared CompareToTruth(const LightField& light_field, RendererKind kind, FieldK
   return result;
 }
 
-TEST(Clipped, LongExposuresGiveWayWhereShortOnesShowThePlace) {
+TEST(Clipped, ShortExposuresReplaceClippedLongOnes) {
   test::ScratchFolder scratch;
   WriteExposures(scratch / "lf", [](std::size_t i) { return i % 2 == 0 ? 4 * kShortS : kShortS; });
   const LightField light_field = ReadLightField(scratch / "lf");
@@ -103,7 +103,7 @@ TEST(Clipped, LongExposuresGiveWayWhereShortOnesShowThePlace) {
 }
 
 // All views but one, which looks elsewhere, are long: what clips in all of them stays as light as it clips, and is no hole.
-TEST(Clipped, WhatClipsInAllViewsStaysClipped) {
+TEST(Clipped, StaysClippedWhereAllViewsClip) {
   test::ScratchFolder scratch;
   WriteExposures(scratch / "lf", [](std::size_t i) { return i == 0 ? kShortS : 4 * kShortS; });
   LightField light_field = ReadLightField(scratch / "lf");
@@ -229,7 +229,7 @@ TEST(Exposures, OneThatIsNotKnownIsFoundByTheOthers) {
 }
 
 // Where apertures are told, a view without one is of unknown exposure, too.
-TEST(Exposures, AnApertureThatIsNotKnownMakesAnExposureUnknown) {
+TEST(Exposures, UnknownApertureMakesAnExposureUnknown) {
   test::ScratchFolder scratch;
   WriteExposures(scratch / "lf", [](std::size_t) { return 0.5 * kShortS; });
   LightField light_field = ReadLightField(scratch / "lf");

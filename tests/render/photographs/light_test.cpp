@@ -83,7 +83,7 @@ TEST(Light, TenStopsComeBackFromAPhotographsOwnPlace) {
   EXPECT_LT(ShareBeyond(pictures[0].linear, pictures[1].linear, 0.01f), 0.01);
 }
 
-TEST(Light, ItsPyramidAveragesLightAndLeavesOutWhatIsNotFinite) {
+TEST(Light, PyramidAveragesLightWithoutNonFiniteValues) {
   cv::Mat light(4, 4, CV_32FC3, cv::Scalar::all(0.5));
   light.at<cv::Vec3f>(0, 0) = {kNan, 1, 1};
   light.at<cv::Vec3f>(1, 0) = {1, kInfinity, 1};

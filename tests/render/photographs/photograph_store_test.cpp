@@ -53,7 +53,7 @@ class PhotographStoreTest : public ::testing::Test {
   fs::path dir_ = scratch_ / "lf";
 };
 
-TEST_F(PhotographStoreTest, DecodesWhatIsAskedForAndNextTimeNothing) {
+TEST_F(PhotographStoreTest, DecodesEachPhotographOnce) {
   const ViewPyramid truth = Truth(4);
   for (const bool again : {false, true}) {
     const PhotographStore store = Open();
@@ -136,7 +136,7 @@ TEST_F(PhotographStoreTest, MemoryHoldsWhatWasUsedLast) {
   EXPECT_EQ(store.counts().levels_read, read + 1);
 }
 
-TEST_F(PhotographStoreTest, WhereNoFilesCanBeKeptItSaysSoOnceAndWorks) {
+TEST_F(PhotographStoreTest, WorksWithoutACacheAndSaysSo) {
   std::ofstream(dir_ / "cache") << "no folder";
   const auto run =
       test::RunUlf("render " + dir_.string() + " --field linear -o " + (scratch_ / "x.png").string());
@@ -146,7 +146,7 @@ TEST_F(PhotographStoreTest, WhereNoFilesCanBeKeptItSaysSoOnceAndWorks) {
   EXPECT_EQ(run.errors.find("without cache/pyramids/", said + 1), std::string::npos) << run.errors;
 }
 
-TEST_F(PhotographStoreTest, SetsByOthersAndSmallerReadingsAreNotWrittenTo) {
+TEST_F(PhotographStoreTest, DoesNotWriteToForeignSets) {
   EXPECT_EQ(Open({.size_limit_px = 48}).Of(0)->Level(0).size(), cv::Size(48, 36));
   EXPECT_TRUE(PyramidFiles().empty());
   fs::remove(dir_ / "journal.jsonl");  // transforms.json is left: a set as nerfstudio has it
@@ -154,7 +154,7 @@ TEST_F(PhotographStoreTest, SetsByOthersAndSmallerReadingsAreNotWrittenTo) {
   EXPECT_TRUE(PyramidFiles().empty());
 }
 
-TEST_F(PhotographStoreTest, AMissingPhotographIsAnErrorWhenItIsLookedAt) {
+TEST_F(PhotographStoreTest, MissingPhotographIsALateError) {
   const PhotographStore store = Open();
   fs::resize_file(PhotographFile(3), 100);
   EXPECT_THROW(store.Of(3)->Level(0), Error);
@@ -184,7 +184,7 @@ TEST_F(PhotographStoreTest, ManyReadersAtOnce) {
   EXPECT_EQ(first.counts().files_refused + second.counts().files_refused, 0u);
 }
 
-TEST(PhotographStore, TheFirstPictureOf800ViewsDecodesFewOfThem) {
+TEST(PhotographStore, FirstPictureOf800ViewsDecodesFew) {
   test::ScratchFolder scratch;
   test::WriteLightField(scratch / "lf", {.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)}, true);
   LightField light_field = ReadLightField(scratch / "lf");
@@ -239,7 +239,7 @@ PhotographLoader::Request RequestOf(int number, const std::shared_ptr<SlowPhotog
   return {{number, 0}, photograph};
 }
 
-TEST(PhotographLoader, GivesWhatWasAskedForAndThrowsWhatReadingThrew) {
+TEST(PhotographLoader, GivesPhotographsAndThrowsErrors) {
   PhotographLoader loader(2);
   EXPECT_FALSE(loader.Take({7, 0}));
   std::vector<PhotographLoader::Request> requests;
@@ -251,7 +251,7 @@ TEST(PhotographLoader, GivesWhatWasAskedForAndThrowsWhatReadingThrew) {
   EXPECT_FALSE(loader.Take({19, 0}));  // given away
 }
 
-TEST(PhotographLoader, WhatNobodyWantsAnyMoreIsNotRead) {
+TEST(PhotographLoader, DropsUnwantedRequests) {
   PhotographLoader loader(1);
   std::vector<std::shared_ptr<SlowPhotograph>> photographs;
   std::vector<PhotographLoader::Request> requests;

@@ -136,7 +136,7 @@ TEST(PredictionError, ExposureIsMatched) {
 }
 
 // The displacement of every block is that which the wrong depth makes between the views and the frame.
-TEST(PredictionError, MisregistrationIsThatOfTheWrongDepth) {
+TEST(PredictionError, MisregistrationFollowsDepthError) {
   double last = 0, last_db = MeasuredWith({}).inside.db;
   for (const double off : {0.05, 0.15, 0.3}) {
     // Views on both sides of the frame see the slab displaced to both sides: one view alone shows by how much.
@@ -163,7 +163,7 @@ TEST(PredictionError, MisregistrationIsThatOfTheWrongDepth) {
   EXPECT_GT(last, 0.5);
 }
 
-TEST(PredictionError, UncertainPoseIsExcusedWithinItsUncertainty) {
+TEST(PredictionError, ExcusesErrorsWithinPoseUncertainty) {
   FramePredictor predictor = PredictorOf({});
   const StereoView frame = DrawFrom(kBetween).view;
   const double pixel = 3 / kFocalPx;
@@ -182,7 +182,7 @@ TEST(PredictionError, UncertainPoseIsExcusedWithinItsUncertainty) {
   }
 }
 
-TEST(PredictionError, WhatNoViewSeesIsNotMeasured) {
+TEST(PredictionError, UnseenPartsAreNotMeasured) {
   FramePredictor predictor;
   predictor.SetGeometry(kSubject, Mesh());
   EXPECT_FALSE(predictor.Predict(DrawFrom(kBetween).view)) << "no views";
@@ -200,7 +200,7 @@ TEST(PredictionError, WhatNoViewSeesIsNotMeasured) {
   EXPECT_TRUE(std::isinf(predictor.NearestViewAngle(aside.center_in_world)));
 }
 
-TEST(PredictionError, PictureWithoutTextureCannotBeMeasured) {
+TEST(PredictionError, UntexturedPictureIsNotMeasured) {
   const std::vector<Patch> plain{{kWall.corner, kWall.side, kWall.other_side, test::Plain(120)}};
   FramePredictor predictor;
   predictor.SetGeometry(kSubject, Mesh());
@@ -213,7 +213,7 @@ TEST(PredictionError, PictureWithoutTextureCannotBeMeasured) {
   EXPECT_LT(error.inside.contrast, 3);
 }
 
-TEST(FramePredictor, HiddenPointsComeFromViewsThatSeeThem) {
+TEST(FramePredictor, HiddenPointsUseViewsThatSeeThem) {
   // From the left the slab hides what the frame on the right sees of the wall beside it.
   FramePredictor predictor;
   predictor.SetGeometry(kSubject, Mesh());
@@ -247,7 +247,7 @@ TEST(FramePredictor, FollowsViewsThatMove) {
   EXPECT_LT(Measured(predictor, frame).inside.db, before - 6);
 }
 
-TEST(NoiseSigma, IsThatOfTheNoiseWhereThereIsLittleDetail) {
+TEST(NoiseSigma, MatchesTheNoiseInSmoothRegions) {
   std::vector<Patch> half{{kWall.corner, {8, 0, 0}, kWall.other_side, test::Plain(100)}, kWall};
   half[0].corner.z() -= 0.01;
   for (const double sigma : {1.0, 4.0, 12.0})

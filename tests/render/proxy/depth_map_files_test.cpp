@@ -93,7 +93,7 @@ TEST_F(DepthMapFiles, ComeBackAsTheyWere) {
   }
 }
 
-TEST_F(DepthMapFiles, OfAViewWithAnotherPoseAreNotUsed) {
+TEST_F(DepthMapFiles, AreNotUsedForAViewThatMoved) {
   Write(maps_);
   light_field_.views[2].cam_from_world.translation.x() += 1e-3;
   light_field_.views.pop_back();
@@ -103,7 +103,7 @@ TEST_F(DepthMapFiles, OfAViewWithAnotherPoseAreNotUsed) {
   EXPECT_FALSE(reading.maps.contains(light_field_.views[2].id));
 }
 
-TEST_F(DepthMapFiles, OfAViewThatWasRecordedElsewhereAreTakenOut) {
+TEST_F(DepthMapFiles, OfMovedOrRemovedViewsAreTakenOut) {
   std::map<int, Rigid3> made_under;
   for (const View& view : light_field_.views) made_under[view.id] = view.cam_from_world;
   const int rounded = light_field_.views[0].id, shifted = light_field_.views[1].id,
@@ -208,7 +208,7 @@ class DepthMapFilesOnASmallDisk : public DepthMapFiles {
   DepthMapFilesOnASmallDisk() : DepthMapFiles(8 << 20) {}
 };
 
-TEST_F(DepthMapFilesOnASmallDisk, WhenFullTheOldOnesStandAndNothingNewIsLeft) {
+TEST_F(DepthMapFilesOnASmallDisk, KeepTheOldOnesWhenFull) {
   if (why_no_disk_) GTEST_SKIP() << *why_no_disk_;
   std::map<int, ViewDepthMap> others = maps_;
   cv::RNG random(1);
@@ -261,7 +261,7 @@ TEST_F(DepthMapFiles, TheMeshStandsInForAMapThatIsDamaged) {
   EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("the mesh stands in"));
 }
 
-TEST_F(DepthMapFiles, AnIndexThatIsNoneIsRefusedAndTheMeshServes) {
+TEST_F(DepthMapFiles, InvalidIndexFallsBackToTheMesh) {
   Write(maps_);
   EXPECT_THAT(OwnProxies(dir_), testing::Contains("soft"));
   const fs::path index = dir_ / kDepthMapsFolder / "maps.json";

@@ -95,7 +95,7 @@ TEST(MeshFile, ReadsPlyOfEveryFormat) {
   }
 }
 
-TEST(MeshFile, ReadsObjWithWhateverStandsBesideThePositions) {
+TEST(MeshFile, ReadsObjAndIgnoresOtherAttributes) {
   const MeshReading reading =
       Read("mesh.OBJ",
            "# by hand\nmtllib a.mtl\nv 0 0 1 0.5 0.5 0.5\nv 1 0 1\r\nvt 0 0\nvn 0 0 1\nv 1 1 1\nv 0 1 1\n"

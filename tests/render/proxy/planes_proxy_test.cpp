@@ -118,7 +118,7 @@ TEST(PlaneSearchTest, FindsTwoLayersAmongOutliers) {
 }
 
 // A table that is seen from above and a wall behind it; nobody says what is upright.
-TEST(PlaneSearchTest, FindsASlantedTableAndAWallWhicheverWayTheWorldIsTurned) {
+TEST(PlaneSearchTest, FindsATableAndAWallInAnyFrame) {
   for (const double turn : {0.0, 0.7, 2.1}) {
     MadeOfPoints made;
     made.AddPatch(400, {0, -0.5, 0}, 0.8 * kX, 0.5 * Vector3d(0, -0.5, std::sqrt(0.75)));
@@ -234,7 +234,7 @@ TEST(PlanesProxyTest, IsOpenOnlyWhereItWasSeenThrough) {
   EXPECT_NEAR(DepthTowards(made.light_field, 0.35, 0), 2, 0.02);
 }
 
-TEST(PlanesProxyTest, ShowsLayersBetterThanOnePlaneAndAboutAsWellAsTheirMesh) {
+TEST(PlanesProxyTest, BeatsOnePlaneAndNearsTheMesh) {
   const test::SceneSpec spec{.viewpoints = test::CapViewpoints(50, 0.6, 2.0, 0.03),
                              .width = 320,
                              .height = 240,

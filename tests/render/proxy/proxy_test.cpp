@@ -289,7 +289,7 @@ TEST(PointsProxy, IsTheSurfaceThatThePointsAreOf) {
   }
 }
 
-TEST(PointsProxy, WhatIsHiddenIsNotPartOfIt) {
+TEST(PointsProxy, ExcludesHiddenPoints) {
   // Two squares, one twice as far away as the other and as large as it looks, both full of points.
   std::vector<Vector3d> in_cam;
   cv::RNG random(3);

@@ -55,7 +55,7 @@ TriangleMesh BallOnTable(const Vector3d& center, double radius, double table_z) 
   return mesh;
 }
 
-TEST(SubjectInMesh, BallOnATableIsItsBallWhateverTheSphere) {
+TEST(SubjectInMesh, FindsTheBallOnATableForAnySphere) {
   const Vector3d center(0.1, 0, 0.5);
   const TriangleMesh mesh = BallOnTable(center, 0.3, 0.15);
   for (const double size : {0.7, 1.0, 2.0, 3.0}) {
@@ -66,7 +66,7 @@ TEST(SubjectInMesh, BallOnATableIsItsBallWhateverTheSphere) {
   }
 }
 
-TEST(SubjectInMesh, WhatGoesOnIntoTheSceneIsNoSubject) {
+TEST(SubjectInMesh, ExcludesWhatContinuesIntoTheScene) {
   TriangleMesh wall;
   AddSheet(
       30, 30,
@@ -81,7 +81,7 @@ TEST(SubjectInMesh, WhatGoesOnIntoTheSceneIsNoSubject) {
 
 class SubjectInSeenMesh : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(SubjectInSeenMesh, IsAsLargeAsTheSceneSaysWhateverTheSphere) {
+TEST_P(SubjectInSeenMesh, HasItsTrueSizeForAnySphere) {
   const test::SeenScene seen(GetParam(), Radians(10));
   const Subject& truth = seen.subject();
   for (const double size : {0.6, 1.0, 1.8}) {

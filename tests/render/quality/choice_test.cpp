@@ -127,7 +127,7 @@ TEST(Choice, SaysWhyThereIsNone) {
 }
 
 // Too few to compare: weights that do not smooth over what little there is, and the geometry that knows most.
-TEST(Choice, FewViewsGetTheLumigraphOverTheBestGeometryThereIs) {
+TEST(Choice, FewViewsGetTheLumigraphOnTheBestGeometry) {
   const auto few = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
   ASSERT_EQ(few->mesh.span, Span::kSurface);
   const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLumigraph}};

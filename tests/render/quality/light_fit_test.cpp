@@ -144,7 +144,7 @@ TEST(LightFit, EqualLightStaysExactlyAsItIs) {
   }
 }
 
-TEST(LightFit, AProxyWithoutTrianglesLeavesLightAsRecorded) {
+TEST(LightFit, EmptyProxyLeavesLightAsRecorded) {
   const auto scene = test::MakeScene(CapOf(8));
   const LightFit fit = FitLight(*scene);
   EXPECT_EQ(fit.model, LightModel::kAsRecorded);
@@ -284,7 +284,7 @@ TEST(LightFit, LeftOutViewsAreShownBetterThanWithoutIt) {
 }
 
 // A left-out view's own exposure is never looked at: it is that of its neighbours where these tell it, else the mean.
-TEST(LightFit, AViewThatWasNotFittedIsExposedAsItsNeighboursWhereTheyTell) {
+TEST(LightFit, UnfittedViewTakesItsNeighboursExposure) {
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(7, 7, 0.2, 2.0)});
   LightFit smooth{.model = LightModel::kGains}, random = smooth;
   const auto gains = Gains(scene->views.size(), 0.3, 9);

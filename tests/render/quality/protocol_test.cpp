@@ -142,7 +142,7 @@ double SlowSsim(const cv::Mat& a, const cv::Mat& b, int side, double sigma, bool
   return sum / count;
 }
 
-TEST(Protocol, SsimIsThatOfEachPaper) {
+TEST(Protocol, SsimMatchesEachPaper) {
   cv::Mat a(40, 52, CV_8UC3), b(40, 52, CV_8UC3);
   cv::RNG(4).fill(a, cv::RNG::UNIFORM, 0, 256);
   cv::RNG(5).fill(b, cv::RNG::UNIFORM, 0, 256);

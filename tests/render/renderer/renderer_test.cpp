@@ -129,7 +129,7 @@ TEST(GlRenderer, ConfidenceEqualsTheReference) {
   }
 }
 
-TEST(GlRenderer, LumigraphAtVerticesEqualsTheReferenceAndIsCloseToPerPixel) {
+TEST(GlRenderer, VertexLumigraphEqualsTheReference) {
   const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(70, 0.7, 2.0, 0.03)});
   const FieldOptions at_vertices{.kind = FieldKind::kLumigraph};
   const auto gl = MakeRenderer(scene, {.field = at_vertices});
@@ -187,7 +187,7 @@ TEST(Renderers, ExactGeometryGivesTheTruePicture) {
     }
 }
 
-TEST(Renderers, FewViewsAndOnePlaceShowTheNearestOrBlendWithoutHoles) {
+TEST(Renderers, FewOrCoincidentViewsLeaveNoHoles) {
   struct Case {
     std::string name;
     std::vector<Vector3d> viewpoints;
@@ -215,7 +215,7 @@ TEST(Renderers, FewViewsAndOnePlaceShowTheNearestOrBlendWithoutHoles) {
     }
 }
 
-TEST(Renderers, WhatNoWeightedViewSeesIsFilledAndCounted) {
+TEST(Renderers, FillAndCountUnseenPixels) {
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.3, 2.0)});
   // Twice the photographs' field of view: the middle is covered, the outermost is seen by nobody.
   const CameraModel wide = CameraModel::Pinhole(160, 120, 50);
@@ -232,7 +232,7 @@ TEST(Renderers, WhatNoWeightedViewSeesIsFilledAndCounted) {
 }
 
 // On the way out of what the field's own views see others take over before nothing is left.
-TEST(Renderers, WhatIsFilledIsHandedOverGradually) {
+TEST(Renderers, FilledPixelsChangeGradually) {
   const auto scene = test::MakeScene(
       {.viewpoints = test::GridViewpoints(7, 7, 0.12, 2.0), .width = 320, .height = 240, .focal_px = 266});
   const CameraModel wide = CameraModel::Pinhole(240, 180, 500);  // a photograph's feather is 15 pixels wide
@@ -263,7 +263,7 @@ TEST(Renderers, WhatIsFilledIsHandedOverGradually) {
 }
 
 // Views that hardly see the point hand over to those that do, by as much as they see less of it.
-TEST(Renderers, WhatIsFilledIsMadeOfSeveralViews) {
+TEST(Renderers, FilledPixelsBlendSeveralViews) {
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(5, 5, 0.3, 2.0)});
   const CameraModel wide = CameraModel::Pinhole(80, 60, 25);
   const Rigid3 pose = LookAt({0.05, 0.02, 2.0}, Vector3d::Zero(), Vector3d::UnitY());
@@ -427,7 +427,7 @@ TEST(ViewsByDistance, ViewsOfOneCentreComeInTheirOrder) {
                 testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8));
 }
 
-TEST(FanBatches, AreTheFansOfATriangleWhosePhotographsLieTogether) {
+TEST(FanBatches, GroupFansByAdjacentPhotographs) {
   const auto fan = [](std::uint32_t triangle, std::uint32_t view) {
     return GpuFan{triangle, view, 0, 0, MakeVec4(1, 2, 3, 0)};
   };
@@ -457,7 +457,7 @@ TEST(FanBatches, AreTheFansOfATriangleWhosePhotographsLieTogether) {
   EXPECT_EQ(told(in_two_arrays), (Told{{7, 0, 2}, {7, 1, 3, 5}, {8, 0, 1}}));
 }
 
-TEST(GlRenderer, PicturesAreFinishedAtOnceWhereTrianglesAreOneBatch) {
+TEST(GlRenderer, OneBatchOfTrianglesFinishesAtOnce) {
   const Rigid3 pose = LookAt({0.1, 0.05, 1.8}, Vector3d::Zero(), Vector3d::UnitY());
   const auto finishes_at_once = [&](const test::SceneSpec& spec, const FieldOptions& field) {
     GlRenderer renderer(test::MakeScene(spec), {.field = field});

@@ -113,7 +113,7 @@ TEST(SoftPixel, MapsThatLieAreOutvoted) {
   EXPECT_GT(noisy, all_right - 1.5);
 }
 
-TEST(SoftPixel, ViewsWithoutAMapHaveTheMeshs) {
+TEST(SoftPixel, ViewsWithoutAMapUseTheMeshsDepth) {
   const auto scene = SoftScene(*MakeScene(SquareSpec()), {.views_without_map = 2});
   int on_square = 0;
   for (const SceneView& view : scene->views) {
@@ -322,7 +322,7 @@ TEST(SoftPixel, OpenGlEqualsTheReference) {
 }
 
 // Photographs that do not fit into graphics memory together: the mean of each pass has its share.
-TEST(SoftPixel, InPassesNearlyTheSame) {
+TEST(SoftPixel, DrawingInPassesChangesLittle) {
   SceneSpec spec = SquareSpec();
   spec.width = 384, spec.height = 288, spec.focal_px = 320;
   const auto scene = SoftScene(*MakeScene(spec));

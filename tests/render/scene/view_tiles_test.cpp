@@ -86,7 +86,7 @@ TEST(ViewTiles, NoViewIsMissedWhateverItsLens) {
   }
 }
 
-TEST(ViewTiles, NorBeforeAndBehindTriangles) {
+TEST(ViewTiles, NoViewIsMissedBeforeOrBehindTriangles) {
   const auto flat = MakeScene({.viewpoints = CapViewpoints(40, 0.6, 2.0), .width = 48, .height = 36});
   auto mesh = std::make_shared<TriangleMesh>();
   mesh->vertices = {{-0.5f, -0.4f, 0.9f}, {0.6f, 0.1f, -1.5f}, {0.1f, 0.5f, 1.2f}};
@@ -100,7 +100,7 @@ TEST(ViewTiles, NorBeforeAndBehindTriangles) {
 }
 
 // Points make other triangles for each picture, which may come to lie where former ones were.
-TEST(ViewTiles, TrianglesThatAreKnownAreHeld) {
+TEST(ViewTiles, KnownTrianglesAreKeptAlive) {
   const auto scene = MakeScene({.viewpoints = CapViewpoints(5, 0.6, 2.0)});
   ViewTiler tiler(scene->views);
   ViewTiler::Picture picture = From(*scene, {0.3, 0.2, 5}, {0, 0, 0});
@@ -113,7 +113,7 @@ TEST(ViewTiles, TrianglesThatAreKnownAreHeld) {
 }
 
 // From afar most of the picture lies beside all photographs; from near one photograph often has a whole tile.
-TEST(ViewTiles, FewAreLookedThrough) {
+TEST(ViewTiles, FewViewsAreSearched) {
   const auto scene = MakeScene({.viewpoints = CapViewpoints(200, 0.4, 2.0), .width = 48, .height = 36});
   const auto looked_from = [&](double distance, bool ends) {
     const auto picture = From(*scene, {0.1, 0.1, distance}, {0, 0, 0});

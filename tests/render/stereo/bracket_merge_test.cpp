@@ -45,7 +45,7 @@ double ShareOfHighlightsRight(const cv::Mat& light, const cv::Mat& truth) {
   return all > 0 ? right / static_cast<double>(all) : 0;
 }
 
-TEST(BracketMerge, PosesAndGeometryAlignWhatAMovingHandTook) {
+TEST(BracketMerge, AlignsHandheldExposuresByGeometry) {
   const ScratchFolder scratch;
   const SimulatedCamera camera = LightboxCamera(kView);
   const LightField light_field = TakeBracket(camera, kView, scratch / "lf", {-2, 2, -4, 4});
@@ -80,7 +80,7 @@ double MedianOf(std::vector<double> all) {
 
 // Also just below full scale, beside pixels that are full and where another colour is: there the view's own exposure is the
 // least noisy one.
-TEST(BracketMerge, IsAtNoBrightnessWorseThanTheViewsOwnExposure) {
+TEST(BracketMerge, IsNeverWorseThanTheViewsExposure) {
   ErrorsByStop merged, own;
   for (const unsigned seed : {7u, 8u}) {
     const BracketedView how{.seed = seed, .width = 360, .height = 270, .between_s = 0.05};
@@ -104,7 +104,7 @@ TEST(BracketMerge, IsAtNoBrightnessWorseThanTheViewsOwnExposure) {
 }
 
 // A shutter that did not do what it says.
-TEST(BracketMerge, AnExposureWhoseLightIsNotWhatItsTimeTellsIsLeftOut) {
+TEST(BracketMerge, LeavesOutAnInconsistentExposure) {
   const ScratchFolder scratch;
   const SimulatedCamera camera = LightboxCamera(kView);
   LightField light_field = TakeBracket(camera, kView, scratch / "lf", {-2, 2});

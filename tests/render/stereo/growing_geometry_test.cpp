@@ -79,7 +79,7 @@ std::vector<double> RelativeErrors(const std::vector<ViewDepth>& maps, double sc
   return errors;
 }
 
-TEST(GrowingGeometry, MapsOfViewsThatCameOneByOneAreRight) {
+TEST(GrowingGeometry, MapsOfViewsOneByOneAreRight) {
   const GrowingGeometry geometry = Grown(Small());
   EXPECT_EQ(geometry.views(), 25);
   EXPECT_GE(geometry.maps(), 6);
@@ -108,7 +108,7 @@ TEST(GrowingGeometry, ViewWaitsForNeighboursAround) {
   EXPECT_EQ(geometry.MissingMaps(), 0);
 }
 
-TEST(GrowingGeometry, MissingMapsAreMadeAtOnceAndAlikeEveryTime) {
+TEST(GrowingGeometry, MissingMapsAreMadeRepeatably) {
   const auto made_at_once = [] {
     GrowingGeometry geometry(Small());
     geometry.SetSubject(kSubject);
@@ -201,7 +201,7 @@ std::vector<double> RelativeErrors(const std::map<int, ViewDepthMap>& maps, doub
 }
 
 // Every pixel has a depth, by its own map or the mesh, and is as deep as the world is by then.
-TEST(GrowingGeometry, MapsForRenderingAreWholeAndFollowTheWorld) {
+TEST(GrowingGeometry, RenderingMapsFollowTheWorld) {
   GrowingGeometry geometry = Grown(Small());
   const auto for_rendering = [&](const Subject& subject) {
     const MapsMesh mesh = MeshOfMaps(geometry.Maps(), subject, geometry.options().mesh);
@@ -235,7 +235,7 @@ TEST(GrowingGeometry, MapsForRenderingAreWholeAndFollowTheWorld) {
   EXPECT_NEAR(now.begin()->second.step * kScale, maps.at(now.begin()->first).step, 1e-9);
 }
 
-TEST(GrowingGeometry, MapOfAViewThatMovedAmongItsNeighboursIsMadeAnew) {
+TEST(GrowingGeometry, MapOfAMovedViewIsMadeAgain) {
   GrowingGeometry geometry = Grown(Small());
   const int maps = geometry.maps();
   const ViewDepth first = geometry.Maps().front();

@@ -27,7 +27,7 @@ CostVolume VolumeAround(int width, int height, int labels, const std::function<d
   return volume;
 }
 
-TEST(SemiGlobal, FindsLabelsBetweenLabels) {
+TEST(SemiGlobal, InterpolatesBetweenLabels) {
   const CostVolume volume = VolumeAround(12, 9, 20, [](int, int) { return 7.3; });
   const cv::Mat labels = SemiGlobalMinimum(volume, cv::Mat(9, 12, CV_32F, cv::Scalar(100)), {});
   for (int y = 0; y < 9; ++y)

@@ -74,7 +74,7 @@ Patch Wall(double depth, std::function<float(double, double)> grey, double tilt 
   return {{-8, -6, depth - 8 * tilt}, {16, 0, 16 * tilt}, {0, 12, 0}, std::move(grey)};
 }
 
-TEST(PlaneSweep, FindsATiltedPlaneBetweenThePlanesOfTheSweep) {
+TEST(PlaneSweep, FindsATiltedPlaneBetweenSweptPlanes) {
   for (const auto& [tilt, seed] : {std::pair{0.0, 1u}, {0.3, 2u}, {-0.6, 3u}}) {
     const auto photographs = Photographs({Wall(3, Mottled(0.02, seed), tilt)});
     const auto errors = ErrorsInPlanes(photographs, Sweep(photographs));
@@ -93,7 +93,7 @@ TEST(PlaneSweep, DoesNotAskHowPhotographsWereExposed) {
 }
 
 // Beside a near board half of the neighbours see the board in place of the wall.
-TEST(PlaneSweep, TheBetterHalfOfTheNeighboursLooksPastAnOccluder) {
+TEST(PlaneSweep, BetterHalfOfNeighboursSeesPastOccluders) {
   const auto photographs =
       Photographs({Wall(4, Mottled(0.02, 4)), {{-0.4, -0.4, 2}, {0.8, 0, 0}, {0, 0.8, 0}, Mottled(0.2, 5)}});
   const DepthMap map = Sweep(photographs);
@@ -151,7 +151,7 @@ TEST(DepthRange, HoldsAThinPostOfALargePhotograph) {
 }
 
 // Whoever waits for a sweep that is given up waits no longer for the sweeps before it.
-TEST(DepthRange, GivenUpItReturnsAtOnce) {
+TEST(DepthRange, CancellingReturnsAtOnce) {
   const auto photographs = WallAndPost(30);
   const StereoView& view = photographs[0].view;
   std::vector<const StereoView*> neighbours;
@@ -166,7 +166,7 @@ TEST(DepthRange, GivenUpItReturnsAtOnce) {
   EXPECT_TRUE(SweepPlanes(view, neighbours, range, sweep).depth.empty());
 }
 
-TEST(DepthRange, APixelIsWorthMoreDepthTheCloserTheViewsStand) {
+TEST(DepthRange, DepthPerPixelGrowsAsViewsMoveCloser) {
   const auto view_at = [](double x) { return test::Draw({}, {x, 0, 0}, {x, 0, 3}, 120, 90, 110).view; };
   const StereoView view = view_at(0), near = view_at(0.03), far = view_at(0.3);
   // z^2 / (f b).
@@ -177,7 +177,7 @@ TEST(DepthRange, APixelIsWorthMoreDepthTheCloserTheViewsStand) {
 
 // ---- Which views ----
 
-TEST(ViewSelection, TakesNeighboursWithParallaxFromAllSides) {
+TEST(ViewSelection, TakesParallaxFromAllSides) {
   std::vector<StereoView> views;
   for (int y = -4; y <= 4; ++y)
     for (int x = -4; x <= 4; ++x)
@@ -194,7 +194,7 @@ TEST(ViewSelection, TakesNeighboursWithParallaxFromAllSides) {
   EXPECT_LT(sum.norm(), 2.5);
 }
 
-TEST(ViewSelection, HasNoNeighboursInOnePlaceOrBehindTheSubject) {
+TEST(ViewSelection, SkipsCoincidentAndOppositeViews) {
   const Subject subject{{0, 0, 2}, 0.5};
   std::vector<StereoView> views;
   for (int i = 0; i < 3; ++i) views.push_back(test::Draw({}, {0, 0, 0}, {0.1 * i, 0, 2}, 12, 9, 10).view);
@@ -231,7 +231,7 @@ std::vector<ViewDepth> TrueDepths(const std::vector<Drawn>& photographs) {
   return maps;
 }
 
-TEST(DepthFusion, KeepsWhatOthersConfirmAndRemovesWhatTheyDoNot) {
+TEST(DepthFusion, KeepsOnlyWhatOtherViewsConfirm) {
   const auto photographs = Photographs({Wall(4, Plain(100))});
   auto maps = TrueDepths(photographs);
   const cv::Rect wrong(50, 40, 6, 5);
@@ -427,7 +427,7 @@ float CostOfWindow(const StereoView& view, const StereoView& neighbour, float in
 }
 
 // Of sizes that end within a group of pixels or a tile, and every window.
-TEST(PlaneSweep, CostsAreOneMinusTheCorrelationOfTheWindows) {
+TEST(PlaneSweep, CostsAreOneMinusCorrelation) {
   const std::vector<Patch> patches{Wall(3, Mottled(0.02, 7))};
   for (const int width : {17, 117, 121})
     for (const int radius : {1, 2, 3}) {
@@ -460,7 +460,7 @@ TEST(PlaneSweep, CostsAreOneMinusTheCorrelationOfTheWindows) {
 }
 
 // A wall, a board, and a post that is three pixels wide at half the size.
-TEST(PlaneSweep, ComparingNearSurfacesAloneFindsTheSameDepths) {
+TEST(PlaneSweep, NearSurfacesAloneGiveTheSameDepths) {
   const std::vector<Patch> patches{{{-8, -6, 4}, {16, 0, 0}, {0, 12, 0}, Mottled(0.01, 1)},
                                    {{-1.2, -0.8, 2.4}, {0.9, 0, 0}, {0, 1.6, 0}, Mottled(0.05, 2)},
                                    {{0.4, -3, 2.2}, {0.03, 0, 0}, {0, 6, 0}, Mottled(0.02, 3)}};

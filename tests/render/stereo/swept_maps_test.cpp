@@ -72,7 +72,7 @@ TEST_F(SweptMapsOnDisk, ComeBackAsTheyWere) {
             0);
 }
 
-TEST_F(SweptMapsOnDisk, AreOfTheSizeThatIsAskedForAndOfNoOther) {
+TEST_F(SweptMapsOnDisk, HaveExactlyTheSizeAskedFor) {
   for (const cv::Size& size : {cv::Size(30, 40), cv::Size(41, 30), cv::Size(1, 1)})
     EXPECT_THAT(Problem(size), AllOf(HasSubstr("000003.tiff: is no depth map of"), HasSubstr("again")))
         << size;
@@ -97,7 +97,7 @@ TEST_F(SweptMapsOnDisk, MissingSharesAreNamedTenAtMost) {
                                Not(HasSubstr("4/60000, 4")), Not(HasSubstr("11/60000"))));
 }
 
-TEST_F(SweptMapsOnDisk, AnIndexThatSaysWhatCannotBeIsRefused) {
+TEST_F(SweptMapsOnDisk, RefuseAnImpossibleIndex) {
   struct Case {
     const char* key;
     json value;

@@ -171,7 +171,7 @@ TEST(ViewerInput, EachKeySwitchesOneThing) {
   }
 }
 
-TEST(ViewerInput, GoesThroughFieldsLevelsAndProxiesAndComesHome) {
+TEST(ViewerInput, CyclesThroughFieldsLevelsAndProxies) {
   ViewerInput input = SomeInput();
   const ViewerState start = input.state();
   const auto press = [&](const std::string& keys) { Press(input, keys); };
@@ -192,7 +192,7 @@ TEST(ViewerInput, GoesThroughFieldsLevelsAndProxiesAndComesHome) {
   EXPECT_THROW(KeysFromNames("b,Elsewhere"), Refusal);
 }
 
-TEST(ViewerInput, WhatIsUnderTheMouseFollowsIt) {
+TEST(ViewerInput, DraggedPointFollowsTheMouse) {
   for (const int button : {0, 1}) {
     ViewerInput input = SomeInput();
     const ViewerCamera before = input.state().camera;
@@ -251,7 +251,7 @@ TEST(ViewerInput, AClickFocusesAndADragDoesNot) {
   EXPECT_THAT(focused_at(input), ::testing::ElementsAre(Vector2d(640, 360)));
 }
 
-TEST(ViewerInput, TheApertureOpensFromWhereItDoesSomething) {
+TEST(ViewerInput, ApertureOpensFromTheLeastVisibleSize) {
   ViewerInput input = SomeInput();
   EXPECT_FALSE(input.state().OpenAperture());
   Press(input, "i");

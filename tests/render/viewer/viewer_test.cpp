@@ -84,7 +84,7 @@ cv::Scalar ColorOf(const SceneView& view) {
   return {255.0 * SrgbFromLinear(bgr[0]), 255.0 * SrgbFromLinear(bgr[1]), 255.0 * SrgbFromLinear(bgr[2])};
 }
 
-TEST(Viewer, AtARecordedViewpointTheLinearFieldIsThePhotograph) {
+TEST(Viewer, LinearFieldAtAViewpointIsThePhotograph) {
   Stage stage;
   const SceneView& view = stage.scene->views[kMiddleView];
   const cv::Mat photograph = view.Srgb8();
@@ -113,7 +113,7 @@ TEST(Viewer, ShowsWhatRenderWrites) {
 }
 
 // A lens that is wide open makes what is off its focal plane soft: there, and there only.
-TEST(Viewer, TheApertureIsFocusedByAClickOnWhatTheProxyHas) {
+TEST(Viewer, ClickFocusesTheApertureOnTheProxy) {
   Stage stage;
   const cv::Mat closed = stage.Stand({0.02, 0.03, 2});
   stage.Press("o,o,o");
@@ -167,7 +167,7 @@ struct SlowClock {
   double now = 0, seconds_a_look = 0;
 };
 
-TEST(Viewer, MovesSmallerWhereFramesAreSlowAndRestsInFull) {
+TEST(Viewer, DrawsSmallerInMotionWhenFramesAreSlow) {
   SlowClock clock;
   ViewerOptions options;
   options.seconds = [&] { return clock.now += clock.seconds_a_look; };
@@ -271,7 +271,7 @@ TEST(Viewer, TheMeshMeetsTheFieldsColours) {
   }
 }
 
-TEST(Viewer, AProxyThatIsNotToBeHadIsSaidAndTheOldOneStays) {
+TEST(Viewer, UnavailableProxyIsReportedAndTheOldStays) {
   ViewerOptions options;
   int tried = 0;
   options.proxies = {PlaneAt("plane", 0), {"broken", [&]() -> std::shared_ptr<const Proxy> {
@@ -292,7 +292,7 @@ std::shared_ptr<const RenderScene> SceneOnDisk(const std::filesystem::path& dir,
   return LoadScene(ReadLightField(dir), {});
 }
 
-TEST(Viewer, DrawsAtOnceFromWhatThereIsAndCompletesThePicture) {
+TEST(Viewer, DrawsAtOnceAndCompletesThePicture) {
   const ScratchFolder scratch;
   const auto scene = SceneOnDisk(scratch / "lf", kSpec);
   // Several times: the last photograph may come between any two passes of a picture.
@@ -395,7 +395,7 @@ TEST(Viewer, PicturesAndKeyframesGoToFiles) {
 
 // What the views' masks leave out is grey, whatever the photographs show there, and the rest is as without masks;
 // over another proxy the masks are drawn over it, too.
-TEST(Viewer, WhatTheMasksLeaveOutIsGrey) {
+TEST(Viewer, MaskedPartsAreGrey) {
   constexpr double kDisc = 0.3;
   const std::vector<std::string> keys{"Left", "p", "p,Up"};
   std::vector<cv::Mat> without;
@@ -430,7 +430,7 @@ TEST(Viewer, WhatTheMasksLeaveOutIsGrey) {
 }
 
 // The middle of a ring is above its axis, where nobody has been.
-TEST(StartingCameraTest, OfARingIsAtAView) {
+TEST(StartingCameraTest, StandsAtAViewOfARing) {
   SceneSpec spec = kSpec;
   spec.viewpoints.clear();
   for (int i = 0; i < 24; ++i)

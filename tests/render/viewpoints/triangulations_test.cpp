@@ -23,7 +23,7 @@ using testing::ElementsAre;
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
 // Spread, in clusters, in a row, and all the same.
-TEST(NearDirections, AreThoseThatComparingAllFinds) {
+TEST(NearDirections, EqualBruteForce) {
   for (const double jitter : {1.0, 0.01, 1e-8, 0.0})
     for (const int clusters : {1, 3}) {
       std::vector<Vector3d> directions;
@@ -65,7 +65,7 @@ TEST(PlanarDelaunay, ASquareWithAMiddleIsFourTriangles) {
   EXPECT_NEAR(area, 1, 1e-12);
 }
 
-TEST(SphericalDelaunay, AnOctahedronIsClosedAndACapIsOpen) {
+TEST(SphericalDelaunay, OctahedronIsClosedAndCapIsOpen) {
   std::vector<Vector3d> directions{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   const auto closed = SphericalDelaunay(directions);
   EXPECT_EQ(closed.size(), 8u);
@@ -81,7 +81,7 @@ TEST(SphericalDelaunay, AnOctahedronIsClosedAndACapIsOpen) {
   EXPECT_TRUE(SphericalDelaunay({directions.begin(), directions.begin() + 4}).empty()) << "a ring";
 }
 
-TEST(TriangleTopology, KnowsEdgesNeighboursAndTheBoundary) {
+TEST(TriangleTopology, KnowsEdgesNeighboursAndBoundary) {
   // A fan of three triangles around vertex 0.
   const auto topology = MakeTopology(5, {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}});
   EXPECT_EQ(topology.edges.size(), 7u);
@@ -105,7 +105,7 @@ TEST(SplitPinches, TwoTrianglesByAPointBecomeTwoPieces) {
   for (const int corner : triangles[1]) EXPECT_EQ(first.count(corner), 0u);
 }
 
-TEST(SubjectCenter, IsAPointWithoutADirection) {
+TEST(SubjectCenter, IsToldUpToRounding) {
   const Subject subject{{1, 2, 3}, 500};
   EXPECT_TRUE(IsAtCenter(subject, {1, 2, 3}));
   EXPECT_TRUE(IsAtCenter(subject, {1 + 1e-7, 2, 3})) << "rounding of a large subject";

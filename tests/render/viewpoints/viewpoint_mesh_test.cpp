@@ -63,7 +63,7 @@ TEST(ViewpointMesh, CapsAreDiscsAndSpheresAreClosed) {
 }
 
 // As the thesis did it: the same cap, and a seam where viewpoints stand all around.
-TEST(ViewpointMesh, InThePlaneOfAzimuthAndElevationThereIsASeam) {
+TEST(ViewpointMesh, AzimuthElevationPlaneHasASeam) {
   const ViewpointMeshOptions in_plane{.in_plane = true, .up_in_world = Vector3d::UnitY()};
   const auto cap = test::CapViewpoints(120, 0.6, 2.0, 0.05);
   const ViewpointMesh plane = MakeViewpointMesh(cap, kSubject, in_plane),
@@ -119,7 +119,7 @@ TEST(ViewpointMesh, HolesInsideStayWithLessConfidence) {
   EXPECT_EQ(*std::max_element(mesh.confidence.begin(), mesh.confidence.end()), 1.0);
 }
 
-TEST(ViewpointMesh, NearDuplicatesBecomeAlternatesForTheirDistance) {
+TEST(ViewpointMesh, NearDuplicatesBecomeAlternates) {
   auto viewpoints = test::CapViewpoints(60, 0.6, 2.0);
   const std::size_t base = viewpoints.size();
   for (std::size_t i = 0; i < base; i += 2) viewpoints.push_back(1.3 * viewpoints[i] + Vector3d(1e-4, 0, 0));
@@ -146,7 +146,7 @@ TEST(ViewpointMesh, ACameraThatStoodStillIsOneViewpoint) {
   EXPECT_EQ(mesh.vertices.size(), 40u);
 }
 
-TEST(ViewpointMesh, CamerasThatAllStoodStillAreAViewpointEach) {
+TEST(ViewpointMesh, AllStillCamerasAreAViewpointEach) {
   std::mt19937 random(4);
   std::normal_distribution<double> tremor(0, 1e-4);
   for (const int each : {3, 7, 30}) {
@@ -214,7 +214,7 @@ TEST(ViewpointMesh, SetsWithoutASurfaceSaySo) {
   }
 }
 
-TEST(ViewpointMesh, OutwardWaysLeaveTheMesh) {
+TEST(ViewpointMesh, OutwardDirectionsLeaveTheMesh) {
   const auto viewpoints = test::CapViewpoints(120, 0.7, 2.0, 0.03);
   const ViewpointMesh mesh = MakeViewpointMesh(viewpoints, {Vector3d::Zero(), 0.05});
   int boundary = 0;

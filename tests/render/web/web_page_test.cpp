@@ -456,7 +456,7 @@ TEST(WebPageOfARow, DrawsAsTheRenderer) {
 }
 
 // Prints what docs/web_page.md tells.
-TEST(WebPageOfACapture, OfTwoHundredViewsIsThatOfTheRenderer) {
+TEST(WebPageOfACapture, Of200ViewsDrawsAsTheRenderer) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "studio", site = scratch / "site";
   ASSERT_EQ(RunUlf("capture 'sim:studio?seed=21' -o " + dir.string() +

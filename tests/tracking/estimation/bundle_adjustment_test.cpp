@@ -60,7 +60,7 @@ double CenterError(const BundleProblem& a, const BundleProblem& b) {
 
 // Every fifth point wanders, by the same in neighbouring views, as a patch over an edge in depth does: within
 // its sigma, but far beyond the noise.
-TEST(BundleAdjustment, DoubtsWhatIsOffByMoreThanTheRest) {
+TEST(BundleAdjustment, DoubtsLargeResiduals) {
   const CameraModel camera = test::SceneCamera();
   double huber = 0, cauchy = 0;
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
@@ -79,7 +79,7 @@ TEST(BundleAdjustment, DoubtsWhatIsOffByMoreThanTheRest) {
 }
 
 // Sigmas are what may be feared; what is off by eight times what the errors really are is wrong all the same.
-TEST(BundleAdjustment, TheErrorsThemselvesSayWhatIsWrong) {
+TEST(BundleAdjustment, RejectsByMeasuredNotStatedErrors) {
   const CameraModel camera = test::SceneCamera();
   double kept = 0, gated = 0;
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
@@ -128,7 +128,7 @@ TEST(BundleAdjustment, RecoversTruth) {
 }
 
 // Cameras that turn while their rows are read, each with another velocity of which a guess is known.
-TEST(BundleAdjustment, VelocitiesOfRowsAreFoundWithThePoses) {
+TEST(BundleAdjustment, FindsRowVelocitiesWithThePoses) {
   const CameraModel camera = test::SceneCamera();
   constexpr double kReadout_s = 0.03;
   double ignored = 0, guessed = 0, found = 0, off = 0, off_before = 0;
@@ -205,7 +205,7 @@ TEST(BundleAdjustment, WithOneFixedCameraTheScaleStays) {
 
 // Moved, turned and scaled as a whole, with no camera fixed: known points bring everything back; without them
 // nothing does.
-TEST(BundleAdjustment, KnownPointsSayWhereEverythingIs) {
+TEST(BundleAdjustment, KnownPointsFixTheFrame) {
   const CameraModel camera = test::SceneCamera();
   for (const unsigned seed : {1u, 2u, 3u}) {
     Scene scene = MakeScene(0.2, 0, seed, camera);
@@ -238,7 +238,7 @@ TEST(BundleAdjustment, KnownPointsSayWhereEverythingIs) {
 }
 
 // Wrong all over the picture: the more of them there are, the more agrees with anything.
-TEST(BundleAdjustment, WhatMostObservationsContradictIsNotUsable) {
+TEST(BundleAdjustment, RejectsAContradictedSolution) {
   const CameraModel camera = test::SceneCamera();
   for (const double wrong : {0.3, 0.7}) {
     Scene scene = MakeScene(0.5, 0, 6, camera);
@@ -259,7 +259,7 @@ TEST(BundleAdjustment, WhatMostObservationsContradictIsNotUsable) {
 }
 
 // All agree but one view, whose observations are another scene's.
-TEST(BundleAdjustment, NamesTheViewThatMostOfItsObservationsContradict) {
+TEST(BundleAdjustment, NamesAContradictedView) {
   const CameraModel camera = test::SceneCamera();
   Scene scene = MakeScene(0.5, 0, 6, camera);
   BundleProblem right = scene.disturbed;
@@ -437,7 +437,7 @@ TEST(BundleAdjustment, ProgressCountsAndAStopIsObeyed) {
 
 // Where a loop has just been closed everything is off by pixels: what is cut short must not take that for
 // wrong observations.
-TEST(BundleAdjustment, WhatIsCutShortDoubtsNothing) {
+TEST(BundleAdjustment, InterruptedRunDoubtsNothing) {
   const CameraModel camera = test::SceneCamera();
   Scene scene = MakeScene(0.5, 0.05, 5, camera);
   const std::atomic<bool> stop = true;
@@ -448,7 +448,7 @@ TEST(BundleAdjustment, WhatIsCutShortDoubtsNothing) {
   for (const BundleObservation& seen : scene.disturbed.observations) EXPECT_FALSE(seen.outlier);
 }
 
-TEST(Residuals, DerivativesByIntrinsicsAgreeWithDifferences) {
+TEST(Residuals, IntrinsicDerivativesAgreeNumerically) {
   const CameraModel fisheye{640, 480, 300, 302, 322, 241, Distortion::kFisheye, {0.02, -0.004, 0.001, 0, 0}};
   const FreeIntrinsics all{.focal = true, .principal_point = true, .k1 = true, .k2 = true};
   for (const CameraModel& camera : {test::SceneCamera(), fisheye}) {

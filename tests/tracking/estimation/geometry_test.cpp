@@ -71,7 +71,7 @@ TEST(Sampling, DrawsAreDistinct) {
   }
 }
 
-TEST(AbsolutePoseTest, FoundThroughNoiseAndOutliers) {
+TEST(AbsolutePoseTest, IsFoundThroughNoiseAndOutliers) {
   for (const double noise_px : {0.0, 0.5, 1.0, 2.0})
     for (const double outliers : {0.0, 0.5, 0.75})
       for (const unsigned seed : {1u, 2u, 3u, 4u}) {
@@ -158,7 +158,7 @@ TEST(TriangulationTest, ParallaxIsTheAngleAtThePoint) {
   EXPECT_NEAR(ParallaxAngle({0, 0, 5}, {0, 0, 0}, {0, 0, 0}), 0, 1e-12);
 }
 
-TEST(RelativePoseTest, FoundThroughNoiseAndOutliers) {
+TEST(RelativePoseTest, IsFoundThroughNoiseAndOutliers) {
   for (const double noise_px : {0.0, 0.3, 0.7})
     for (const double outliers : {0.0, 0.3, 0.5})
       for (const unsigned seed : {1u, 2u, 3u, 4u}) {
@@ -178,7 +178,7 @@ TEST(RelativePoseTest, FoundThroughNoiseAndOutliers) {
 
 // A plane has two motions that explain it; whoever answers must answer right, and saying "ambiguous" is
 // right, too.
-TEST(RelativePoseTest, AFlatSceneIsRecognisedAndNeverAnsweredWrong) {
+TEST(RelativePoseTest, FlatSceneIsNeverAnsweredWrong) {
   int answered = 0;
   for (const double noise_px : {0.0, 0.3})
     for (unsigned seed = 1; seed <= 8; ++seed) {

@@ -58,7 +58,7 @@ std::vector<Vector3d> PointsBefore(const CameraModel& camera, unsigned seed, int
   return points;
 }
 
-TEST(RowShiftTest, KnowsWhereAQuickCameraSeesAPoint) {
+TEST(RowShiftTest, ProjectsAPointInAMovingCamera) {
   const CameraModel camera = Camera();
   const RowShift rows(camera, kReadout_s, QuickTurn(), DepthField(camera, {}));
   double largest_px = 0;
@@ -72,7 +72,7 @@ TEST(RowShiftTest, KnowsWhereAQuickCameraSeesAPoint) {
   EXPECT_GT(largest_px, 4);  // there was something to be found
 }
 
-TEST(RowShiftTest, TakesUnknownDepthsFromThePointsAroundAndUndoesItself) {
+TEST(RowShiftTest, InterpolatesDepthsAndInverts) {
   const CameraModel camera = Camera();
   std::vector<DepthField::Sample> wall;  // slanted
   for (const Vector3d& point : PointsBefore(camera, 2, 2000))
@@ -86,7 +86,7 @@ TEST(RowShiftTest, TakesUnknownDepthsFromThePointsAroundAndUndoesItself) {
   }
 }
 
-TEST(RowShiftTest, VelocityIsReadOffTheFlowWithAFifthOfItWrong) {
+TEST(RowShiftTest, FindsVelocityWithAFifthOutliers) {
   const CameraModel camera = Camera();
   std::vector<PointFlow> flow;
   std::mt19937 random(5);
@@ -139,7 +139,7 @@ double RmsPx(const CameraModel& camera, const Rigid3& pose, const std::vector<Se
   return std::sqrt(sum / static_cast<double>(seen.size()));
 }
 
-TEST(RowMotionTest, ThePicturesPoseExplainsItsPixelsAndTheMiddleRowsIsWhereTheCameraWas) {
+TEST(RowMotionTest, TellsPicturePoseFromMiddleRowPose) {
   const CameraModel camera = Camera();
   TrackedImage image;
   image.features = std::make_shared<const FeatureSet>(std::vector<Feature>{}, camera.width, camera.height);
@@ -211,7 +211,7 @@ Outcome Follow(double readout_s, const TrackerOptions& options, std::size_t paus
 
 // A map that goes on is an earlier session's: as long as its camera adds no keyframe, nothing is measured, and a global
 // shutter must not be reckoned to roll.
-TEST(RollingShutter, AMapThatGoesOnSuspectsNone) {
+TEST(RollingShutter, ContinuedMapSuspectsNone) {
   const CameraModel camera = SimulatedIntrinsics(320, 240);
   const test::ScratchFolder scratch;
   const std::vector<Frame>& frames = Frames(0);
@@ -303,7 +303,7 @@ TurnOutcome FollowTurns(unsigned room_seed, const CameraModel& camera, const Tra
 }
 
 // While the shutter is not known, which takes some seconds, poses are wrong; they must not look right.
-TEST(RollingShutter, OnAFastTurnWrongPosesSayThatTheyAre) {
+TEST(RollingShutter, WrongPosesOnAFastTurnSaySo) {
   const CameraModel camera = test::TexturedRoom::Camera().ScaledTo(320, 240);
   const auto follow = [&](bool compensated) {
     return FollowTurns(3, camera,
@@ -319,7 +319,7 @@ TEST(RollingShutter, OnAFastTurnWrongPosesSayThatTheyAre) {
   EXPECT_LT(compensated.late_m, 0.5 * plain.late_m);
 }
 
-TEST(RollingShutter, OnManyFastTurnsFewWrongPosesLookRight) {
+TEST(RollingShutter, ManyFastTurnsHaveFewHiddenErrors) {
   std::size_t given = 0;
   int unsaid = 0;
   for (const unsigned seed : {11u, 12u, 13u, 14u, 15u, 16u}) {
@@ -334,7 +334,7 @@ TEST(RollingShutter, OnManyFastTurnsFewWrongPosesLookRight) {
   EXPECT_LE(unsaid, 0.02 * static_cast<double>(given));
 }
 
-TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
+TEST(RollingShutter, CompensatedErrsAsAGlobalShutter) {
   const Outcome global = Follow(0, {.deterministic = true});
   EXPECT_FALSE(global.rolling);
   const Outcome plain = Follow(kReadout_s, {.deterministic = true, .readout = {.compensate_found = false}});
@@ -354,7 +354,7 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
   EXPECT_TRUE(found.rolling->compensated);
 }
 
-TEST(RollingShutter, AGivenReadoutThatImagesContradictIsSaid) {
+TEST(RollingShutter, ReportsAContradictedReadout) {
   const auto told = [](double taken_s, double given_s) {
     return Follow(taken_s, {.deterministic = true, .readout = {.readout_s = given_s}}).rolling;
   };
@@ -371,7 +371,7 @@ TEST(RollingShutter, AGivenReadoutThatImagesContradictIsSaid) {
 // Keyframes get their rows while a mapper has the map, too. How far it gets between frames is the machine's
 // business, so that no two runs err alike: of three pairs the middle one counts, so that two that agree are enough. In
 // the pauses it gets to its end.
-TEST(RollingShutter, IsFoundAndCompensatedBesideAMapperInItsOwnThread) {
+TEST(RollingShutter, IsCompensatedWithAMapperThread) {
   int better = 0, not_better = 0;
   while (better < 2 && not_better < 2) {
     const Outcome plain = Follow(kReadout_s, {.wait_for_mapper = true, .readout = {.readout_s = 0}});

@@ -38,7 +38,7 @@ TEST(TwoViewMotion, AnEssentialMatrixGivesItsMotionBack) {
   }
 }
 
-TEST(TwoViewMotion, RefiningReachesTheTruthFromAStartThatIsOff) {
+TEST(TwoViewMotion, RefiningReachesTheTruth) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     const auto [scene, all] = MakeCase(0, seed);
     Rigid3 start = scene.second_from_first;
@@ -52,7 +52,7 @@ TEST(TwoViewMotion, RefiningReachesTheTruthFromAStartThatIsOff) {
   }
 }
 
-TEST(TwoViewMotion, PointsBehindACameraCostAsMuchAsOutliers) {
+TEST(TwoViewMotion, PointsBehindCountAsOutliers) {
   const auto [scene, all] = MakeCase(0.3, 4);
   const double gate = 3.0 / 525, noise = 1.0 / 525;
   const Motion truth(scene.second_from_first);

@@ -27,7 +27,7 @@ FeatureSet Extract(const cv::Mat& image, int count = 1000, const FeatureOptions&
   return extractor.Extract(BuildPyramid(image), count);
 }
 
-TEST(Features, TheColourOfAPointIsItsPixelsRedGreenAndBlue) {
+TEST(Features, ColourOfAPointIsItsPixels) {
   cv::Mat colours(2, 3, CV_8UC3, cv::Scalar(0, 0, 0)), grey(2, 3, CV_8UC1, cv::Scalar(90));
   colours.at<cv::Vec3b>(1, 2) = {10, 20, 30};  // B, G, R
   grey.at<std::uint8_t>(1, 2) = 40;
@@ -145,7 +145,7 @@ TEST(Matching, AFeatureIsGivenOnce) {
 }
 
 // The wall's points seen again from elsewhere: the aligned position against the exact one.
-TEST(PatchAlignmentTest, FindsTheExactPlaceUnderWarpAndExposure) {
+TEST(PatchAlignmentTest, FindsThePlaceUnderWarpAndLight) {
   const CameraModel camera = TexturedRoom::Camera();
   const TexturedRoom wall({.furniture = test::Furniture::kWall, .noise = 2});
   const Rigid3 reference = LookAt({0, 0, 0}, {0, 0, 3}, -Eigen::Vector3d::UnitY());

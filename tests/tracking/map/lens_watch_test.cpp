@@ -80,7 +80,7 @@ TEST(LensWatch, AGuessIsSoughtAgainUntilItSettles) {
   EXPECT_TRUE(watch.IsSought(20)) << "a young map does not settle it";
 }
 
-TEST(LensWatch, WhatIsNoLensIsSaidWithoutAValue) {
+TEST(LensWatch, UnfittingLensIsSaidWithoutAValue) {
   CameraModel given = CameraModel::Pinhole(640, 480, 1050), fitted = CameraModel::Pinhole(640, 480, 1650);
   fitted.distortion = Distortion::kRadialTangential;
   fitted.coefficients[0] = 1.4;
@@ -144,7 +144,7 @@ class LensInTheRoom {
   cv::Mat at_;
 };
 
-TEST(LensWatch, TheTrackerDoubtsAWrongFocalLengthWhileTheHandMoves) {
+TEST(LensWatch, TrackerDoubtsAWrongFocalLength) {
   LensInTheRoom lens(TexturedRoom::Camera());
   for (const double factor : {0.95, 1.05, 1.15}) {
     CameraModel given = TexturedRoom::Camera();
@@ -219,7 +219,7 @@ TEST(LensWatch, TheTrackerGoesOnWithTheLensThatFits) {
 }
 
 // Too near to the right one to be contradicted, and still replaced: nobody has measured it.
-TEST(LensWatch, AGuessedFocalLengthThatNothingContradictsIsReplaced) {
+TEST(LensWatch, ReplacesAnUncontradictedGuess) {
   const TexturedRoom room({.seed = 15});
   CameraModel guess = TexturedRoom::Camera();
   guess.fx *= 1.012;
@@ -261,7 +261,7 @@ TEST(LensWatch, TheTrackerTrustsARightLens) {
 }
 
 // A flat wall tells little of the lens; what it does tell must not be a right one's fault.
-TEST(LensWatch, TheTrackerTrustsARightLensBeforeAFlatWall) {
+TEST(LensWatch, TrackerTrustsARightLensBeforeAWall) {
   LensInTheRoom lens(TexturedRoom::Camera());
   for (const unsigned seed : SeedsOf({31, 32, 33}))
     EXPECT_FALSE(lens.DoubtedAfter(TexturedRoom::Camera(), seed, nullptr, Furniture::kWall))

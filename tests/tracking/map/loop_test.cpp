@@ -268,7 +268,7 @@ TEST(LoopCloserTest, ComingRoundTakesTheDriftOut) {
   }
 }
 
-TEST(LoopCloserTest, WhatHungOnAKeyframeFollowsInItsUnits) {
+TEST(LoopCloserTest, AnchoredPosesFollowTheirKeyframe) {
   Turn turn({});
   const Map& map = turn.shared.ReadByOwner();
   // Beside keyframe 60, whose drifted world is larger: at a point's place, seen from the keyframe.
@@ -302,7 +302,7 @@ TEST(LoopCloserTest, OneKeyframeAloneIsNotBelieved) {
 }
 
 // Looks like the first view a quarter of a turn later, then again: no drift is that large.
-TEST(LoopCloserTest, WhatOnlyLooksAlikeIsNoLoop) {
+TEST(LoopCloserTest, SimilarLookingPlaceIsNoLoop) {
   for (const int symmetry : {2, 3, 8}) {
     Turn turn({.log_scale = 0, .turn = 0, .shift = 0, .symmetry = symmetry, .keyframes = 66});
     const double before = turn.CenterError();
@@ -313,7 +313,7 @@ TEST(LoopCloserTest, WhatOnlyLooksAlikeIsNoLoop) {
 }
 
 // The true loop is found although other sides look alike for the most part.
-TEST(LoopCloserTest, AMostlySymmetricSubjectClosesWhereItShould) {
+TEST(LoopCloserTest, ClosesOnAMostlySymmetricSubject) {
   for (const unsigned seed : {1u, 2u}) {
     Turn turn({.symmetry = 3, .symmetric_share = 0.7, .seed = seed});
     const double before = turn.CenterError();

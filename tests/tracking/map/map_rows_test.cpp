@@ -120,7 +120,7 @@ TEST(AdjustedRowsTest, AreFoundWithTheMapAndScaledWithIt) {
   EXPECT_LT(after, 0.85 * before) << "a third off is more than the tracker is trusted to be";
 }
 
-TEST(EstimateReadoutTest, FindsTheReadoutAndNoneOfAGlobalShutter) {
+TEST(EstimateReadoutTest, FindsItAndNoneOfAGlobalShutter) {
   for (const double readout_s : {0.0, 0.005, 0.02, -0.02}) {
     World world(12);
     ReadByRows(world, readout_s);

@@ -227,7 +227,7 @@ TEST(MapParts, AdjustingBothKeepsEachWhereItIs) {
   }
 }
 
-TEST(MapFileTest, WhatDoesNotFitIsRefused) {
+TEST(MapFileTest, RefusesInconsistentContent) {
   World world(4);
   const std::string bytes = SavedWorld(world);
   const auto problem = [&](const std::string& file, std::uint64_t key = 77) {
@@ -438,7 +438,7 @@ TEST(KeyframeIndexTest, RanksTheRightKeyframeFirst) {
   for (const auto& ranked : without) EXPECT_NE(ranked.keyframe, 3);
 }
 
-TEST(KeyframeIndexTest, ProposesTheRightPoseAndNoneFromChance) {
+TEST(KeyframeIndexTest, ProposesPosesAndNoneByChance) {
   const World world(5);
   Draw draw(4);
   const Rigid3 truth{Eigen::Quaterniond(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY())),
@@ -456,7 +456,7 @@ TEST(KeyframeIndexTest, ProposesTheRightPoseAndNoneFromChance) {
   EXPECT_FALSE(ProposePose(world.camera, PointsOf(world.map, 2), FeatureSet(features, 640, 480), 1));
 }
 
-TEST(GatherCandidatesNearTest, SeesTheNeighbourhoodAtOnceAndTheRestInTurn) {
+TEST(GatherCandidatesNearTest, TakesNearAtOnceRestInTurn) {
   const World world(300);
   const int here = 80;
   const Rigid3& pose = world.map.keyframe(here).cam_from_world;

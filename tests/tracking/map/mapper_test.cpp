@@ -87,7 +87,7 @@ TEST(MapperTest, CountsWhatFramesShouldHaveSeenAndSaw) {
   EXPECT_EQ(map.point(missed).found, 0);
 }
 
-TEST(MapperTest, GivesAVelocityToTheKeyframeOfItsTimeOnly) {
+TEST(MapperTest, SetsVelocityOnlyOnItsKeyframe) {
   World world(4);
   world.map.keyframe(3).time_s = 5;
   Mapper mapper(world.camera, world.map, true);
@@ -122,7 +122,7 @@ TEST(MapperTest, TakesReportsBesideItsThread) {
   EXPECT_EQ(static_cast<int>(mapper.shared().ReadByOwner().keyframes().size()), 6 + taken);
 }
 
-TEST(MapperTest, NotesViewsWithThePointsThatMergedOnesBecame) {
+TEST(MapperTest, NotesViewsOfMergedPoints) {
   World world(4);
   const int kept = world.points[0], gone = world.points[1], removed = world.points[2];
   world.map.Merge(gone, kept);

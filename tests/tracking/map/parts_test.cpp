@@ -60,7 +60,7 @@ std::vector<int> FromTo(std::initializer_list<std::pair<int, int>> ranges) {
 constexpr TrackerOptions kInOneThread{.deterministic = true, .features = 500};
 
 // The second part is followed for longer before they meet, so that the first one is moved into its world.
-TEST(Parts, WhatIsSeenAfterACutIsJoinedWhereTheWayMeetsTheFirstPart) {
+TEST(Parts, PartAfterACutJoinsWhereItMeetsTheFirst) {
   const RoomRun run(FromTo({{0, 110}, {190, 400}}), kInOneThread);
   EXPECT_GE(run.Apart(), 60);
   for (const Track& track : run.tracks) {
@@ -110,7 +110,7 @@ TEST(Parts, WithoutBeginningOthersTheCameraStaysLost) {
 }
 
 // A part that is followed for longer takes the main one's place, as long as no view lies in the main one's world.
-TEST(Parts, TheMainPartIsTheLongerOneUnlessViewsAreRecordedInIt) {
+TEST(Parts, MainPartIsTheLongerOrTheRecordedOne) {
   const TexturedRoom room({.furniture = Furniture::kRound}),
       other({.furniture = Furniture::kRound, .seed = 7});
   for (const bool recorded : {false, true}) {

@@ -43,7 +43,7 @@ double EvidenceOf(const std::function<int(int)>& found, const ExcludedCandidates
   return PoseLogOdds(camera, located, left_out);
 }
 
-TEST(PoseLogOddsTest, AHandCostsLittleAndThinSupportEverywhereIsNoSupport) {
+TEST(PoseLogOddsTest, ForgivesAHandAndNotThinSupport) {
   const double all = EvidenceOf([](int) { return 24; });
   const double quarter = EvidenceOf([](int cell) { return cell % 4 == 0 ? 24 : 0; });
   EXPECT_GT(all, 3 * kRelocalizedLogOdds);
@@ -54,7 +54,7 @@ TEST(PoseLogOddsTest, AHandCostsLittleAndThinSupportEverywhereIsNoSupport) {
   EXPECT_LT(EvidenceOf([](int) { return 0; }), kFollowedLogOdds);
 }
 
-TEST(PoseLogOddsTest, WhatRepeatsDoesNotCount) {
+TEST(PoseLogOddsTest, RepetitiveMatchesDoNotCount) {
   ExcludedCandidates repeats(12 * 30, false);
   for (std::size_t i = 0; i < repeats.size(); ++i) repeats[i] = i % 30 < 20;
   EXPECT_GT(EvidenceOf([](int) { return 28; }, repeats), kRelocalizedLogOdds) << "the rest is found";
@@ -107,7 +107,7 @@ TEST(RelocalizationTest, ATiledWallNeverGivesAWrongPose) {
 
 // Tiles that the picture cannot tell apart: a board that says where to look can. What it says of a place that
 // the map does not know is not believed.
-TEST(RelocalizationTest, ABoardsPoseIsLookedAtFirstAndCheckedAgainstTheMap) {
+TEST(RelocalizationTest, ChecksABoardsPoseFirst) {
   const TiledWall wall({.period = 0.8});
   Draw draw(5);
   for (int i = 0; i < 8; ++i) {

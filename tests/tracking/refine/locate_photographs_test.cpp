@@ -58,7 +58,7 @@ std::vector<int> Steps(int from, int to, int by) {
   return steps;
 }
 
-TEST(LocatePhotographs, FindsThemOneFromTheOther) {
+TEST(LocatePhotographs, FindsThemOneByOneFromEachOther) {
   const auto walk = MakeWalk(Steps(0, 60, 6), Steps(130, 62, -6), 1);
   // The farthest one shows nothing of the views: only through those between is it found.
   const auto alone = MakeWalk(Steps(0, 60, 6), {130}, 1);
@@ -74,7 +74,7 @@ TEST(LocatePhotographs, FindsThemOneFromTheOther) {
   }
 }
 
-TEST(LocatePhotographs, ThoseOfAnotherPlaceAndThoseThatCannotBeReadAreSaid) {
+TEST(LocatePhotographs, NamesForeignAndUnreadableOnes) {
   const auto walk = MakeWalk(Steps(0, 60, 6), {31, 33, 35}, 1);
   const TexturedRoom other({.furniture = Furniture::kPanels, .seed = 99});
   walk->images[walk->first_unposed + 1] = other.Take(TexturedRoom::HandAt(5), 1).image;
@@ -114,7 +114,7 @@ TEST(LocatePhotographs, DoNotMoveTheRecordedWorld) {
 }
 
 // Photographs that fit one another and no recorded view are of another place.
-TEST(LocatePhotographs, AGroupThatNoRecordedViewHoldsIsNotConfirmed) {
+TEST(LocatePhotographs, RefusesAnUnattachedGroup) {
   const auto walk = MakeWalk(Steps(0, 60, 6), Steps(180, 230, 6), 1);
   for (std::size_t v = walk->first_unposed; v < walk->input.views.size(); ++v) {
     walk->input.views[v].is_recorded = false;
@@ -127,7 +127,7 @@ TEST(LocatePhotographs, AGroupThatNoRecordedViewHoldsIsNotConfirmed) {
   EXPECT_EQ(result.groups, 1);
 }
 
-TEST(RefineCommand, PhotographsWithoutAPoseBecomeViewsWhenTheirPlaceIsFound) {
+TEST(RefineCommand, LocatedPhotographsBecomeViews) {
   const ScratchFolder scratch;
   const std::filesystem::path dir = scratch / "room";
   const auto walk = MakeWalk(Steps(0, 60, 5), {32, 12, 47}, 2);

@@ -75,7 +75,7 @@ RefineStage Unseen() {
   return {nobody};
 }
 
-TEST(ViewPairs, EveryViewIsComparedWithNearAndFarOnesInOrder) {
+TEST(ViewPairs, ComparesEachViewWithNearAndFarOnes) {
   const Cloud cloud(Grid());
   const auto pairs = ChoosePairs(cloud.scene);
   std::vector<int> partners(16, 0);

@@ -169,39 +169,39 @@ void ExpectFound(const PosedPictures& pictures) {
   fmt::print("{} | {} | {:.1f} s |\n", row, exchanged.empty() ? "" : InWords(found), seconds);
 }
 
-TEST(PoseCheckData, OfTheSimulatorEveryWrongPoseIsFound) {
+TEST(PoseCheckData, FindsEveryWrongPoseOfTheSimulator) {
   for (const unsigned seed : {1u, 2u}) ExpectFound(OfSimulator("studio", seed, 50, 6));
   ExpectFound(OfSimulator("room", 3, 50, 6));
 }
 
-TEST(PoseCheckData, OfFernEveryWrongPoseIsFound) {
+TEST(PoseCheckData, FindsEveryWrongPoseOfFern) {
   ULF_NEED_TEST_DATA(folder, "llff_fern");
   ExpectFound(OfSet(folder));
 }
 
-TEST(PoseCheckData, OfTempleRingEveryWrongPoseIsFound) {
+TEST(PoseCheckData, FindsEveryWrongPoseOfTempleRing) {
   ULF_NEED_TEST_DATA(folder, "temple_ring");
   ExpectFound(OfTrueViews("temple_ring", test::ReadMiddlebury(folder, "templeR_par.txt")));
 }
 
-TEST(PoseCheckData, OfFoxEveryWrongPoseIsFound) {
+TEST(PoseCheckData, FindsEveryWrongPoseOfFox) {
   ULF_NEED_TEST_DATA(folder, "fox_half");
   ExpectFound(OfSet(folder));
 }
 
-TEST(PoseCheckData, OfTheKitchenEveryWrongPoseIsFound) {
+TEST(PoseCheckData, FindsEveryWrongPoseOfTheKitchen) {
   ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
   PosedPictures pictures = OfSequence(folder, "colmap_reference.txt", "frame-{:06}.color.jpg", 1);
   pictures.distance = 2;  // metres, by its depth images: a walk whose axes meet nowhere
   ExpectFound(pictures);
 }
 
-TEST(PoseCheckData, OfAScanEveryWrongPoseIsFound) {
+TEST(PoseCheckData, FindsEveryWrongPoseOfAScan) {
   ULF_NEED_TEST_DATA(folder, "scan_synthetic");
   ExpectFound(OfSequence(folder, "groundtruth.txt", "{:06}.jpg", 10));
 }
 
-TEST(PoseCheckData, OfStrechaEveryWrongPoseIsFound) {
+TEST(PoseCheckData, FindsEveryWrongPoseOfStrecha) {
   ULF_NEED_TEST_DATA(folder, "strecha");
   for (const char* name : {"fountain-P11", "Herz-Jesus-P8"})
     ExpectFound(OfTrueViews(name, test::ReadStrecha(folder / name)));

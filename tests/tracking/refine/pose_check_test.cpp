@@ -43,7 +43,7 @@ std::vector<std::string> WordsOf(const PoseCheck& check, const RefineInput& inpu
   return words;
 }
 
-TEST(PoseCheck, RightPosesAgreeAlsoWhereTheyAreALittleOff) {
+TEST(PoseCheck, RightPosesAgreeEvenWhenALittleOff) {
   for (const double shift : {0.0, 0.005}) {
     const auto views = MakeViews(12, shift, 20 * shift, 3);
     const PoseCheck check = CheckPoses(views->input);
@@ -60,7 +60,7 @@ std::vector<int> Contradicted(const PoseCheck& check) {
   return views;
 }
 
-TEST(PoseCheck, OneWrongPoseIsFoundAndItsNeighboursAreNot) {
+TEST(PoseCheck, FindsOneWrongPoseAndNotItsNeighbours) {
   const auto views = MakeViews(10, 0, 0, 6);
   Draw draw(2);
   const Rigid3 right = views->input.views[4].cam_from_world;
@@ -150,7 +150,7 @@ TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
 }
 
 // COLMAP's poses lead from the world to the camera, its y axis down and z forward.
-TEST(PoseCheck, TheConventionOfTheFileIsNamedWhateverTheFormatMeans) {
+TEST(PoseCheck, NamesTheFilesConvention) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
   const auto views = MakeViews(12, 0, 0, 5);
   const auto convention = [&](const std::function<Rigid3(const Rigid3&)>& change) {
@@ -166,7 +166,7 @@ TEST(PoseCheck, TheConventionOfTheFileIsNamedWhateverTheFormatMeans) {
 }
 
 // A subject that turns before a wall: what stands still speaks against every pose, and is masked.
-TEST(PoseCheck, WhatMasksExcludeIsNotAsked) {
+TEST(PoseCheck, IgnoresMaskedPixels) {
   const auto views = MakeViews(12, 0, 0, 5);
   const cv::Size size = views->images[0].pixels.size();
   const cv::Rect wall(0, 0, size.width * 6 / 10, size.height);
@@ -200,7 +200,7 @@ TEST(PoseCheck, AnotherLensFitsPoorlyAsAWhole) {
                              HasSubstr(fmt::format("{:.1f} px off in most pairs", check.fit_error_px)))));
 }
 
-TEST(PoseCheck, WhatCannotBeToldIsNotBlamed) {
+TEST(PoseCheck, DoesNotBlameUndecidableViews) {
   const auto views = MakeViews(8, 0, 0, 5);
   // One blank photograph and one beyond recognition, of views whose poses are wrong.
   views->images[2].pixels.setTo(cv::Scalar::all(90));

@@ -131,7 +131,7 @@ TEST(Refine, TheNumberOfThreadsChangesNothing) {
     EXPECT_EQ(results[0].views[v].cam_from_world.Matrix(), results[1].views[v].cam_from_world.Matrix());
 }
 
-TEST(Refine, AViewThatCannotBeReadAndOneOfAnotherSceneAreNamed) {
+TEST(Refine, NamesUnreadableAndForeignViews) {
   const auto views = MakeViews(12, 0.01, 0.1, 5);
   const TexturedRoom other({.seed = 77});
   views->images[7] = other.Take(views->truth[7], 7).image;
@@ -191,7 +191,7 @@ TEST(Refine, OneReadableViewIsRefused) {
   ExpectRefused(*views, "is gone");
 }
 
-TEST(CalibrationCheck, AFocalLengthThatIsFivePercentOffIsSaid) {
+TEST(CalibrationCheck, ReportsAFivePercentFocalError) {
   for (const double factor : {0.95, 1.05}) {
     const auto views = MakeViews(12, 0, 0, 10);
     CameraModel& lens = views->input.lenses[0];
@@ -253,7 +253,7 @@ RefineResult RefineByPasses(const RoomViews& views, bool intrinsics,
   return Refine(views.input, options);
 }
 
-TEST(RefinedLens, WhatStandsIsKeptWhenALaterPassFails) {
+TEST(RefinedLens, KeepsTheLastResultWhenAPassFails) {
   const auto views = MakeViews(12, 0, 0, 10);
   views->input.lenses[0].fx *= 1.05;
   views->input.lenses[0].fy *= 1.05;
@@ -297,7 +297,7 @@ TEST(CalibrationCheck, RightIntrinsicsAreLeftAlone) {
 }
 
 // A wall seen while moving past it fits many focal lengths.
-TEST(CalibrationCheck, WhereTheGeometryDoesNotTellNothingIsSaid) {
+TEST(CalibrationCheck, IsSilentOnUninformativeGeometry) {
   const auto views = MakeViews(14, 0, 0, 11, Way::kSideways, false);
   views->input.lenses[0].fx *= 1.05;
   views->input.lenses[0].fy *= 1.05;
@@ -309,7 +309,7 @@ TEST(CalibrationCheck, WhereTheGeometryDoesNotTellNothingIsSaid) {
   for (const LensTrial& trial : result.lens_trials.at(0)) EXPECT_FALSE(trial.kept);
 }
 
-TEST(CalibrationCheck, TheTrackerNoticesAWrongFocalLength) {
+TEST(CalibrationCheck, TrackerNoticesAWrongFocalLength) {
   for (const double factor : {1.0, 1.05}) {
     const TexturedRoom room({.seed = 15});
     CameraModel given = TexturedRoom::Camera();
@@ -523,7 +523,7 @@ TEST(RefineCommand, AKillAtAnyMomentLeavesOldOrNewPoses) {
   EXPECT_GT(killed, 0);
 }
 
-TEST(RefineCommand, AFolderThatCannotBeWrittenIsToldBeforeTheWork) {
+TEST(RefineCommand, UnwritableFolderFailsBeforeTheWork) {
   const OnDisk room(3, 14);
   if (geteuid() == 0) {
     // Root may write anywhere: somebody else holds the journal instead.

@@ -122,7 +122,7 @@ Errors RefineInAllWays(unsigned seed, double readout_ms) {
   return errors;
 }
 
-TEST(RefineRowsLong, KnowingThemMakesPosesBetter) {
+TEST(RefineRowsLong, ImprovePosesWhenKnown) {
   std::vector<double> without, with;
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
     const Errors errors = RefineInAllWays(seed, 20);

@@ -17,7 +17,7 @@ Frame FrameAt(int k) {
   return frame;
 }
 
-TEST(KnownPoseSource, GivesTheFramesPosesAndTheImagesSpeedAtTheSubject) {
+TEST(KnownPoseSource, GivesPosesAndTheSubjectsImageSpeed) {
   const CameraModel camera = TexturedRoom::Camera();
   const auto source = MakeKnownPoseSource(camera, Subject{{0, 0, 2}, 0.3});
   EXPECT_EQ(source->Step(FrameAt(0)).speed_px, 0) << "there is no frame before";

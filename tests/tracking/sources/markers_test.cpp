@@ -67,7 +67,7 @@ std::vector<std::uint64_t> Seeds() {
   return {7};
 }
 
-TEST(MarkerSpec, WhatCannotBeReadIsSaid) {
+TEST(MarkerSpec, RefusalsNameTheCause) {
   const std::pair<const char*, const char*> kCases[] = {{"chessboard:8x6:25", "half a turn"},
                                                         {"dots", "charuco:"},
                                                         {"marker:80", "marker:80:"},
@@ -129,7 +129,7 @@ TEST(Markers, ABoardsPoseIsMetric) {
 }
 
 // Something stands on the middle of a ChArUco board, so that few of its squares meet in sight.
-TEST(Markers, OfABoardThatIsHalfHiddenTheMarkersCount) {
+TEST(Markers, HalfHiddenBoardIsFoundByItsMarkers) {
   const char* board = "charuco:5x5:54:40:DICT_4X4_50";
   const BoardScene scene = SceneOf(board, "barrel");
   const auto source = PosesSpec::Parse("markers:" + std::string(board)).Open(scene.options().camera, {});
@@ -152,7 +152,7 @@ TEST(Markers, OfABoardThatIsHalfHiddenTheMarkersCount) {
 
 // A small marker far away, without history: either the right one of its two poses or none. The nearer one in
 // the image alone would have been wrong in some.
-TEST(Markers, OfTwoEquallyLikelyPosesNoneIsGuessed) {
+TEST(Markers, AmbiguousPosesAreNotGuessed) {
   BoardSceneOptions options;
   options.board = Board::Parse("aruco:1x1:40:10:DICT_4X4_50");
   options.camera = SimulatedLens("pinhole", 640, 480);
@@ -455,7 +455,7 @@ TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {
 }
 
 // A printed board in a hand, and one of its markers by itself: they agree as well as they say they do.
-TEST(Markers, RealBoard) {
+TEST(Markers, RealBoardIsFound) {
   ULF_NEED_TEST_DATA(data, "aruco_board");
   const CameraModel camera = CameraModel::FromOpenCv(640, 480, 813, 813, 319, 240);
   const MarkerSpec board = MarkerSpec::Parse("aruco:4x5:37.5:5:DICT_6X6_1000");
@@ -490,7 +490,7 @@ TEST(Markers, RealBoard) {
 
 // Photographs of cubes that all carry tag 0: found where the AprilTag library finds them, and no pose,
 // because nobody knows which is which.
-TEST(Markers, RealTags) {
+TEST(Markers, RealTagsAreFound) {
   ULF_NEED_TEST_DATA(data, "apriltag_photos");
   int matched = 0, files = 0;
   std::vector<double> off_px;

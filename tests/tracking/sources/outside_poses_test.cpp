@@ -110,7 +110,7 @@ bool Eventually(const Condition& condition) {
   return condition();
 }
 
-TEST(PoseHistory, BetweenPosesAndInGaps) {
+TEST(PoseHistory, InterpolatesPosesAndKnowsGaps) {
   PoseHistory history(0.2);
   Rigid3 pose;
   EXPECT_EQ(history.At(0, &pose), PoseAnswer::kAfter);
@@ -130,7 +130,7 @@ TEST(PoseHistory, BetweenPosesAndInGaps) {
 }
 
 // A file on another clock, of the tool and not the camera, with half a second missing.
-TEST(OutsidePoses, ATrajectoryFile) {
+TEST(OutsidePoses, AreReadFromATrajectoryFile) {
   test::ScratchFolder scratch;
   constexpr double kClock = 3.7;
   {
@@ -166,7 +166,7 @@ TEST(OutsidePoses, ATrajectoryFile) {
   EXPECT_EQ(CountOf(*source, "frames_outside"), 180u - 15 - static_cast<unsigned>(posed));
 }
 
-TEST(OutsidePoses, WhatCannotBeReadIsSaid) {
+TEST(OutsidePoses, RefuseUnreadableFilesAndOptions) {
   test::ScratchFolder scratch;
   const std::string empty = (scratch / "empty.txt").string(), bad = (scratch / "bad.txt").string();
   std::ofstream(empty) << "# nothing\n";
@@ -307,7 +307,7 @@ TEST(PoseStreamFaults, WaitingIsBoundedAndCanBeStopped) {
 }
 
 // Whoever listens at every address is reached at 127.0.0.2, too.
-TEST(PoseStream, IsReachedAtTheLoopbackAddressAlone) {
+TEST(PoseStream, ListensOnLoopbackOnly) {
   const PoseStream stream({});
   EXPECT_TRUE(Sender(stream.Port()).Connected());
   EXPECT_FALSE(Sender(stream.Port(), INADDR_LOOPBACK + 1).Connected());
@@ -324,7 +324,7 @@ TEST(PoseStreamFaults, APortThatIsTakenIsSaid) {
 }
 
 // Three clocks: the camera's, the sender's, ours. Learnt from when things arrive, or found out by the sender.
-TEST(PoseStreamClocks, AreBroughtTogether) {
+TEST(PoseStreamClocks, AreSynchronised) {
   constexpr double kSenderAhead = 1234.5, kCameraBehind = 98.25;
   for (const bool handshake : {false, true}) {
     Streamed s({.wait_s = 20});
@@ -378,7 +378,7 @@ TEST(PoseStreamClocks, AreBroughtTogether) {
 }
 
 // As a command: the file is the truth of the same simulated hand.
-TEST(OutsidePoses, TrackTakesATrajectoryFile) {
+TEST(OutsidePoses, TrackCommandTakesATrajectoryFile) {
   test::ScratchFolder scratch;
   const std::string poses = (scratch / "poses.txt").string();
   const std::string device = "'sim:studio?width=160&height=120&look_away=0&fps=30'";

@@ -51,7 +51,7 @@ struct TrackingWork {
   }
 };
 
-TEST(GigeLong, NoFrameIsLostInFiveMinutesWhileTrackingRuns) {
+TEST(GigeLong, LosesNoFrameInFiveMinutesOfTracking) {
   if (const auto why_not = test::EnterLoopbackNamespace()) GTEST_SKIP() << *why_not;
   const char* binary = std::getenv("ULF_BINARY");
   ASSERT_NE(binary, nullptr) << "run through ctest";

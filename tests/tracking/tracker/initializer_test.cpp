@@ -32,7 +32,7 @@ class InitializerTest : public ::testing::Test {
   int frame_ = 0;
 };
 
-TEST_F(InitializerTest, StartsWithTheTrueMotionOnceParallaxSuffices) {
+TEST_F(InitializerTest, StartsRightOnceParallaxSuffices) {
   EXPECT_EQ(Step(TexturedRoom::HandAt(0)).progress.obstacle, StartObstacle::kFirstView);
   for (int k = 1; k < 60; ++k) {
     const InitializerAttempt attempt = Step(TexturedRoom::HandAt(k));

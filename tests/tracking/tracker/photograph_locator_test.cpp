@@ -42,7 +42,7 @@ class Photographs : public ::testing::Test {
   std::vector<Track> tracks_;
 };
 
-TEST_F(Photographs, AreLocatedAsWellAsLiveFramesAlthoughTheHandHasMovedOn) {
+TEST_F(Photographs, AreLocatedAfterTheHandMovedOn) {
   std::vector<TimedPose> live, truth, photographs, without_hint;
   std::map<int, Rigid3> poses;
   for (int k = 30; k + 6 < 90; k += 4) {
@@ -97,7 +97,7 @@ TEST_F(Photographs, NothingOfTheTrackerChanges) {
   EXPECT_EQ(tracker_.Step(room_.Take(TexturedRoom::HandAt(90), 90)).state, TrackState::kTracking);
 }
 
-TEST_F(Photographs, OfSomethingElseAreNotLocated) {
+TEST_F(Photographs, ShowingAnotherSceneAreNotLocated) {
   const TexturedRoom other({.seed = 99});
   for (const int k : {20, 50, 80}) {
     const Frame elsewhere = other.Take(TexturedRoom::HandAt(k), 1, PhotographCamera());

@@ -92,7 +92,7 @@ SplicedRun Follow(const Film& film, const std::vector<Cut>& cuts,
   return run;
 }
 
-TEST(SplicedFilm, WhatIsJoinedOrClosedIsRight) {
+TEST(SplicedFilm, JoinsAndLoopsAreRight) {
   ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
   const Film film(folder);
   struct Splice {

@@ -20,7 +20,7 @@ namespace {
 
 TEST(TrackerLong, AMinuteOnOneSpotAddsNothingAndStays) { test::ExpectNothingAdded(test::StandStill(1800)); }
 
-TEST(TrackerLong, WholeScan) {
+TEST(TrackerLong, FollowsTheWholeScan) {
   ULF_NEED_TEST_DATA(folder, "scan_synthetic");
   constexpr int kCovered = 641 - 586;  // frames with the hand before the lens
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
@@ -34,7 +34,7 @@ TEST(TrackerLong, WholeScan) {
   }
 }
 
-TEST(TrackerLong, WholeKitchen) {
+TEST(TrackerLong, FollowsTheWholeKitchen) {
   ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
     const auto run = test::TrackData(folder, "*.color.jpg", "colmap_reference.txt", 600, seed);

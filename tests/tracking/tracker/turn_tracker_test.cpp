@@ -22,7 +22,7 @@ double TurnErrorDeg(const Eigen::Quaterniond& turn, const Rigid3& truth, const R
   return Degrees(RotationAngle(turn * (truth.rotation * truth_at_start.rotation.conjugate()).conjugate()));
 }
 
-TEST(TurnTrackerTest, ACameraThatOnlyTurnsHasATurnAndNoPose) {
+TEST(TurnTrackerTest, TurningCameraHasATurnAndNoPose) {
   const TexturedRoom room({});
   Tracker tracker(kTurnCamera, {.deterministic = true, .features = 500});
   for (int k = 0; k < 90; ++k) {
@@ -36,7 +36,7 @@ TEST(TurnTrackerTest, ACameraThatOnlyTurnsHasATurnAndNoPose) {
 
 // Begun on the spot with 20 cm of sway: a turn until there is a pose. The sway looks like a turn by as much parallax as it
 // makes before the map starts.
-TEST(TurnTrackerTest, OnTheSpotTheTurnIsKnownFromTheFirstFrameOn) {
+TEST(TurnTrackerTest, KnowsTheTurnFromTheFirstFrame) {
   const TexturedRoom room({.furniture = Furniture::kRound, .seed = 3});
   Tracker tracker(kTurnCamera, {.deterministic = true, .features = 500});
   int without_pose = 0, known = 0, k = 0;
@@ -118,7 +118,7 @@ TEST(TurnTrackerTest, APartThatIsLostAtOnceMakesNoTurn) {
 }
 
 // A picture of something else is no turn.
-TEST(TurnTrackerTest, NothingInCommonIsNoTurn) {
+TEST(TurnTrackerTest, UnrelatedFramesGiveNoTurn) {
   FeatureExtractor extractor(kTurnCamera, FeatureOptions{});
   const auto features_of = [&](unsigned seed) {
     const TexturedRoom room({.furniture = Furniture::kWall, .seed = seed});

@@ -51,7 +51,7 @@ TEST(WorkingSize, PointsAndCameraScaleFromEdgeToEdge) {
 
 // A disc's middle stays where the sizes' ratio puts it, at ratios that are no whole numbers, and fine stripes
 // become grey, not coarser stripes.
-TEST(WorkingSize, PicturesAreReducedInPlaceAndWithoutAliases) {
+TEST(WorkingSize, PicturesAreReducedWithoutAliasing) {
   for (const int side : {640, 450, 233}) {
     const WorkingSize size(CameraModel::Pinhole(1001, 700, 800), side);
     cv::Mat disc(700, 1001, CV_8U, cv::Scalar(0));
@@ -118,7 +118,7 @@ class EnlargedRoom : public testing::Test {
   const CameraModel small_ = TexturedRoom::Camera().ScaledTo(320, 240), large_ = small_.ScaledTo(1280, 960);
 };
 
-TEST_F(EnlargedRoom, IsFollowedAsTheRoomItselfInItsOwnPixels) {
+TEST_F(EnlargedRoom, IsFollowedInItsOwnPixels) {
   const RoomRun small = Follow(small_, 320, kFrames, [&](int k) { return SmallAt(k); });
   const RoomRun large = Follow(large_, 320, kFrames, [&](int k) { return Enlarged(SmallAt(k), kFactor); });
   ASSERT_GE(small.live.size(), 20u);
@@ -153,7 +153,7 @@ TEST_F(EnlargedRoom, IsFollowedAsTheRoomItselfInItsOwnPixels) {
 }
 
 // Pictures no larger than the working size are tracked exactly as without one.
-TEST_F(EnlargedRoom, WhatIsSmallEnoughIsTrackedAsItComes) {
+TEST_F(EnlargedRoom, SmallFramesAreTrackedUnreduced) {
   const RoomRun as_it_comes = Follow(small_, 0, 40, [&](int k) { return SmallAt(k); });
   const RoomRun by_default =
       Follow(small_, TrackerOptions{}.max_side_px, 40, [&](int k) { return SmallAt(k); });
@@ -181,7 +181,7 @@ TEST_F(EnlargedRoom, SharpnessIsThatOfThePictureAsItComes) {
   }
 }
 
-TEST_F(EnlargedRoom, AMapIsFoundAgainAtTheSizeThatItWasMadeAt) {
+TEST_F(EnlargedRoom, RelocalisesAtTheMapsOwnSize) {
   const test::ScratchFolder scratch;
   const CameraModel camera = TexturedRoom::Camera();
   const auto frame_at = [&](int k) {
@@ -199,8 +199,7 @@ TEST_F(EnlargedRoom, AMapIsFoundAgainAtTheSizeThatItWasMadeAt) {
   first.SaveMap(scratch / "map.ulf", 5);
   TrackerOptions other = options;
   other.max_side_px = 480;
-  EXPECT_THAT(Tracker(camera, other).RestoreMap(scratch / "map.ulf", 5),
-              testing::HasSubstr("tracking_side"));
+  EXPECT_THAT(Tracker(camera, other).RestoreMap(scratch / "map.ulf", 5), testing::HasSubstr("tracking_side"));
 
   Tracker restored(camera, options), seeded(camera, options);
   ASSERT_EQ(restored.RestoreMap(scratch / "map.ulf", 5), "");
@@ -218,7 +217,7 @@ TEST_F(EnlargedRoom, AMapIsFoundAgainAtTheSizeThatItWasMadeAt) {
   EXPECT_LT((located->cam_from_world->OriginInSource() - expected.OriginInSource()).norm(), 0.01);
 }
 
-TEST_F(EnlargedRoom, AFrameOfAnotherSizeIsToldBothSizesAsTheyCome) {
+TEST_F(EnlargedRoom, RefusalNamesBothOriginalSizes) {
   Tracker tracker(large_, {.max_side_px = 320});
   EXPECT_THAT([&] { tracker.Step(SmallAt(0)); },
               testing::ThrowsMessage<Error>(
@@ -226,7 +225,7 @@ TEST_F(EnlargedRoom, AFrameOfAnotherSizeIsToldBothSizesAsTheyCome) {
 }
 
 // Real pictures without detail at their own size: 6 of 80 frames were followed as they come.
-TEST(WorkingSizeData, TheKitchenEnlargedTo3840PixelsIsFollowed) {
+TEST(WorkingSizeData, FollowsTheKitchenAt3840Pixels) {
   ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
   constexpr int kFrames = 48;
   std::vector<RoomRun> runs;

@@ -46,7 +46,7 @@ std::vector<PointObservation> SeenBy(const CameraModel& camera, double nearest, 
   return seen;
 }
 
-TEST(FocalChange, IsToldFromComingNearer) {
+TEST(FocalChange, IsToldApartFromComingNearer) {
   const CameraModel camera = TexturedRoom::Camera();
   for (const double ratio : {0.93, 1.0, 1.08}) {
     const auto seen = SeenBy(Longer(camera, ratio), 1, 2, 7);
@@ -92,7 +92,7 @@ TEST(ZoomWatch, AZoomIsMovedWhereFramesGoOnToDisagree) {
   EXPECT_EQ(watched.watch.log_ratio(), 0);
 }
 
-TEST(ZoomWatch, WhatAWrongLensOrTurningRowsAddIsNoZoom) {
+TEST(ZoomWatch, WrongLensOrRollingShutterIsNoZoom) {
   Watched bent;
   bent.Frames(40, 0.012);
   bent.Frames(10, -0.025);
@@ -114,7 +114,7 @@ double RatioAt(int frame, double zoomed) {
   return std::pow(zoomed, there - back);
 }
 
-TEST(ZoomWatch, TheTrackerFollowsAZoomAndLeavesItsMapAsItWas) {
+TEST(ZoomWatch, TrackerFollowsAZoomAndKeepsItsMap) {
   const TexturedRoom room({.seed = 11});
   for (const double zoomed : {1.06, 0.9}) {
     SCOPED_TRACE(zoomed);

@@ -62,7 +62,7 @@ std::string OpenCvJson(const std::string& words) {
       words, kK, kFisheyeD);
 }
 
-TEST(LensFiles, AModelsWordDecidesInEveryDialect) {
+TEST(LensFiles, ModelNameDecidesInEveryFormat) {
   for (const char* word : {"equidistant", "fisheye", "kannala_brandt", "Kannala_Brandt4", "KannalaBrandt8",
                            "kb4", "EQUIDISTANT", "opencv_fisheye"}) {
     const std::string line = fmt::format("distortion_model: {}\n", word);
@@ -100,7 +100,7 @@ TEST(LensFiles, AModelsWordDecidesInEveryDialect) {
   ExpectLens(Read(OpenCvYaml("fisheye_model: 0\nmodel: OmniVision generic\n", kRadialD)), Radial());
 }
 
-TEST(LensFiles, FourNumbersWithoutAWordAreTakenWithAWarning) {
+TEST(LensFiles, FourUnnamedNumbersCauseAWarning) {
   const std::string pair = fmt::format(
       "%YAML:1.0\n---\nK: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: {}\nD: "
       "!!opencv-matrix\n"
@@ -230,7 +230,7 @@ TEST(LensFiles, SizesAndMatricesOfScripts) {
               ElementsAre(HasSubstr("outside the picture of 320x240")));
 }
 
-TEST(LensFiles, OfTwoCamerasOneIsNamed) {
+TEST(LensFiles, ChoosesTheNamedOneOfTwoCameras) {
   const std::string other = "[612.5, 0, 318.5, 0, 613.25, 241.25, 0, 0, 1]",
                     d5 = "[-0.1, 0.05, 0.001, -0.002, 0]";
   const std::string size = "image_size: [640, 480]\n";

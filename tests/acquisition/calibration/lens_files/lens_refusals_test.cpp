@@ -47,7 +47,7 @@ std::string ErrorOf(const std::string& text) {
   return "accepted";
 }
 
-TEST(LensRefusals, WordsOfOtherModelsAreNamedInEveryDialect) {
+TEST(LensRefusals, NameUnsupportedModelsInEveryFormat) {
   for (const char* word :
        {"omnidirectional", "mei", "ds", "double_sphere", "eucm", "fov", "division", "ftheta", "f-theta",
         "scaramuzza", "thin_prism", "inverse_brown_conrady", "equisolid", "cahvor"})
@@ -80,7 +80,7 @@ TEST(LensRefusals, WordsOfOtherModelsAreNamedInEveryDialect) {
               AllOf(HasSubstr("libCalib::CameraModelKannalaBrandt"), HasSubstr("OpenCV model")));
 }
 
-TEST(LensRefusals, WordsThatContradictEachOther) {
+TEST(LensRefusals, NameModelsThatContradictEachOther) {
   EXPECT_THAT(ErrorOf(LensOfTest{.words = "distortion_model: plumb_bob\nfisheye_model: 1\n"}.Text()),
               AllOf(HasSubstr("distortion_model: plumb_bob"), HasSubstr("fisheye_model: 1"),
                     HasSubstr("contradict")));
@@ -104,7 +104,7 @@ TEST(LensRefusals, WordsThatContradictEachOther) {
   EXPECT_EQ(ErrorOf(LensOfTest{.words = "flags: 10\n", .d = "-0.1, 0.05, 0, 0, 0.2"}.Text()), "accepted");
 }
 
-TEST(LensRefusals, CountsThatContradictTheNumbers) {
+TEST(LensRefusals, NameCountsThatContradictTheNumbers) {
   struct Case {
     LensOfTest lens;
     std::string_view mentioned;
@@ -419,7 +419,7 @@ TEST(LensRefusals, NumbersThatHardlyAnyLensHasAreSaid) {
   EXPECT_THAT(warnings_of("1 PINHOLE 640 480 600 710 320 240\n"), ::testing::IsEmpty());
 }
 
-TEST(LensRefusals, WhatIsThereTwiceWithOtherNumbers) {
+TEST(LensRefusals, NameContradictingDuplicates) {
   const std::string json = "{{\"w\": 640, \"h\": 480, \"fl_x\": 600, {}\"cx\": 320, \"cy\": 240}}";
   const auto with = [&](const char* more) { return fmt::format(fmt::runtime(json), more); };
   EXPECT_EQ(ErrorOf(with("")), "accepted");
@@ -465,7 +465,7 @@ TEST(LensRefusals, PicturesAndFoldersAreNamed) {
               AllOf(HasSubstr("is a folder"), Not(HasSubstr("no such"))));
 }
 
-TEST(LensRefusals, TheCommandRefusesWithTheListAndWritesNothing) {
+TEST(LensRefusals, CommandListsModelsAndWritesNothing) {
   const test::ScratchFolder scratch;
   const auto path = scratch / "notes.txt", out = scratch / "camera.json";
   WriteFileAtomically(path, "words without any form\n");

@@ -27,7 +27,7 @@ std::string WithSize(const std::string& size, const std::string& k = kK) {
   return fmt::format("{{\"K\": {}, \"D\": {}, {}}}", k, kFive, size);
 }
 
-TEST(LensScripts, TheSizeUnderManyWords) {
+TEST(LensScripts, ReadTheSizeUnderManyNames) {
   for (const char* size :
        {"\"DIM\": [640, 480]", "\"dim\": {\"w\": 640, \"h\": 480}",
         "\"calib_dimension\": {\"w\": 640, \"h\": 480}", "\"image_dimension\": [640, 480]",
@@ -44,7 +44,7 @@ TEST(LensScripts, TheSizeUnderManyWords) {
 }
 
 // NumPy has the height first; some scripts turn the shape around under the same name. The principal point tells.
-TEST(LensScripts, AShapeIsReadByThePrincipalPointOrAskedFor) {
+TEST(LensScripts, PrincipalPointTellsTheOrderOfAShape) {
   const ReadLens turned = Read(WithSize("\"image_shape\": [640, 480]"));
   ExpectLens(turned, Radial());
   EXPECT_THAT(turned.lens.warnings,
@@ -97,7 +97,7 @@ TEST(LensScripts, AFileThatIsCutBehindItsMatrixIsRefused) {
     EXPECT_EQ(Read(text).lens.camera.distortion, Distortion::kNone) << text;
 }
 
-TEST(LensScripts, LensesWithoutAMatrix) {
+TEST(LensScripts, ReadLensesWithoutAMatrix) {
   const std::string pinhole =
                         "\"fx\": 600.5, \"fy\": 601.25, \"cx\": 320.5, \"cy\": 239.25, \"width\": 640, "
                         "\"height\": 480",

@@ -52,7 +52,7 @@ class SimulatedGige : public CameraInNamespace {
   ScratchFolder scratch_;
 };
 
-TEST_F(SimulatedGige, ExposureAndGainActOnThePictureAndStandInTheFrame) {
+TEST_F(SimulatedGige, ExposureAndGainActAndAreInTheFrame) {
   FrameStatus status = FrameStatus::kComplete;
   Frame frame;
   const double light = MeanLight("format=BayerRG8&exposure_us=2000&gain_db=0", &status, &frame);

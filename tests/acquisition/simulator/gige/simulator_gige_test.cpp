@@ -96,7 +96,7 @@ std::map<std::uint64_t, WrittenPose> ReadPoses(const std::filesystem::path& path
   return poses;
 }
 
-TEST_F(GigeSimulator, FramesArriveAsRenderedAndTheirPosesStandInTheFile) {
+TEST_F(GigeSimulator, FramesArriveAsRenderedWithPoses) {
   const SimulatedGigeCamera server(Options());
   const auto frames = Take("aravis:127.0.0.1?format=RGB8", 12);
   const auto poses = ReadPoses(scratch_ / "poses.txt");
@@ -213,7 +213,7 @@ TEST_F(GigeSimulator, PartOfTheSensor) {
   EXPECT_EQ(part.image.height(), 120);
 }
 
-TEST_F(GigeSimulator, TimeIsRealWhileSomebodyStreamsAndRestsOtherwise) {
+TEST_F(GigeSimulator, TimeRunsOnlyWhileStreaming) {
   GigeServerOptions options = Options();
   options.simulation.fps = 10;
   const SimulatedGigeCamera server(options);
@@ -307,7 +307,7 @@ TEST_F(GigeSimulator, CommandHoldsABoardBeforeTheCamera) {
   EXPECT_EQ(test::RunUlf("simulate --board charuco:7 --duration-s 1").exit_code, 2);
 }
 
-TEST_F(GigeSimulator, CommandServesSeveralCamerasWithFaults) {
+TEST_F(GigeSimulator, CommandServesManyCamerasWithFaults) {
   const char* binary = std::getenv("ULF_BINARY");
   ASSERT_NE(binary, nullptr) << "run through ctest";
   const std::string poses = (scratch_ / "a.txt").string() + "," + (scratch_ / "b.txt").string();
@@ -337,7 +337,7 @@ bool LoopbackHas(const std::string& address) {
   return false;
 }
 
-TEST_F(GigeSimulator, WhatAKilledOneLeftOnTheLoopbackInterfaceIsTakenOverOrRemoved) {
+TEST_F(GigeSimulator, TakesOverOrRemovesStaleAddresses) {
   const char* binary = std::getenv("ULF_BINARY");
   ASSERT_NE(binary, nullptr) << "run through ctest";
   const auto serve = [&](const std::string& address) {
@@ -361,7 +361,7 @@ TEST_F(GigeSimulator, WhatAKilledOneLeftOnTheLoopbackInterfaceIsTakenOverOrRemov
   EXPECT_TRUE(AskGigeCamera("127.0.0.21", std::chrono::seconds(2)));
 }
 
-TEST_F(GigeSimulator, AnAddressThatAKilledOneLeftBehindGoesWithTheNext) {
+TEST_F(GigeSimulator, NextRunRemovesAStaleAddress) {
   const auto is_there = [](const std::string& address) {
     const std::vector<NetworkInterface> interfaces = NetworkInterfaces();
     return std::any_of(interfaces.begin(), interfaces.end(),
@@ -402,7 +402,7 @@ TEST_F(GigeSimulator, AnAddressThatAKilledOneLeftBehindGoesWithTheNext) {
 
 // With chunk data, by which the camera says which frame has which exposure, its sequencer takes them; without, each time is
 // set and the frames on their way are let pass.
-TEST_F(GigeSimulator, ExposuresComeWhenAskedForAndThePictureIsAsBright) {
+TEST_F(GigeSimulator, RequestedExposuresComeWithTheirLight) {
   GigeServerOptions options = Options();
   options.simulation.exposure_s = 0.004;
   const SimulatedGigeCamera camera(options);
@@ -439,7 +439,7 @@ TEST_F(GigeSimulator, ExposuresComeWhenAskedForAndThePictureIsAsBright) {
 }
 
 // A program that was killed between the exposures of a bracket leaves the sequencer running.
-TEST_F(GigeSimulator, ASequencerThatWasLeftRunningIsStopped) {
+TEST_F(GigeSimulator, StopsASequencerLeftRunning) {
   const SimulatedGigeCamera camera(Options());
   OpenFeatures("aravis:127.0.0.1")->Set("SequencerMode", "On");
   ASSERT_EQ(OpenFeatures("aravis:127.0.0.1")->Find("SequencerMode")->value, "On");

@@ -113,7 +113,7 @@ TEST_F(SimulatedTransport, ChunkDataReachTheFrames) {
   EXPECT_THAT(differences, Contains(::testing::Gt(0))) << "the hand moves on";
 }
 
-TEST_F(SimulatedTransport, ACameraThatForgetsItsChunkDataIsNamedAndUsedAllTheSame) {
+TEST_F(SimulatedTransport, UsesACameraWithoutItsChunks) {
   Serve({.forgets_chunks = true});
   const auto device = Open("chunks=on&exposure_us=3000");
   for (const Frame& frame : WholeFrames(*device, 5)) {
@@ -147,7 +147,7 @@ TEST_F(SimulatedTransport, PacketsArePausedAsAsked) {
   EXPECT_GT(fps("packet_delay_ns=0"), at_least) << "and not after it was set back";
 }
 
-TEST_F(SimulatedTransport, ACameraHoldsItsOwnLimitOfThroughput) {
+TEST_F(SimulatedTransport, CameraHoldsItsThroughputLimit) {
   Serve();
   EXPECT_THROW(Open("throughput_limit=10"), Refusal);
   {
@@ -165,7 +165,7 @@ TEST_F(SimulatedTransport, ACameraHoldsItsOwnLimitOfThroughput) {
   EXPECT_EQ(device->Statistics().missing, 0u) << "frames that were not taken have no number";
 }
 
-TEST_F(SimulatedTransport, TimesAreByTheClockThatIeee1588Sets) {
+TEST_F(SimulatedTransport, TimesAreByThePtpClock) {
   Serve({.ahead_s = 1000, .ptp_lock_s = 0.4});
   {
     const auto device = Open("ptp=off");
@@ -190,7 +190,7 @@ TEST_F(SimulatedTransport, TimesAreByTheClockThatIeee1588Sets) {
 }
 
 // The camera is asked once a second. What it says then holds for the frames that follow.
-TEST_F(SimulatedTransport, AMasterThatIsLostAndFoundAgainIsToldFrameByFrame) {
+TEST_F(SimulatedTransport, FramesTellLossAndReturnOfMaster) {
   Serve({.ptp_lock_s = 0.2}, "ptp_lost=0.3:1.5");
   const auto device = Open("ptp=on");
   std::vector<bool> changes;
@@ -215,7 +215,7 @@ TEST_F(SimulatedTransport, AMasterThatIsLostAndFoundAgainIsToldFrameByFrame) {
   EXPECT_GT(worst_offset_ns, 5000) << "twenty microseconds a second";
 }
 
-TEST_F(SimulatedTransport, ANetworkWithoutAMasterIsNamedWithTheProgramThatIsOne) {
+TEST_F(SimulatedTransport, MissingPtpMasterNamesAProgram) {
   Serve({.ptp_lock_s = -1});
   try {
     Open("ptp=on&ptp_wait_s=0.3");
@@ -227,7 +227,7 @@ TEST_F(SimulatedTransport, ANetworkWithoutAMasterIsNamedWithTheProgramThatIsOne)
 }
 
 // From the wire to the journal.
-TEST_F(SimulatedTransport, WhatChunkDataTellStandsInTheViews) {
+TEST_F(SimulatedTransport, ChunkDataStandInTheViews) {
   const test::ScratchFolder scratch;
   Serve({.ahead_s = 1000, .ptp_lock_s = 0.2});
   const auto device = Open("chunks=on&ptp=on&exposure_us=3000&gain_db=6");

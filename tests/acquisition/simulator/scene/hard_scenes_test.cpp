@@ -114,7 +114,7 @@ TEST(Glass, RayOffTheMiddleIsBentBySnellsLaw) {
   EXPECT_GT(bent, 12) << "straight rays would not explain what is seen";
 }
 
-TEST(Mirror, PolishedSurfaceFollowsTheEyeAndMatteOneDoesNot) {
+TEST(Mirror, OnlyAPolishedSurfaceFollowsTheEye) {
   const auto scene = Scene::Named("gloss");
   const int ball = PartWith(*scene, Finish::kPolished, Shape::kSphere);
   const Vector3d center = CenterOf(*scene, ball);

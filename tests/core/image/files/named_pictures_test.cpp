@@ -75,7 +75,7 @@ cv::Mat Levels(double most) {
   return levels;
 }
 
-TEST_F(NamedPictures, FloatsAboveWhiteAreNamedWithTheMedianAndTheLargest) {
+TEST_F(NamedPictures, NameFloatsAboveWhite) {
   for (const char* name : {"a.tif", "a.exr", "a.pfm", "a.hdr"}) {
     const auto expect_nothing = [&](const cv::Mat& light, const char* what) {
       WriteFloats(name, light);
@@ -112,7 +112,7 @@ TEST_F(NamedPictures, FloatsAboveWhiteAreNamedWithTheMedianAndTheLargest) {
 }
 
 // Every channel counts, also where not every pixel is looked at.
-TEST_F(NamedPictures, OneBrightChannelSaysNothingOfTheOthers) {
+TEST_F(NamedPictures, BrightChannelIsJudgedAlone) {
   for (int bright = 0; bright < 3; ++bright) {
     cv::Scalar light = cv::Scalar::all(0.2);
     light[bright] = 100;
@@ -125,7 +125,7 @@ TEST_F(NamedPictures, OneBrightChannelSaysNothingOfTheOthers) {
   }
 }
 
-TEST_F(NamedPictures, AFaultOfManyPicturesIsSaidOnceWhateverItsNumbers) {
+TEST_F(NamedPictures, FaultOfManyPicturesIsSaidOnce) {
   EXPECT_EQ(WithoutNumbers("it holds 2 NaN (1.5e+06 of 3), P3, 16-bit"), "it holds  NaN ( of ), P3, ");
   std::ostringstream said;
   const auto logger = spdlog::default_logger();
@@ -144,7 +144,7 @@ TEST_F(NamedPictures, AFaultOfManyPicturesIsSaidOnceWhateverItsNumbers) {
 }
 
 // They get no weight where photographs are blended, so they stay what they are, also behind a conversion of colours.
-TEST_F(NamedPictures, NumbersThatAreNotFiniteAreCountedAndStay) {
+TEST_F(NamedPictures, NonFiniteNumbersAreCountedAndStay) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
                   kInfinity = std::numeric_limits<float>::infinity();
   constexpr std::array<float, 8> kBt2020{0.708F, 0.292F, 0.170F, 0.797F, 0.131F, 0.046F, 0.3127F, 0.3290F};
@@ -215,7 +215,7 @@ TEST_F(NamedPictures, PanoramasAreRefusedByName) {
   ExpectRefused("a.exr", "Hugin");
 }
 
-TEST_F(NamedPictures, WhatOnlySpeaksOfPanoramasIsRead) {
+TEST_F(NamedPictures, PicturesMentioningPanoramasAreRead) {
   for (const std::string xmp :
        {"<rdf:Description GPano:UsePanoramaViewer=\"False\" V:StereoMode=\"mono\" "
         "GPano:ProjectionTypes=\"none\" V:ProjectionType=\"perspective\"/>",
@@ -256,7 +256,7 @@ std::string PictureIndex(std::uint32_t kind, bool is_little) {
                              directory + pictures);
 }
 
-TEST_F(NamedPictures, StereoPairsAreRefusedAndFurtherPicturesSaid) {
+TEST_F(NamedPictures, StereoPairsAreRefused) {
   const std::string jpeg = JpegBytes(PatchPicture());
   Write("xmp.jpg", WithSegment(jpeg, XmpSegment(kStereo)));
   ExpectRefused("xmp.jpg", "crop=iw/2:ih");
@@ -319,7 +319,7 @@ TEST_F(NamedPictures, PixelsThatAreNotSquareAreNamed) {
   EXPECT_THAT(ReadPicture(In("square.png")).warnings, IsEmpty()) << "but for rounding";
 }
 
-TEST_F(NamedPictures, BitsThatATiffDoesNotUseAreNamedWhereItsSamplesAgree) {
+TEST_F(NamedPictures, UnusedBitsOfATiffAreNamed) {
   constexpr int kRgb = 2;
   const auto warnings = [&](double sample, int most) {
     WriteTiffNumbers(In("a.tif"), cv::Mat(30, 40, CV_16UC3, cv::Scalar::all(sample)), kRgb, {}, most);
@@ -391,14 +391,14 @@ TEST_F(NamedPictures, ABmpOfOtherColoursThanSrgbIsNamed) {
   EXPECT_THAT(warnings(p3, 0), ElementsAre(HasSubstr("taken for sRGB")));
 }
 
-TEST_F(NamedPictures, AnAnimatedPngIsItsFirstPictureAndNamed) {
+TEST_F(NamedPictures, AnimatedPngIsItsFirstPicture) {
   Write("a.png", WithPngChunk(PngBytes(PatchPicture()), "acTL", std::string("\0\0\0\x02\0\0\0\0", 8)));
   const StoredPicture picture = ReadPicture(In("a.png"));
   EXPECT_THAT(picture.warnings, ElementsAre(HasSubstr("animated")));
   EXPECT_LE(LargestPatchError(picture.pixels), 0.01);
 }
 
-TEST_F(NamedPictures, WhatAFolderHoldsBesideItsPicturesIsCounted) {
+TEST_F(NamedPictures, OtherFilesInAFolderAreCounted) {
   const std::string jpeg = JpegBytes(PatchPicture());
   for (const char* name : {"b10.jpg", "b9.MPO", "a.PNG"}) Write(name, jpeg);
   for (const char* name : {"notes.txt", "b9.XMP", "Thumbs.db", ".hidden", "._a.jpg"}) Write(name, "words");
@@ -429,7 +429,7 @@ TEST_F(NamedPictures, WhatAFolderHoldsBesideItsPicturesIsCounted) {
   EXPECT_EQ(SomeNames({"a", "b", "c", "d"}), "a, b, c, ...");
 }
 
-TEST_F(NamedPictures, TheOddOneIsOfTheFewer) {
+TEST_F(NamedPictures, MinorityIsNamedAsTheOddOne) {
   using Words = std::vector<std::string>;
   EXPECT_FALSE(OddOneOut(Words{"a", "a"}));
   for (const auto& [words, odd, usual, count] : {std::tuple{Words{"a", "b", "b"}, 0, 1, 2},
@@ -444,7 +444,7 @@ TEST_F(NamedPictures, TheOddOneIsOfTheFewer) {
 }
 
 // Numbers as published for D50 (Bradford), and for the white D65 of sRGB itself.
-TEST_F(NamedPictures, LabIsSeenUnderItsOwnWhite) {
+TEST_F(NamedPictures, LabIsConvertedByItsOwnWhite) {
   struct Patch {
     std::array<double, 3> lab;
     std::array<int, 3> rgb;

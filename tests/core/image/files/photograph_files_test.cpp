@@ -77,7 +77,7 @@ TEST(ImageHeader, IsReadFromTheFirstBytes) {
   EXPECT_FALSE(ReadImageHeader((folder / "missing.png").string()));
 }
 
-TEST(ImageHeader, OfTiffIsReadInBothOrders) {
+TEST(ImageHeader, IsReadFromTiffOfBothByteOrders) {
   const ScratchFolder folder;
   const auto little = folder / "little.tiff", big = folder / "big.tiff";
   WriteBytes(little, Encoded(".tiff", cv::Mat(48, 64, CV_16UC3, cv::Scalar::all(7))));
@@ -126,14 +126,14 @@ class LyingSize : public testing::Test {
   ScratchFolder folder_;
 };
 
-TEST_F(LyingSize, OfPng) {
+TEST_F(LyingSize, IsRefusedInPng) {
   std::string png = Encoded(".png", cv::Mat(48, 64, CV_16UC3));
   const std::string side = Number(SideTooLarge(6), 4, true);
   png.replace(16, 8, side + side);
   ExpectRefused("a.png", png);
 }
 
-TEST_F(LyingSize, OfJpeg) {
+TEST_F(LyingSize, IsRefusedInJpeg) {
   std::string jpeg = Encoded(".jpg", cv::Mat(48, 64, CV_8UC3));
   const std::size_t size = jpeg.find(std::string("\x08\0\x30\0\x40", 5));
   ASSERT_NE(size, std::string::npos);
@@ -143,7 +143,7 @@ TEST_F(LyingSize, OfJpeg) {
   EXPECT_TRUE(DecodeJpeg(jpeg).empty());
 }
 
-TEST_F(LyingSize, OfTiff) {
+TEST_F(LyingSize, IsRefusedInTiff) {
   std::string tiff = Encoded(".tiff", cv::Mat(48, 64, CV_16UC3));
   for (const std::string& tag : {std::string("\0\1\4\0", 4), std::string("\1\1\4\0", 4),
                                  std::string("\0\1\3\0", 4), std::string("\1\1\3\0", 4)})
@@ -170,7 +170,7 @@ TEST(TiffFile, SizesOfAnyWholeNumberAreRead) {
   }
 }
 
-TEST_F(LyingSize, OfExr) {
+TEST_F(LyingSize, IsRefusedInExr) {
   cv::Mat bgr(3, 5, CV_32FC3, cv::Scalar::all(1));
   std::string exr = ExrBytes({{"B", bgr, 0}, {"G", bgr, 1}, {"R", bgr, 2}}, ExrCompression::kZip);
   for (const std::string window : {"dataWindow", "displayWindow"}) {
@@ -184,7 +184,7 @@ TEST_F(LyingSize, OfExr) {
   EXPECT_THROW(ReadExrChannel((folder_ / "a.exr").string(), "R"), Error);
 }
 
-TEST_F(LyingSize, OfRarerKinds) {
+TEST_F(LyingSize, IsRefusedInRarerKinds) {
   const cv::Mat pixels(48, 64, CV_8UC3, cv::Scalar(10, 120, 200));
   const auto read = [&](const char* name, const std::string& bytes) {
     WriteBytes(folder_ / name, bytes);
@@ -234,7 +234,7 @@ TEST_F(LyingSize, OfRarerKinds) {
   }
 }
 
-TEST(JpegFile, BytesThatMeanNothingMayStandBetweenItsSegments) {
+TEST(JpegFile, AllowsFillBytesBetweenSegments) {
   const ScratchFolder folder;
   std::string jpeg = Encoded(".jpg", cv::Mat(48, 64, CV_8UC3, cv::Scalar(10, 120, 200)));
   const std::size_t tables = jpeg.find("\xFF\xDB");
@@ -243,7 +243,7 @@ TEST(JpegFile, BytesThatMeanNothingMayStandBetweenItsSegments) {
   EXPECT_EQ(ReadImageFile((folder / "a.jpg").string()).size(), cv::Size(64, 48));
 }
 
-TEST(ImageFile, OfAKindThatNobodyPhotographsInIsRefused) {
+TEST(ImageFile, RefusesKindsThatHoldNoPhotographs) {
   const ScratchFolder folder;
   const auto path = folder / "a.png";
   WriteBytes(path, Encoded(".ras", cv::Mat(48, 64, CV_8UC3)));
@@ -252,7 +252,7 @@ TEST(ImageFile, OfAKindThatNobodyPhotographsInIsRefused) {
 }
 
 // What the library would follow, whatever the length that stands beside it.
-TEST(ExrHeader, AttributesOfAnotherLengthThanTheirTypeAreRefused) {
+TEST(ExrHeader, RefusesAttributesOfAWrongLength) {
   const ScratchFolder folder;
   const cv::Mat bgr(3, 5, CV_32FC3, cv::Scalar::all(1));
   const std::string exr = ExrBytes({{"B", bgr, 0}, {"G", bgr, 1}, {"R", bgr, 2}}, ExrCompression::kZip);

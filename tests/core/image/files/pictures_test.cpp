@@ -115,7 +115,7 @@ TEST_F(PictureFiles, TiffsOfEveryLayoutShowTheirColours) {
   EXPECT_EQ(bilevel.at<std::uint8_t>(5, 25), 255) << "green 200";
 }
 
-TEST_F(PictureFiles, TiffsOfLabAndOfOtherSpacesShowTheirColours) {
+TEST_F(PictureFiles, TiffsOfOtherSpacesShowTheirColours) {
   for (const int bits : {8, 16}) {
     WriteTiffSample(In("lab.tif"), {.bits = bits, .photometric = 8});
     const StoredPicture picture = ReadPicture(In("lab.tif"));
@@ -124,7 +124,7 @@ TEST_F(PictureFiles, TiffsOfLabAndOfOtherSpacesShowTheirColours) {
   }
 }
 
-TEST_F(PictureFiles, WhatIsNoPictureInATiffIsRefusedByName) {
+TEST_F(PictureFiles, RefuseTiffPagesThatAreNoPicture) {
   WriteTiffSample(In("signed.tif"), {.bits = 16, .format = 2, .photometric = 1});
   ExpectRefused("signed.tif", "signed numbers");
   WriteTiffSample(In("complex.tif"), {.bits = 64, .format = 6, .photometric = 1});
@@ -137,7 +137,7 @@ TEST_F(PictureFiles, WhatIsNoPictureInATiffIsRefusedByName) {
 }
 
 // Floating point has no claim of memory: what the file says is checked before anything is read.
-TEST_F(PictureFiles, ATiffThatClaimsMoreThanItHoldsIsRefusedBeforeItIsDecoded) {
+TEST_F(PictureFiles, OverclaimingTiffIsRefusedUndecoded) {
   WriteTiffSample(In("a.tif"), {.photometric = 1});
   std::string bytes = ReadWholeFile(In("a.tif"));
   // The directory's entries of ImageWidth (256) and ImageLength (257): their value is the last four of twelve bytes.
@@ -198,7 +198,7 @@ TEST_F(PictureFiles, PngsOfEveryLayoutShowTheirColours) {
   ASSERT_GT(LargestPatchError(ReadPicture(In("p3.png")).pixels), 20) << "without a claim the numbers stay";
 }
 
-TEST_F(PictureFiles, WiderPrimariesAreConvertedWhoeverClaimsThem) {
+TEST_F(PictureFiles, WiderPrimariesAreConverted) {
   const cv::Mat in_p3 = EncodedIn("P3", PatchPicture());
   const std::string png = PngBytes(in_p3), jpeg = JpegBytes(in_p3, 100), icc = IccProfile("P3");
   const auto number = [](double xy) {
@@ -290,7 +290,7 @@ TEST_F(PictureFiles, TheHeaderOfRadianceCounts) {
   EXPECT_THAT(picture.notes, Contains(HasSubstr("multiplied by 0.5")));
 }
 
-TEST_F(PictureFiles, ProfilesOfAnotherSpaceAreNamedAndThePixelsStay) {
+TEST_F(PictureFiles, ForeignProfilesAreNamedAndPixelsStay) {
   for (const char* kind : {"CMYK", "Lab", "grey"}) {
     WriteTiffSample(In("a.tif"), {.icc = IccProfile(kind)});
     const StoredPicture picture = ReadPicture(In("a.tif"));
@@ -309,7 +309,7 @@ TEST_F(PictureFiles, ProfilesOfAnotherSpaceAreNamedAndThePixelsStay) {
   EXPECT_THAT(ReadPicture(In("a.tif")).notes, Contains(HasSubstr("converted to sRGB")));
 }
 
-TEST_F(PictureFiles, HighDynamicRangeAndUnknownCodesOfPngAreNamed) {
+TEST_F(PictureFiles, HdrAndUnknownPngCodesAreNamed) {
   const std::string png = PngBytes(PatchPicture());
   Write("pq.png", WithPngChunk(png, "cICP", std::string("\x09\x10\0\x01", 4)));
   ExpectRefused("pq.png", "high dynamic range (PQ");
@@ -369,7 +369,7 @@ TEST_F(PictureFiles, RarerKindsShowTheirColours) {
   }
 }
 
-TEST_F(PictureFiles, TheKindIsToldByTheBytesAndEndingsByAnyCase) {
+TEST_F(PictureFiles, BytesTellTheKindInAnyEnding) {
   Write("really.png.jpg", PngBytes(PatchPicture()));
   EXPECT_LE(LargestPatchError(ReadImageFile(In("really.png.jpg"))), 0.01);
   const cv::Mat light(8, 9, CV_32FC3, cv::Scalar(0.1, 0.2, 0.3));
@@ -429,7 +429,7 @@ TEST_F(PictureFiles, ExrsOfOtherProgramsShowTheirColours) {
               Contains(HasSubstr("layer 'one', the first of 2 that may be meant")));
 }
 
-TEST_F(PictureFiles, TheLayerOfAnExrIsThePictureAndNoNormals) {
+TEST_F(PictureFiles, ExrShowsItsPictureLayer) {
   const std::map<std::string, std::vector<std::string>> layouts = {
       {"beauty", {"N.X", "N.Y", "N.Z", "beauty.R", "beauty.G", "beauty.B"}},
       {"ViewLayer.Combined",
@@ -456,7 +456,7 @@ TEST_F(PictureFiles, TheLayerOfAnExrIsThePictureAndNoNormals) {
   }
 }
 
-TEST_F(PictureFiles, AnExrWithoutColoursIsRefusedWithItsChannels) {
+TEST_F(PictureFiles, ColourlessExrNamesItsChannels) {
   WriteExrSample(In("depth.exr"),
                  {{.channels = {"Z", "N.X"}}, {.name = "ids", .channels = {"id"}, .type = "uint"}});
   ExpectRefused("depth.exr", "among its channels (N.X, Z, id)");
@@ -504,7 +504,7 @@ TEST_F(PictureFiles, AFileIsWholeWhereItsOwnEndIs) {
   EXPECT_FALSE(JpegIsWhole("no picture"));
 }
 
-TEST_F(PictureFiles, TransparentColoursAndLevelsBecomeAlpha) {
+TEST_F(PictureFiles, TransparentColoursBecomeAlpha) {
   cv::Mat bgra(40, 60, CV_8UC4, cv::Scalar(10, 20, 30, 255));
   bgra(cv::Rect(0, 0, 30, 40)).setTo(cv::Scalar(10, 20, 30, 100));
   Write("a.png", PngBytes(bgra));
@@ -523,7 +523,7 @@ TEST_F(PictureFiles, TransparentColoursAndLevelsBecomeAlpha) {
 }
 
 // Blender's film that is transparent.
-TEST_F(PictureFiles, TheAlphaOfAnExrMasksAndItsColoursAreNotMultipliedByIt) {
+TEST_F(PictureFiles, ExrAlphaMasksWithoutPremultiplying) {
   WriteExrSample(In("a.exr"), {{.channels = {"A", "R", "G", "B"}, .type = "float", .alpha = 0.4F}});
   const StoredPicture picture = ReadPicture(In("a.exr"));
   EXPECT_LE(LargestPatchError(picture.pixels), 0.5);
@@ -536,7 +536,7 @@ TEST_F(PictureFiles, TheAlphaOfAnExrMasksAndItsColoursAreNotMultipliedByIt) {
   EXPECT_FALSE(HasAlphaChannel(In("a.exr")));
 }
 
-TEST_F(PictureFiles, WhatIsWrittenIsReadAlikeByAnotherLibrary) {
+TEST_F(PictureFiles, AnotherLibraryReadsThemAlike) {
   cv::Mat deep;
   PatchPicture().convertTo(deep, CV_16U, 257);
   WritePictureFile(In("a.png"), PatchPicture());

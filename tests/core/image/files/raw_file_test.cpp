@@ -116,7 +116,7 @@ TEST(RawFile, LinearFilesHaveTheirBlackLevelTakenOff) {
   }
 }
 
-TEST(RawFile, MosaicsThatLibRawTakesForOthersAreRefusedByName) {
+TEST(RawFile, RefusesMosaicsThatLibRawMistakes) {
   for (const std::string pattern : {"RRGGRRGGGGBBGGBB", "RGRGGBGBRGRGGBGB"}) {
     DngCamera camera;
     camera.pattern = pattern;
@@ -159,7 +159,7 @@ TEST(RawFile, ReadsXtrans) {
     EXPECT_LT(WorstError(Decode(DngBytes(camera, slopes), std::nullopt, quality).light, truth), 0.02);
 }
 
-TEST(RawFile, AnotherCameraAndWhiteBalanceShowTheSameLight) {
+TEST(RawFile, CamerasAndWhiteBalancesShowTheSameLight) {
   DngCamera camera;
   camera.neutral = {0.7, 1, 0.4};
   camera.matrix = {0.9, -0.3, -0.1, -0.5, 1.4, 0.1, -0.1, 0.25, 0.6};
@@ -179,7 +179,7 @@ TEST(RawFile, ReadsXtransThatIsSmallerThanATile) {
 }
 
 // A camera whose automatic white balance changes its mind between two photographs of one thing in one light.
-TEST(RawFile, ALockedWhiteBalanceMakesTheColoursOfPhotographsAgree) {
+TEST(RawFile, LockedWhiteBalanceMakesColoursAgree) {
   DngCamera camera, other = camera;
   other.told_neutral = {0.6, 1, 0.5};
   const std::string bytes = DngBytes(camera, Slopes), other_bytes = DngBytes(other, Slopes);
@@ -249,7 +249,7 @@ TEST(RawFile, TellsCameraLensAndExposure) {
   EXPECT_EQ(TransferOfFile(path), Transfer::kLinear);
 }
 
-TEST(RawFile, IsCroppedAsTheCameraCropsElseAboutItsMiddle) {
+TEST(RawFile, IsCroppedAsByTheCameraOrCentred) {
   struct Case {
     std::optional<cv::Rect> crop;
     std::optional<cv::Size> wanted;
@@ -289,7 +289,7 @@ TEST(RawFile, DoesNotDependOnWhatElseThePictureShows) {
   }
 }
 
-TEST(RawFile, WhatTheSensorCouldNotHoldIsWhite) {
+TEST(RawFile, SaturatedPixelsAreWhite) {
   const cv::Mat light = Decode(DngBytes({}, [](int, int) { return cv::Vec3d(4, 4, 4); })).light;
   EXPECT_EQ(light.at<cv::Vec3w>(20, 20), cv::Vec3w::all(65535));
 }
@@ -324,7 +324,7 @@ TEST(RawFile, AFileThatIsCutShortIsAnError) {
 }
 
 // LibRaw alone would take eight bytes for each: 288 MB, where a small file may stand for 256 (RequirePixelsOfFile).
-TEST(RawFile, MorePixelsThanTheFileCanHoldAreRefusedBeforeMemoryIsTaken) {
+TEST(RawFile, RefusesTooManyPixelsBeforeAllocating) {
   std::string lying = DngBytes({}, Slopes);
   const auto claim = [&](char tag, int was) {
     const std::string entry{tag, 1, 4, 0, 1, 0, 0, 0, static_cast<char>(was),
@@ -342,7 +342,7 @@ TEST(RawFile, MorePixelsThanTheFileCanHoldAreRefusedBeforeMemoryIsTaken) {
                                          HasSubstr("copy it again"))));
 }
 
-TEST(RawFile, AMangledFileIsAnErrorOrAPictureOfTheSizeAskedFor) {
+TEST(RawFile, MangledFileIsAnErrorOrOfTheAskedSize) {
   const std::string whole = DngBytes({}, Slopes);
   std::mt19937 random(7);
   int pictures = 0, errors = 0;

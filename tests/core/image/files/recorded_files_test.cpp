@@ -66,7 +66,7 @@ TEST(TiffFile, APartOfAPictureIsReadBack) {
   EXPECT_EQ(cv::norm(ReadImageFile((scratch / "part.tif").string()), part, cv::NORM_INF), 0);
 }
 
-TEST(TiffFile, ThePixelsAreSharedAndOutliveTheirFirstOwner) {
+TEST(TiffFile, PixelsOutliveTheirFirstOwner) {
   const ScratchFolder scratch;
   cv::Mat pixels = Noise(CV_16UC1, {64, 48});
   const cv::Mat copy = pixels.clone();
@@ -179,7 +179,7 @@ TEST(FileBatch, TwoThatWriteTheSameFileDoNotMix) {
   EXPECT_EQ(FilesIn(scratch.path()), 1u);
 }
 
-TEST(FileBatch, WhatHasReplacedAnOlderFileIsNotTakenBack) {
+TEST(FileBatch, ReplacedFilesAreNotTakenBack) {
   const ScratchFolder scratch;
   std::ofstream(scratch / "a") << "old";
   fs::create_directories(scratch / "c" / "in the way");
@@ -194,7 +194,7 @@ TEST(FileBatch, WhatHasReplacedAnOlderFileIsNotTakenBack) {
 }
 
 // Files may be made in it, but it cannot be opened: known before anything is replaced.
-TEST(FileBatch, InAFolderThatCannotBeSyncedTheOldFileStays) {
+TEST(FileBatch, UnsyncableFolderKeepsTheOldFile) {
   const ScratchFolder scratch;
   const fs::path folder = scratch / "folder";
   fs::create_directory(folder);
@@ -223,7 +223,7 @@ TEST(FileBatch, InAFolderThatCannotBeSyncedTheOldFileStays) {
   EXPECT_EQ(FilesIn(folder), 1u);
 }
 
-TEST(FileBatch, AFullDiskTakesTheFileBackAndKeepsTheOthers) {
+TEST(FileBatch, FullDiskTakesBackOnlyItsFile) {
   const ScratchFolder scratch;
   if (const auto problem = MountSmallDisk(scratch.path(), 8 << 20)) GTEST_SKIP() << *problem;
   const std::string bytes(3 << 20, 'x');
@@ -236,7 +236,7 @@ TEST(FileBatch, AFullDiskTakesTheFileBackAndKeepsTheOthers) {
   EXPECT_EQ(ReadWholeFile(scratch / "b"), bytes);
 }
 
-TEST(FileBatch, OfFilesThatBelongTogetherAllOrNoneAreWritten) {
+TEST(FileBatch, WritesAllFilesOrNone) {
   const ScratchFolder scratch;
   const std::string bytes(300'000, 'x');
   FileBatch batch;

@@ -188,7 +188,7 @@ TEST_F(BundlerSet, CamerasPointsAndTracksComeBack) {
   }
 }
 
-TEST_F(BundlerSet, CamerasThatWereNotRegisteredOrHaveNoPhotographAreLeftOut) {
+TEST_F(BundlerSet, LeavesOutUnregisteredOrEmptyCameras) {
   cameras_[1] = {0, 0, 0, Matrix3d::Zero()};
   WriteAll();
   fs::remove(scratch_ / names_[3]);
@@ -207,7 +207,7 @@ TEST_F(BundlerSet, CamerasThatWereNotRegisteredOrHaveNoPhotographAreLeftOut) {
               Contains(AllOf(HasSubstr("1 camera left out: no photograph"), HasSubstr(names_[3]))));
 }
 
-TEST_F(BundlerSet, APointThatAPhotographShowsTwiceKeepsTheFirst) {
+TEST_F(BundlerSet, PointSeenTwiceKeepsTheFirst) {
   WriteAll();
   points_.resize(1);
   std::string text = Bundle();

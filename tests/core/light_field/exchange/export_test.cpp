@@ -136,7 +136,7 @@ TEST(Export, NerfstudiosPosesAreTheSources) {
 }
 
 // A program that passes over a profile sees other colours in the copy than ulf does.
-TEST(Export, CopiesWhoseColoursAreNotSrgbAreCountedWithTheirProfile) {
+TEST(Export, CountsNonSrgbCopiesWithTheirProfile) {
   ScratchFolder scratch;
   const LightField source = TrackedLightField(scratch / "lf", {test::Straight()}, 6);
   EXPECT_THAT(Export(source, scratch / "plain", ExportForm::kColmapText, false).doubts, testing::IsEmpty());
@@ -264,7 +264,7 @@ TEST(Export, TheSmallestModelThatSaysTheSameIsNamed) {
   EXPECT_STREQ(ToColmapCamera(test::Fisheye()).name, "OPENCV_FISHEYE");
 }
 
-TEST(Export, WhatNeedNotChangeIsCopied) {
+TEST(Export, CopiesFilesThatNeedNoChange) {
   ScratchFolder scratch;
   const LightField source = TrackedLightField(scratch / "lf", {test::Straight(), test::Lens()});
   for (const ExportForm form : kForms)

@@ -349,7 +349,7 @@ TEST(HandedOver, NerfstudioHasThePosesAndLenses) {
   }
 }
 
-TEST(HandedOver, InstantNgpHasThePosesAndTheSubjectInItsCube) {
+TEST(HandedOver, InstantNgpHasTheSubjectInItsCube) {
   ScratchFolder scratch;
   const LightField source = TrackedLightField(scratch / "lf", And(kLenses, test::Fisheye()), 9, true);
   for (const bool undistort : {false, true}) {
@@ -405,7 +405,7 @@ TEST(HandedOver, InstantNgpTakesAPlaceWithoutASubject) {
               ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
 }
 
-TEST(HandedOver, NerfsSyntheticSetIsTheSameSceneInItsOwnWorld) {
+TEST(HandedOver, NerfSyntheticSetIsTheSameScene) {
   ScratchFolder scratch;
   LightField source = TrackedLightField(scratch / "lf", And(kLenses, test::Fisheye()), 20, true);
   source.up_in_world = Vector3d(0.1, -1, 0.2).normalized();
@@ -470,7 +470,7 @@ TEST(HandedOver, NerfsSyntheticSetIsTheSameSceneInItsOwnWorld) {
   }
 }
 
-TEST(HandedOver, NerfsSyntheticSetSaysWhatItsReadersCutOff) {
+TEST(HandedOver, NerfSyntheticSetSaysWhatIsCutOff) {
   ScratchFolder scratch;
   LightField source = TrackedLightField(scratch / "lf", {test::Straight()});
   source.subject->radius = 2;

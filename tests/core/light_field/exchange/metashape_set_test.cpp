@@ -271,7 +271,7 @@ TEST_F(MetashapeSet, ComponentsHaveTransformsOfTheirOwn) {
   ExpectError(Document(ChunkXml(apart)), "'DJI_0000'", "component '9'");
 }
 
-TEST_F(MetashapeSet, WhatIsLeftOutIsSaid) {
+TEST_F(MetashapeSet, ReportsWhatIsLeftOut) {
   cameras_[0].posed = false;
   cameras_[1].attributes = "enabled=\"0\"";
   cameras_[2].attributes = "enabled=\"false\"";
@@ -383,7 +383,7 @@ TEST_F(MetashapeSet, FilesThatAreCutShortAreRefused) {
     ExpectError(text.substr(0, size), "line", "no valid XML");
 }
 
-TEST_F(MetashapeSet, WithoutCamerasOrPhotographsThereIsNoSet) {
+TEST_F(MetashapeSet, NeedsCamerasAndPhotographs) {
   for (ShapeCamera& camera : cameras_) camera.label = "other_" + camera.label;
   ExpectError(Xml(), "'other_DJI_0000'", "with images");
   for (ShapeCamera& camera : cameras_) camera.posed = false;
@@ -393,7 +393,7 @@ TEST_F(MetashapeSet, WithoutCamerasOrPhotographsThereIsNoSet) {
 
 // ---- XML. ----
 
-TEST(XmlFile, SaysWhereItIs) {
+TEST(XmlFile, ElementsKnowTheirPlace) {
   ScratchFolder scratch;
   std::ofstream(scratch / "a.xml")
       << "\xEF\xBB\xBF<?xml version=\"1.0\"?>\n<!-- -->\n<a>\n <b c='1 '>\n  <d> 1 2\n3 </d>\n"
@@ -418,7 +418,7 @@ TEST(XmlFile, SaysWhereItIs) {
               ThrowsMessage<Error>(AllOf(HasSubstr("line 3, <a>"), HasSubstr("no <z>"))));
 }
 
-TEST(XmlFile, RefusesWhatIsNone) {
+TEST(XmlFile, RefusesInvalidXml) {
   ScratchFolder scratch;
   const auto expect = [&](const std::string& text, const std::string& words) {
     std::ofstream(scratch / "a.xml") << text;
@@ -437,7 +437,7 @@ TEST(XmlFile, RefusesWhatIsNone) {
               ThrowsMessage<Error>(HasSubstr("is it the right file?")));
 }
 
-TEST(XmlFile, DepthIsNoDanger) {
+TEST(XmlFile, SurvivesDeepNesting) {
   ScratchFolder scratch;
   std::string text;
   constexpr int kDeep = 300000;

@@ -120,7 +120,7 @@ TEST(OverBackground, SixteenBitsStaySixteen) {
   EXPECT_TRUE(ReadOverBackground((scratch / "b.png").string(), {1, 1, 1}).empty());
 }
 
-TEST_F(NerfSet, WhoseValidationIsItsTestIsTakenOnce) {
+TEST_F(NerfSet, TakesTheTestSetOnceIfItValidates) {
   fs::copy(scratch_ / "set/transforms_test.json", scratch_ / "set/transforms_val.json");
   const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
   EXPECT_EQ(read.views.size(), 6u);
@@ -178,7 +178,7 @@ TEST_F(SetNamedElsewhere, IsFoundByName) {
   }
 }
 
-TEST_F(SetNamedElsewhere, AnotherEndingOrCaseIsTheSamePhotograph) {
+TEST_F(SetNamedElsewhere, IgnoresEndingAndCase) {
   for (const std::string ending : {".jpg", ".PNG", ""}) {
     NameFrames([&](const std::string& name) { return "images/" + fs::path(name).stem().string() + ending; });
     EXPECT_EQ(Read().views[2].image_path, fs::path(written_.views[2].image_path).filename()) << ending;
@@ -220,7 +220,7 @@ TEST_F(SetNamedElsewhere, ADotInANameIsNoEnding) {
 }
 
 // Without 'w' and 'h' it is in pixels of the photographs that were measured, whichever are read.
-TEST_F(SetNamedElsewhere, AFocalLengthInPixelsIsThatOfTheSetsOwnPhotographs) {
+TEST_F(SetNamedElsewhere, FocalLengthIsOfTheSetsOwnPixels) {
   fs::copy(scratch_ / "shots", scratch_ / "set/images");
   HalvePhotographs();
   for (const char* side : {"w", "h"}) document_.erase(side);
@@ -250,7 +250,7 @@ TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
   EXPECT_EQ(ReadViewImage(imported, imported.views[0]).pixels.cols, kWidth / 2);
 }
 
-TEST_F(SetNamedElsewhere, MasksAreFoundBesideThePhotographsOrWhereTheSetHasThem) {
+TEST_F(SetNamedElsewhere, FindsMasksByPhotographsOrSet) {
   cv::Mat mask(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
   mask(cv::Rect(0, 0, 8, 8)) = 0;
   fs::create_directories(scratch_ / "set/masks");
@@ -279,7 +279,7 @@ TEST_F(SetNamedElsewhere, MasksAreFoundBesideThePhotographsOrWhereTheSetHasThem)
   EXPECT_EQ(cv::imread((scratch_ / "lf" / imported.views[0].mask_path).string()).cols, kWidth / 2);
 }
 
-TEST_F(SetNamedElsewhere, MasksBesideSmallerPhotographsComeFirst) {
+TEST_F(SetNamedElsewhere, PrefersMasksOfSmallerPhotographs) {
   HalvePhotographs();
   fs::rename(scratch_ / "shots", scratch_ / "set/images_2");
   for (const char* folder : {"masks", "masks_2"}) {
@@ -303,7 +303,7 @@ TEST_F(SetNamedElsewhere, NamesOfWindowsAreFoundInTheSet) {
   EXPECT_EQ(read.points.size(), written_.points.size());
 }
 
-TEST_F(SetNamedElsewhere, InItsPlaceAndSmallerTheCameraIsScaledToo) {
+TEST_F(SetNamedElsewhere, SmallerOnesInPlaceScaleTheCamera) {
   HalvePhotographs();
   fs::rename(scratch_ / "shots", scratch_ / "set/images");
   const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
@@ -311,14 +311,14 @@ TEST_F(SetNamedElsewhere, InItsPlaceAndSmallerTheCameraIsScaledToo) {
   EXPECT_EQ(ReadLightField(scratch_ / "set").cameras, written_.cameras) << "a light field is what it says";
 }
 
-TEST_F(SetNamedElsewhere, AbsoluteNamesWithinTheSetAreItsOwn) {
+TEST_F(SetNamedElsewhere, AbsoluteNamesInTheSetAreItsOwn) {
   fs::rename(scratch_ / "shots", scratch_ / "set/images");
   NameFrames([&](const std::string& name) { return (scratch_ / "set/images" / name).string(); });
   EXPECT_EQ(ReadPosedSet(scratch_ / "set", {}, {}).light_field.views[1].image_path,
             written_.views[1].image_path);
 }
 
-TEST_F(SetNamedElsewhere, TwoPosesOfOnePhotographAreRefused) {
+TEST_F(SetNamedElsewhere, RefusesTwoPosesOfOnePhotograph) {
   fs::rename(scratch_ / "shots", scratch_ / "set/images");
   document_["frames"][2]["file_path"] = document_["frames"][0]["file_path"];
   std::ofstream(file()) << JsonText(document_);
@@ -334,7 +334,7 @@ TEST_F(SetNamedElsewhere, TwoPosesOfOnePhotographAreRefused) {
 }
 
 // Coordinates of a survey: large numbers, and cameras a few metres apart.
-TEST_F(SetNamedElsewhere, FarFromTheOriginTwoPosesAreStillTwo) {
+TEST_F(SetNamedElsewhere, TwoPosesFarFromTheOriginDiffer) {
   fs::rename(scratch_ / "shots", scratch_ / "set/images");
   document_["frames"][2]["file_path"] = document_["frames"][0]["file_path"];
   for (auto& frame : document_["frames"])
@@ -381,7 +381,7 @@ TEST(WrongAxes, InvertedPosesAreSaidToBe) {
         << set;
 }
 
-TEST(WrongAxes, CamerasThatLookAwayAreSaidToHaveOtherAxes) {
+TEST(WrongAxes, CamerasThatLookAwayHaveOtherAxes) {
   const ScratchFolder scratch;
   const Eigen::Matrix4d half_turn = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
   WriteSetWith(scratch / "set", false, [&](const Eigen::Matrix4d& matrix) { return matrix * half_turn; });

@@ -217,12 +217,12 @@ TEST_F(LlffSet, IsReadWhateverNumbersItIsWrittenIn) {
   EXPECT_EQ(ReadPosedSet(file(), {}, {}).light_field.views.size(), 5u) << "the file itself";
 }
 
-TEST_F(LlffSet, WhoeverWantsALightFieldIsSentToTheImport) {
+TEST_F(LlffSet, OpeningItPointsToTheImport) {
   EXPECT_THAT([&] { ReadLightField(set()); },
               ThrowsMessage<Error>(AllOf(HasSubstr("llff"), HasSubstr("ulf import"))));
 }
 
-TEST_F(LlffSet, TheSubjectLiesInTheMiddleOfTheDepthsByDisparity) {
+TEST_F(LlffSet, SubjectLiesAtTheMiddleDisparity) {
   const auto found = FindSubject(Read());
   ASSERT_TRUE(found);
   EXPECT_EQ(found->told_by, "the depth bounds");
@@ -251,7 +251,7 @@ TEST_F(LlffSet, ReducedPhotographsScaleTheCamera) {
   ExpectRefused("cropped or turned");
 }
 
-TEST_F(LlffSet, SixteenBitsAndExrAmongEightBitsKeepTheirLight) {
+TEST_F(LlffSet, DeepPicturesAmongEightBitsKeepTheirLight) {
   cv::Mat deep(kHeight, kWidth, CV_16UC3, cv::Scalar(1000, 2000, 3001));
   cv::imwrite((set() / "images/shot2.png").string(), deep);
   cv::Mat light(kHeight, kWidth, CV_32FC3, cv::Scalar(0.1, 0.2, 3.5));
@@ -269,7 +269,7 @@ TEST_F(LlffSet, SixteenBitsAndExrAmongEightBitsKeepTheirLight) {
 }
 
 // As a replay takes them: what is floating point is light.
-TEST_F(LlffSet, FloatingPointIsLinearLightWhateverTheKindOfFile) {
+TEST_F(LlffSet, FloatsAreLinearLightInEveryFileKind) {
   const cv::Mat light(kHeight, kWidth, CV_32FC3, cv::Scalar(0.03, 0.2, 0.5));
   // OpenCV writes TIFFs of floating point as LogLuv unless it is told otherwise.
   for (const char* name : {"shot2.tif", "shot3.hdr"}) cv::imwrite((set() / "images" / name).string(), light);
@@ -419,7 +419,7 @@ TEST_P(ColmapSet, ResizedPhotographsMoveTheObservations) {
   ExpectPointsOnTheirObservations(half, wall_.points.size());
 }
 
-TEST_P(ColmapSet, MasksAreTakenAndPhotographsThatLackSomethingAreSaid) {
+TEST_P(ColmapSet, TakesMasksAndNamesIncompletePhotographs) {
   fs::create_directories(set() / "masks");
   cv::Mat mask(kHeight, kWidth, CV_8U, cv::Scalar(255));
   mask.at<std::uint8_t>(3, 4) = 0;
@@ -476,7 +476,7 @@ TEST_P(ColmapBinarySet, CountsThatLieAllocateNothing) {
   }
 }
 
-TEST_P(ColmapBinarySet, CameraModelsThatThereAreNoneOfAreNamed) {
+TEST_P(ColmapBinarySet, NamesUnknownCameraModels) {
   const std::string whole = ReadWholeFile(model() / "cameras.bin");
   for (const auto& [number, name] : std::initializer_list<std::pair<char, const char*>>{
            {7, "'FOV'"}, {10, "'THIN_PRISM_FISHEYE'"}, {99, "number 99"}}) {
@@ -503,7 +503,7 @@ TEST_P(ColmapBinarySet, BesideATextModelTheBinaryOneCounts) {
 
 // ---- which format it is ----
 
-TEST(PosedSets, WhatIsThereTwiceIsSaidAndCanBeChosen) {
+TEST(PosedSets, DuplicatesAreReportedAndCanBeChosen) {
   const ScratchFolder scratch;
   LightField wall = Wall(CameraModel::Pinhole(kWidth, kHeight, 60));
   WritePhotographs(wall, scratch / "images");
@@ -525,7 +525,7 @@ TEST(PosedSets, WhatIsThereTwiceIsSaidAndCanBeChosen) {
     EXPECT_STREQ(Name(*SetFormatFromName(name)), name);
 }
 
-TEST(PosedSets, WhatLiesBesideThePhotographsOfASetIsCounted) {
+TEST(PosedSets, CountsFilesBesideThePhotographs) {
   const ScratchFolder scratch;
   const fs::path images = scratch / "set/images";
   fs::create_directories(images);
@@ -596,7 +596,7 @@ TEST(SubjectOfSet, AxesThatMeetWhereNothingIsDoNotCount) {
   EXPECT_EQ(FindSubject(set)->told_by, "the depth bounds");
 }
 
-TEST(SubjectOfSet, PointsThatDoNotBelongToThePosesTellNothing) {
+TEST(SubjectOfSet, IgnoresPointsOfOtherPoses) {
   const ScratchFolder scratch;
   PosedSet set;
   set.light_field = test::TrackedLightField(scratch / "lf", {test::Straight()});
@@ -610,7 +610,7 @@ TEST(SubjectOfSet, PointsThatDoNotBelongToThePosesTellNothing) {
   EXPECT_EQ(found->subject, right->subject);
 }
 
-TEST(PosedSets, ARealSetThatFacesOneWayIsTakenInWithoutASubject) {
+TEST(PosedSets, TakesInAForwardFacingSetWithoutSubject) {
   ULF_NEED_TEST_DATA(fern, "llff_fern");
   const ScratchFolder scratch;
   const Imported imported = Import(fern, scratch / "lf", {});

@@ -101,7 +101,7 @@ class RawSetTest : public ::testing::Test {
 // Of full scale, at waves of twenty pixels: what the mosaic's interpolation makes of them.
 constexpr double kTolerance = 0.02;
 
-TEST_F(RawSetTest, RawFilesAloneBecomeMastersWithPhotographsMadeOfThem) {
+TEST_F(RawSetTest, LoneRawFilesBecomeMasters) {
   for (const char* name : {"a.dng", "b.DNG", "c.dng"}) Put(name, StudioDng());
   PutTransforms({"a.dng", "b.DNG", "c.dng"});
   const LightField light_field = Taken();
@@ -135,7 +135,7 @@ TEST_F(RawSetTest, RawFilesAloneBecomeMastersWithPhotographsMadeOfThem) {
   EXPECT_EQ(ReadWholeFile(photograph), before);
 }
 
-TEST_F(RawSetTest, ACameraSlightlySmallerThanTheRawFileCropsIt) {
+TEST_F(RawSetTest, SlightlySmallerCameraCropsTheRawFile) {
   Put("a.dng", StudioDng());
   Put("b.dng", StudioDng());
   PutTransforms({"a.dng", "b.dng"}, {296, 204});
@@ -145,7 +145,7 @@ TEST_F(RawSetTest, ACameraSlightlySmallerThanTheRawFileCropsIt) {
   EXPECT_EQ(ReadRecordedImage(light_field, light_field.views[0]).width(), 296);
 }
 
-TEST_F(RawSetTest, TheJpegBesideIsThePhotographWhicheverTheSetNames) {
+TEST_F(RawSetTest, JpegBesideIsThePhotograph) {
   const std::string jpeg = CameraJpeg(*StudioCamera().crop);
   for (const char* name : {"a", "b"}) {
     Put(std::string("photographs/") + name + ".JPG", jpeg);
@@ -162,7 +162,7 @@ TEST_F(RawSetTest, TheJpegBesideIsThePhotographWhicheverTheSetNames) {
   EXPECT_THAT(SetImages({}, set_ / "photographs", {}).names(), ElementsAre("a.JPG", "b.JPG")) << "each once";
 }
 
-TEST_F(RawSetTest, ARawFileThatShowsAnythingElseThanItsJpegIsLeft) {
+TEST_F(RawSetTest, LeavesOutRawFilesUnlikeTheirJpeg) {
   // The camera has taken a lens's distortion out of its JPEG: the corners lie elsewhere.
   const cv::Rect crop = *StudioCamera().crop;
   cv::Mat picture = cv::imdecode(std::vector<char>([](const std::string&bytes) {
@@ -198,7 +198,7 @@ TEST_F(RawSetTest, ARawFileThatShowsAnythingElseThanItsJpegIsLeft) {
   EXPECT_EQ(fs::path(light_field.views[1].image_path).extension(), ".png") << "the poses are the raw file's";
 }
 
-TEST_F(RawSetTest, ARawFileThatIsCutShortIsNamedAndLeavesNothingBehind) {
+TEST_F(RawSetTest, NamesACutRawFileAndLeavesNothing) {
   Put("a.dng", StudioDng());
   Put("b.dng", StudioDng().substr(0, StudioDng().size() / 2));
   PutTransforms({"a.dng", "b.dng"});
@@ -212,7 +212,7 @@ TEST_F(RawSetTest, ARawFileThatIsCutShortIsNamedAndLeavesNothingBehind) {
   EXPECT_EQ(light_field.views[1].master_path, "");
 }
 
-TEST_F(RawSetTest, ARawFileThatLibRawDoesNotReadIsNamedWithTheWayOut) {
+TEST_F(RawSetTest, UnreadableRawFileNamesTheRemedy) {
   Put("a.dng", StudioDng());
   Put("b.nef", std::string(100'000, 'x'));
   PutTransforms({"a.dng", "b.nef"});
@@ -226,7 +226,7 @@ TEST_F(RawSetTest, ARawFileThatLibRawDoesNotReadIsNamedWithTheWayOut) {
   EXPECT_EQ(light_field.views[1].master_path, "") << "its JPEG is used alone";
 }
 
-TEST_F(RawSetTest, AFolderMayHoldRawFilesWithTheirJpegAloneAndJpegsAlone) {
+TEST_F(RawSetTest, FolderMayMixRawPairsAndLoneFiles) {
   const std::string jpeg = CameraJpeg(*StudioCamera().crop);
   for (const char* name : {"a.dng", "b.dng", "d.DNG"}) Put(name, StudioDng());
   for (const char* name : {"b.jpg", "c.jpg"}) Put(name, jpeg);
@@ -245,7 +245,7 @@ TEST_F(RawSetTest, AFolderMayHoldRawFilesWithTheirJpegAloneAndJpegsAlone) {
 }
 
 // An automatic white balance, in a set and in a capture that is resumed.
-TEST_F(RawSetTest, AllRawFilesAreDevelopedByTheWhiteBalanceOfTheFirst) {
+TEST_F(RawSetTest, AllUseTheWhiteBalanceOfTheFirst) {
   DngCamera other = StudioCamera();
   other.told_neutral = {0.6, 1, 0.5};
   const std::string other_dng = DngBytes(other, Waves);
@@ -308,7 +308,7 @@ TEST(RawWhiteBalance, FactorsThatNoSensorHasAreRefused) {
       ThrowsMessage<Error>(AllOf(HasSubstr("a line"), HasSubstr("raw_white_balance"))));
 }
 
-TEST_F(RawSetTest, OfAnotherSizeTheCameraIsScaledAndOfAnotherAspectItIsRefused) {
+TEST_F(RawSetTest, ScalesTheCameraUnlessTheAspectDiffers) {
   Put("a.dng", StudioDng());
   PutTransforms({"a.dng"}, {150, 90});
   EXPECT_THAT([&] { Taken(); },
@@ -337,7 +337,7 @@ TEST(RawSetDoubtsTest, SaysWhatDiffers) {
 }
 
 // A tethered camera that gives raw files alone.
-TEST_F(RawSetTest, ARecordedRawFileIsTheMasterOfAPhotographMadeOfIt) {
+TEST_F(RawSetTest, RecordedRawFileIsAMaster) {
   CaptureHeader header;
   header.camera.width = 300;
   header.camera.height = 208;

@@ -187,7 +187,7 @@ TEST_F(RealityScanSet, AnyValueMayBeAnAttributeOrAnElement) {
   }
 }
 
-TEST_F(RealityScanSet, WhatIsMissingHasItsUsualValue) {
+TEST_F(RealityScanSet, MissingValuesHaveDefaults) {
   photographs_[0].k = {};
   photographs_[0].u = photographs_[0].v = 0;
   XcrValues values = photographs_[0].Values();
@@ -218,7 +218,7 @@ TEST_F(RealityScanSet, PhotographsMayLieElsewhere) {
   ExpectProjections(below);
 }
 
-TEST_F(RealityScanSet, WhatIsLeftOutIsSaid) {
+TEST_F(RealityScanSet, ReportsWhatIsLeftOut) {
   WritePhotograph(scratch_ / "scan 4.png", 96, 72);  // no XMP file
   WritePhotograph(scratch_ / "scan 5.png", 96, 72);  // one without a pose
   std::ofstream(scratch_ / "scan 5.xmp") << XmpText({{"FocalLength35mm", "30"}}, {});
@@ -287,7 +287,7 @@ TEST_F(RealityScanSet, AlmostRotationsAreMadeSuch) {
   EXPECT_LT((view.CenterInWorld() - photographs_[0].center).norm(), 1e-9);
 }
 
-TEST_F(RealityScanSet, WithoutPosesOrPhotographsThereIsNoSet) {
+TEST_F(RealityScanSet, NeedsPosesAndPhotographs) {
   for (const ScannedPhotograph& photograph : photographs_)
     fs::remove(scratch_ / fs::path(photograph.name).replace_extension(".xmp").string());
   EXPECT_THAT([&] { Read(); },

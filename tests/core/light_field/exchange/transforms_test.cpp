@@ -211,7 +211,7 @@ TEST(Transforms, InstantNgpsAndBlendersKeysAreUnderstood) {
             1e-12);
 }
 
-TEST(Import, CopiesPhotographsByteForByteAndFindsTheSubject) {
+TEST(Import, CopiesPhotographsExactlyAndFindsSubject) {
   ScratchFolder scratch;
   WriteSample(scratch / "source", 6);
   fs::remove(scratch / "source/journal.jsonl");
@@ -491,7 +491,7 @@ TEST_F(Foreign, AMaskOfAnotherAspectIsNamed) {
   EXPECT_THAT([&] { Imported(); }, ThrowsMessage<Error>(AllOf(HasSubstr("mask.png"), HasSubstr("48x48"))));
 }
 
-TEST_F(Foreign, WhatIsNotUnderstoodIsNamed) {
+TEST_F(Foreign, NamesWhatIsNotUnderstood) {
   document_["sky_color"] = "blue";
   document_["frames"][0]["depth_file_path"] = "d.png";
   document_["frames"][2]["depth_file_path"] = "e.png";
@@ -532,7 +532,7 @@ TEST_F(Foreign, SizesThatNoImageHasAreShownAsTheyAre) {
 }
 
 // What people try first has no poses, or has them in a way that is not read.
-TEST_F(Foreign, WhatIsNoPosedSetIsToldApart) {
+TEST_F(Foreign, OtherFoldersAreToldApart) {
   const auto refusal = [&](const fs::path& path) {
     const auto run = test::RunUlf("import '" + path.string() + "' -o " + (scratch_ / "lf").string());
     EXPECT_EQ(run.exit_code, 1) << run.output;
@@ -558,7 +558,7 @@ TEST_F(Foreign, AnImportThatFailsLeavesNothing) {
     EXPECT_EQ(entry.path().filename(), "source") << "left behind";
 }
 
-TEST_F(Foreign, AnImportOntoAFullDiskLeavesNothingAndSaysSo) {
+TEST_F(Foreign, FailedImportOnAFullDiskLeavesNothing) {
   fs::create_directories(scratch_ / "disk");
   if (const auto why = test::MountSmallDisk(scratch_ / "disk", 1 << 20)) GTEST_SKIP() << *why;
   std::ofstream(source() / "transforms.json") << JsonText(document_);

@@ -159,7 +159,7 @@ TEST_F(TumSet, LinesMayComeInAnyOrder) {
   }
 }
 
-TEST_F(TumSet, WhatIsNotUsedIsSaid) {
+TEST_F(TumSet, ReportsWhatIsNotUsed) {
   WriteMotion({0, 0.1, 0.2}, {0, 0.1, 0.2});
   fs::remove(set() / NameAt(kStartS + 0.1));
   Write("depth.txt", "# depth maps\n");

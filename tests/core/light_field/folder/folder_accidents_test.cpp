@@ -268,7 +268,7 @@ TEST_F(FolderAccident, NoWriterGoesOnWithoutMostViews) {
   EXPECT_THAT(ReadWholeFile(journal()), HasSubstr("../images/000030.png")) << "lines that are whole";
 }
 
-TEST_F(FolderAccident, NoWriterGoesOnWithoutMostPhotographs) {
+TEST_F(FolderAccident, WritersNeedMostPhotographs) {
   WriteSample(dir(), 5);
   for (const char* name : {"000001", "000002", "000003"})
     fs::resize_file(dir() / "images" / (std::string(name) + ".png"), 40);
@@ -392,7 +392,7 @@ TEST_F(FolderAccident, OlderPointsOfOurOwnSayNothing) {
 }
 
 // Points of another program stay in their place until the new ones replace them.
-TEST_F(FolderAccident, AKillLeavesTheFormerPointsOrTheNewOnes) {
+TEST_F(FolderAccident, KillLeavesOldPointsOrNewOnes) {
   WriteSample(scratch_ / "start", 3);
   fs::remove(scratch_ / "start/points.ulf");
   int tried = 0, without = 0;
@@ -422,7 +422,7 @@ TEST_F(FolderAccident, AKillLeavesTheFormerPointsOrTheNewOnes) {
 }
 
 // Whatever a writer writes: nothing under the old name, neither a folder nor into another one that has that name by now.
-TEST_F(FolderAccident, AFolderThatIsMovedIsNotWrittenUnderItsOldName) {
+TEST_F(FolderAccident, MovedFolderIsNotWrittenByOldName) {
   for (const bool another_came : {false, true}) {
     fs::remove_all(dir());
     fs::remove_all(scratch_ / "moved");

@@ -89,13 +89,13 @@ class Folder : public testing::Test {
   ScratchFolder scratch_;
 };
 
-TEST_F(Folder, AWholeOneSaysNothing) {
+TEST_F(Folder, IntactOneHasNoFindings) {
   Sample(4);
   EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
   EXPECT_FALSE(PlanRepair(dir()).any());
 }
 
-TEST_F(Folder, AnEmptyOneSaysNothing) {
+TEST_F(Folder, EmptyOneHasNoFindings) {
   LightFieldWriter::Create(dir(), Header()).Close(0, {});
   EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
   EXPECT_FALSE(PlanRepair(dir()).any());
@@ -103,7 +103,7 @@ TEST_F(Folder, AnEmptyOneSaysNothing) {
 
 // ---- journal and transforms.json ----
 
-TEST_F(Folder, AJournalThatLostItsEndIsSaidAndNothingIsRewritten) {
+TEST_F(Folder, LostEndOfTheJournalIsReportedOnly) {
   Sample(9);
   CutJournal(dir(), 1.0 / 3);
   const LightField read = ReadSaying({"transforms.json holds", "that the journal has lost", "ulf repair"});
@@ -163,7 +163,7 @@ TEST_F(Folder, RepairPutsBackWhatTheJournalLost) {
 }
 
 // Poses that were corrected late stand in transforms.json alone once the end of the journal is gone.
-TEST_F(Folder, RepairTakesOverCorrectionsThatTheJournalLost) {
+TEST_F(Folder, RepairRestoresLostCorrections) {
   Sample(4);
   const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
   const auto length = fs::file_size(dir() / "journal.jsonl");
@@ -186,7 +186,7 @@ TEST_F(Folder, RepairTakesOverCorrectionsThatTheJournalLost) {
 }
 
 // What has been recorded since is newer than the file: only what is missing comes from it.
-TEST_F(Folder, RepairKeepsWhatCameAfterTheFileThatItRecoversFrom) {
+TEST_F(Folder, RepairKeepsWhatIsNewerThanItsSource) {
   Sample(4);
   const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
   {
@@ -230,7 +230,7 @@ TEST_F(Folder, RoundingInATransformsJsonIsNoDifference) {
   EXPECT_THAT(PlanRepair(dir()).found, ElementsAre(HasSubstr("differs from what ulf made")));
 }
 
-TEST_F(Folder, ATransformsJsonThatCannotBeReadIsMadeAnewAndKept) {
+TEST_F(Folder, UnreadableTransformsJsonIsRemadeAndKept) {
   const LightField whole = Sample(4);
   fs::resize_file(dir() / "transforms.json", 300);
   ExpectSame(whole, ReadSaying({"transforms.json", "not valid JSON", "derived from the journal"}));
@@ -240,7 +240,7 @@ TEST_F(Folder, ATransformsJsonThatCannotBeReadIsMadeAnewAndKept) {
 }
 
 // As after a kill.
-TEST_F(Folder, DerivedFilesThatAreOlderAreMadeByRepairAndNotByReading) {
+TEST_F(Folder, OnlyRepairRenewsOlderDerivedFiles) {
   {
     LightFieldWriter writer = LightFieldWriter::Create(dir(), Header());
     writer.AddView(NoiseFrame(0), ViewNumber(0));
@@ -266,7 +266,7 @@ TEST_F(Folder, AMissingJournalIsMadeFromTransformsJson) {
 }
 
 // Depth maps, mesh and points are bound to poses by a digest.
-TEST_F(Folder, WhatALostJournalToldComesBackToTheLastDigit) {
+TEST_F(Folder, LostJournalComesBackToTheLastDigit) {
   for (const double share : {0.0, 0.5}) {
     fs::remove_all(dir());
     Sample(4);
@@ -304,7 +304,7 @@ TEST_F(Folder, WhatALostJournalToldComesBackToTheLastDigit) {
 }
 
 // Its transforms.json is no damaged one.
-TEST_F(Folder, ATransformsJsonWithoutWhatWasMeasuredIsOfAnEarlierVersion) {
+TEST_F(Folder, TransformsJsonWithoutMeasuresIsAnOlderOne) {
   Sample(4);
   {
     LightFieldWriter writer = LightFieldWriter::Resume(dir());
@@ -351,7 +351,7 @@ TEST_F(Folder, AMissingJournalIsMadeFromTheModelAlone) {
 }
 
 // The model names none; another view's is none of its own.
-TEST_F(Folder, MastersComeBackWithViewsThatOnlyTheModelKnows) {
+TEST_F(Folder, MastersComeBackWithViewsOfTheModel) {
   {
     LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 4);
     MakeMissingPictures(writer.Contents());
@@ -414,7 +414,7 @@ TEST_F(Folder, ADamagedHeaderIsMadeFromTransformsJson) {
   ExpectSame(whole, ReadSaying({}));
 }
 
-TEST_F(Folder, ASetByAnotherProgramIsNotTurnedIntoOneOfOurs) {
+TEST_F(Folder, ForeignSetIsNotConverted) {
   Sample(3);
   fs::remove(dir() / "journal.jsonl");
   json document = JsonFromText(ReadWholeFile(dir() / "transforms.json"));
@@ -427,7 +427,7 @@ TEST_F(Folder, ASetByAnotherProgramIsNotTurnedIntoOneOfOurs) {
 }
 
 // Its numbers are not ours, and its world is another.
-TEST_F(Folder, NothingIsTakenFromATransformsJsonByAnotherProgram) {
+TEST_F(Folder, ForeignTransformsJsonIsNotUsed) {
   const LightField whole = Sample(3);
   json document = JsonFromText(ReadWholeFile(dir() / "transforms.json"));
   document.erase("ulf");
@@ -447,7 +447,7 @@ TEST_F(Folder, NothingIsTakenFromATransformsJsonByAnotherProgram) {
   EXPECT_EQ(ReadWholeFile(dir() / "kept/transforms.json"), theirs);
 }
 
-TEST_F(Folder, RepairTakesOverACorrectionWhoseLineIsDamaged) {
+TEST_F(Folder, RepairRestoresACorrectionOfADamagedLine) {
   Sample(4);
   const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
   {
@@ -526,7 +526,7 @@ TEST_F(Folder, ANumberThatAFileBearsIsNeverGivenAgain) {
   }
 }
 
-TEST_F(Folder, PhotographsThatTheJournalDoesNotNameAreSaidAndStay) {
+TEST_F(Folder, UnnamedPhotographsAreReportedAndStay) {
   Sample(3);
   std::ofstream(dir() / "images/000004.png") << "x";
   ReadSaying({"the journal does not name 1 file (images/000004.png)"});
@@ -542,7 +542,7 @@ TEST_F(Folder, AFileThatIsThereIsNotWrittenOver) {
   EXPECT_THAT(writer.Contents().views, IsEmpty());
 }
 
-TEST_F(Folder, AMissingPhotographIsNamedAndTakenOutByRepair) {
+TEST_F(Folder, MissingPhotographIsNamedAndTakenOut) {
   Sample(4);
   fs::remove(dir() / "images/000002.png");
   EXPECT_THAT([&] { ReadLightField(dir()); },
@@ -563,7 +563,7 @@ TEST_F(Folder, AMissingMasterIsSaidAndItsPhotographUsed) {
   EXPECT_EQ(ReadViewLight(read, read.views[1]).pixels.depth(), CV_8U);
 }
 
-TEST_F(Folder, MissingPhotographsThatMastersStandInForAreSaid) {
+TEST_F(Folder, PhotographsReplacedByMastersAreReported) {
   {
     LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
     MakeMissingPictures(writer.Contents());
@@ -577,7 +577,7 @@ TEST_F(Folder, MissingPhotographsThatMastersStandInForAreSaid) {
 
 // ---- images/ and masters/ ----
 
-TEST_F(Folder, PhotographsOfOtherMastersStopAWriterAndAreMadeAnew) {
+TEST_F(Folder, PhotographsOfOtherMastersAreMadeAnew) {
   {
     LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 4);
     MakeMissingPictures(writer.Contents());
@@ -604,7 +604,7 @@ TEST_F(Folder, APhotographOfAnotherSizeStopsAWriter) {
   EXPECT_EQ(ReadWholeFile(dir() / "images/000002.png"), only_copy) << "nothing could take its place";
 }
 
-TEST_F(Folder, ADamagedPhotographIsMadeFromItsMasterOrTakenOut) {
+TEST_F(Folder, DamagedPhotographIsRemadeOrTakenOut) {
   {
     LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
     MakeMissingPictures(writer.Contents());
@@ -639,7 +639,7 @@ TEST_F(Folder, ADamagedPhotographIsMadeFromItsMasterOrTakenOut) {
   EXPECT_EQ(fs::file_size(dir() / "unposed/000003.png"), 300u) << "nothing is deleted";
 }
 
-TEST_F(Folder, ADamagedMasterCostsWhatItHoldsBeyondThePhotograph) {
+TEST_F(Folder, DamagedMasterLeavesItsPhotograph) {
   {
     LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
     MakeMissingPictures(writer.Contents());
@@ -673,7 +673,7 @@ TEST_F(Folder, RepairSaysWhatItCouldNotDo) {
 }
 
 // An images/ that is not where it was is no reason to give up its views.
-TEST_F(Folder, RepairTakesOutNoLightFieldWhosePhotographsAreElsewhere) {
+TEST_F(Folder, RepairKeepsViewsOfPhotographsElsewhere) {
   Sample(4);
   fs::rename(dir() / "images", dir() / "elsewhere");
   const std::string journal = ReadWholeFile(dir() / "journal.jsonl");
@@ -685,7 +685,7 @@ TEST_F(Folder, RepairTakesOutNoLightFieldWhosePhotographsAreElsewhere) {
 
 // ---- journal and unposed/ ----
 
-TEST_F(Folder, WhatWasTakenOutGoesOverNothingInUnposed) {
+TEST_F(Folder, TakingOutOverwritesNothingInUnposed) {
   Sample(3);
   fs::create_directories(dir() / "unposed");
   std::ofstream(dir() / "unposed/000002.png") << "an older one";
@@ -696,7 +696,7 @@ TEST_F(Folder, WhatWasTakenOutGoesOverNothingInUnposed) {
 }
 
 // Numbers of views and names of files are two things where a set was imported.
-TEST_F(Folder, WhatWasTakenOutTakesNoOtherViewsPhotographAlong) {
+TEST_F(Folder, TakingOutLeavesOtherViewsPhotographs) {
   {
     LightField light_field = Sample(3);
     const fs::path imported = scratch_ / "imported";
@@ -785,7 +785,7 @@ TEST_F(Folder, PointsOfAnotherLightFieldAreKept) {
 // ---- the journal alone ----
 
 // Whatever one byte of a line becomes: the other views are read, and the line is named or means the same.
-TEST_F(Folder, OfADamagedLineOnlyTheLineIsLost) {
+TEST_F(Folder, DamagedLineCostsOnlyItself) {
   Sample(5);
   const std::string journal = ReadWholeFile(dir() / "journal.jsonl");
   const std::size_t begin = LineBegin(journal, 6), end = journal.find('\n', begin);
@@ -836,7 +836,7 @@ TEST_F(Folder, RepairPutsBackACameraThatTheJournalLost) {
 }
 
 // A region of the disk that reads as line ends: every line of it is damaged, and one message says so.
-TEST_F(Folder, AHundredThousandDamagedLinesBehindEachOtherAreOne) {
+TEST_F(Folder, AdjacentDamagedLinesAreOneFinding) {
   Sample(5);
   Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
     const std::size_t begin = LineBegin(bytes, 6), end = bytes.find('\n', begin);
@@ -852,7 +852,7 @@ TEST_F(Folder, AHundredThousandDamagedLinesBehindEachOtherAreOne) {
 }
 
 // Damaged everywhere, whole lines between: what is whole is read, and the last entry stands for many places.
-TEST_F(Folder, OfVeryManyDamagedPlacesOneEntrySaysTheRest) {
+TEST_F(Folder, ManyDamagedPlacesEndInOneSummary) {
   Sample(5);
   Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
     const std::size_t begin = LineBegin(bytes, 6), end = bytes.find('\n', begin) + 1;
@@ -873,7 +873,7 @@ TEST_F(Folder, OfVeryManyDamagedPlacesOneEntrySaysTheRest) {
             "poses: views 1, 2, 4 and 5 are in doubt");
 }
 
-TEST_F(Folder, ADamagedCorrectionPutsThePosesInDoubtThatNoLaterOneTells) {
+TEST_F(Folder, DamagedCorrectionPutsItsPosesInDoubt) {
   Sample(4);
   const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
   {
@@ -1015,7 +1015,7 @@ TEST_F(Folder, ARepairThatWasKilledTakesNoOlderPoses) {
 }
 
 // A disk that is full while the journal is repaired leaves the old one.
-TEST_F(Folder, ARepairThatCannotWriteLeavesTheFolderAsItWas) {
+TEST_F(Folder, FailedRepairLeavesTheFolderAsItWas) {
   Sample(9);
   CutJournal(dir(), 1.0 / 3);
   std::ofstream(dir() / "kept") << "a file where a folder should be";

@@ -167,7 +167,7 @@ TEST(LightCheck, CountsWhatIsClipped) {
 }
 
 // A lamp and filters that are known, and the profile that undoes them, kept by the light field: its light is the scene's.
-TEST(ColorProfile, OfALightFieldMakesItsLightThatOfTheScene) {
+TEST(ColorProfile, RestoresTheScenesLight) {
   const std::string sensor = "&lamp_k=3200&crosstalk=0.2&format=bayerrg12&noise=0&exposure_us=1500";
   const acquisition::SensorColors colors{.lamp_k = 3200, .crosstalk = 0.2};
   const Eigen::Vector3d balance = colors.WhiteBalance();

@@ -51,7 +51,7 @@ Frame DeepFrame(int seed) {
   return frame;
 }
 
-TEST(Unposed, APhotographThatIsFoundBecomesAViewWithAllThatItsCameraSaid) {
+TEST(Unposed, LocatedPhotographBecomesACompleteView) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   std::string kept_bytes;
@@ -94,7 +94,7 @@ TEST(Unposed, APhotographThatIsFoundBecomesAViewWithAllThatItsCameraSaid) {
   EXPECT_NEAR(UnposedPhotographs(read)[0].view.device_time_s, 0.7, 1e-9);
 }
 
-TEST(Unposed, PicturesThatAPersonPutThereCountAndWhatWasTakenBackDoesNot) {
+TEST(Unposed, OffersAddedPicturesNotTakenBackOnes) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
@@ -125,7 +125,7 @@ TEST(Unposed, PicturesThatAPersonPutThereCountAndWhatWasTakenBackDoesNot) {
 }
 
 // Killed after the journal named the view and before the copy in unposed/ was gone.
-TEST(Unposed, APhotographThatIsAViewAlreadyIsNotOfferedAgain) {
+TEST(Unposed, ViewIsNotOfferedAgain) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
@@ -135,7 +135,7 @@ TEST(Unposed, APhotographThatIsAViewAlreadyIsNotOfferedAgain) {
   EXPECT_THAT(Names(ReadLightField(dir)), ElementsAre("unposed_000001.png"));
 }
 
-TEST(Unposed, WithoutItsMasterAPhotographIsAViewOfEightBits) {
+TEST(Unposed, PhotographWithoutMasterHasEightBits) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   LightFieldWriter writer = LightFieldWriter::Create(dir, Header());

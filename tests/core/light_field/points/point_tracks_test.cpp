@@ -204,7 +204,7 @@ TEST(Points, WithoutTheirFileAreStillPoints) {
   EXPECT_THAT(neither.doubts[0], HasSubstr("without points"));
 }
 
-TEST(Points, AFileThatIsDamagedAndHasItsChecksumDoesNoHarm) {
+TEST(Points, DamageWithAValidChecksumDoesNoHarm) {
   ScratchFolder scratch;
   const LightField written = TrackedLightField(scratch / "lf", {test::Straight()}, 4);
   const std::string whole = PointFileBytes(written);

@@ -81,7 +81,7 @@ Bracketed Capture(const std::filesystem::path& dir, Device& device, PoseSource& 
 }
 
 // Where the camera stood for each exposure is known to the simulator.
-TEST(BracketCapture, EveryViewGetsItsExposuresWithTheirOwnPoses) {
+TEST(BracketCapture, GivesEachViewItsPosedExposures) {
   const ScratchFolder scratch;
   const auto device = OpenDevice(kUri);
   const auto poses = MakeTrackerSource(*device->Camera(), {.deterministic = true});
@@ -183,7 +183,7 @@ Track TrackAt(double x) {
   return track;
 }
 
-TEST(BracketCapture, WhatDoesNotComeIsWaitedForOnlySoLongAndALostFrameGetsAPoseBetween) {
+TEST(BracketCapture, LimitsWaitingAndPosesLostFrames) {
   const ScratchFolder scratch;
   const CameraModel camera = CameraModel::Pinhole(32, 24, 30);
   CaptureHeader header;

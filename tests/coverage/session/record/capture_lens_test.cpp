@@ -133,7 +133,7 @@ void ExpectTruePoses(const LightField& light_field) {
   }
 }
 
-TEST(CaptureLens, ViewsSubjectAndCoverageFollowTheLensThatIsFound) {
+TEST(CaptureLens, ViewsSubjectAndMapFollowTheFoundLens) {
   const ScratchFolder scratch;
   Imagined capture{scratch / "lf"};
   capture.options.cap = Cap::ParseDegrees("16x12");
@@ -169,7 +169,7 @@ TEST(CaptureLens, ViewsSubjectAndCoverageFollowTheLensThatIsFound) {
                      HasSubstr("views so far go with it"), HasSubstr("before it was"))));
 }
 
-TEST(CaptureLens, AnAnchoredSphereThatDidNotFollowWouldLieDeeper) {
+TEST(CaptureLens, SphereThatDidNotFollowWouldLieDeeper) {
   std::vector<PlanarShot> shots = StraightAt(8);
   PlanarDevice device(shots);
   device.Start();
@@ -196,7 +196,7 @@ TEST(CaptureLens, AnAnchoredSphereThatDidNotFollowWouldLieDeeper) {
   }
 }
 
-TEST(CaptureLens, AJournalThatIsCutAtAnyPlaceHasTheOldLensOrTheNew) {
+TEST(CaptureLens, CutJournalHasTheOldLensOrTheNew) {
   const ScratchFolder scratch;
   Imagined capture{scratch / "lf"};
   capture.Run();
@@ -223,7 +223,7 @@ TEST(CaptureLens, AJournalThatIsCutAtAnyPlaceHasTheOldLensOrTheNew) {
   for (const View& view : now.views) EXPECT_NEAR(view.CenterInWorld().z(), 1, 1e-9);
 }
 
-TEST(CaptureLens, ALensThatIsFoundAtTheEndIsWrittenWithThePoses) {
+TEST(CaptureLens, LensFoundAtTheEndIsWrittenWithPoses) {
   const ScratchFolder scratch;
   Imagined capture{scratch / "lf", -1};
   const LightField light_field = capture.Run();
@@ -235,7 +235,7 @@ TEST(CaptureLens, ALensThatIsFoundAtTheEndIsWrittenWithThePoses) {
   EXPECT_EQ(capture.summary.map->views().front().fx, CriterionView::From(kCamera, {}, 640).fx);
 }
 
-TEST(CaptureLens, AWrongLensIsAMistakeFromWhereItShowsOnAndAlsoWhereThatIsAtTheEnd) {
+TEST(CaptureLens, WrongLensIsAMistakeOnceItShows) {
   const ScratchFolder scratch;
   const auto mistakes = [&](const char* name, int frame, tracking::LensUse use) {
     Imagined capture{scratch / name, frame, use};
@@ -256,7 +256,7 @@ TEST(CaptureLens, AWrongLensIsAMistakeFromWhereItShowsOnAndAlsoWhereThatIsAtTheE
   EXPECT_TRUE(mistakes("replaced", 20, tracking::LensUse::kRefine).empty()) << "the cure was taken";
 }
 
-TEST(CaptureLens, BeforeTheFirstViewTheListSaysWhatIsKnownOfTheLens) {
+TEST(CaptureLens, PreflightSaysWhatIsKnownOfTheLens) {
   const auto calibration = [](Imagined& capture, std::size_t frame) {
     const auto& items = capture.states.at(frame)->preflight;
     return *std::ranges::find(items, std::string("calibration"), &PreflightItem::name);
@@ -379,7 +379,7 @@ std::pair<Vector2d, double> InPicture(const CaptureState& state) {
   return {middle, 2 * (rim - middle).norm()};
 }
 
-TEST(CaptureLens, AFocalLengthThatIsOffIsFoundWhileRecording) {
+TEST(CaptureLens, WrongFocalLengthIsFoundWhileRecording) {
   const ScratchFolder scratch;
   RoomOptions room;
   // Tracked at a smaller size than it is recorded.
@@ -411,7 +411,7 @@ TEST(CaptureLens, AFocalLengthThatIsOffIsFoundWhileRecording) {
   EXPECT_NEAR(width_after / width_before, 1, 0.03);
 }
 
-TEST(CaptureLens, ARightLensStaysAndNothingIsWrittenOtherwise) {
+TEST(CaptureLens, RightLensStaysAndIsNotRewritten) {
   const ScratchFolder scratch;
   const auto journal = [&](tracking::LensUse use, const char* name) {
     const InRoom room = CaptureRoom(scratch / name, {.use = use, .max_side_px = 480, .frames = 60});
@@ -422,7 +422,7 @@ TEST(CaptureLens, ARightLensStaysAndNothingIsWrittenOtherwise) {
   EXPECT_TRUE(journal(tracking::LensUse::kRefine, "refine") == journal(tracking::LensUse::kCheck, "check"));
 }
 
-TEST(CaptureLens, WithThreadsAndARollingShutterItEnds) {
+TEST(CaptureLens, EndsWithThreadsAndARollingShutter) {
   const ScratchFolder scratch;
   const InRoom room = CaptureRoom(
       scratch / "lf", {.given_focal = 1.08, .deterministic = false, .readout_s = 0.02, .frames = 160});

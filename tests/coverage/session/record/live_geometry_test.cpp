@@ -129,7 +129,7 @@ TEST(LiveGeometry, MapsAndAMeshAreThereBeforeTheEnd) {
   EXPECT_EQ(static_cast<int>(finished.maps_for_rendering.size()), finished.maps);
 }
 
-TEST(LiveGeometry, WithoutAThreadTheSameViewsGiveTheSameMesh) {
+TEST(LiveGeometry, IsRepeatableWithoutAThread) {
   const auto mesh = [] {
     LiveGeometry geometry(Small(false));
     AddAll(geometry);
@@ -191,7 +191,7 @@ TEST(LiveGeometry, TakesNoMoreThanItsShareOfAProcessor) {
 
 // By a correction that moves the whole world, long before there are enough maps for another mesh. Afterwards
 // nothing is left to do.
-TEST(LiveGeometry, MeshFollowsCorrectedPosesWhileTheCaptureGoesOn) {
+TEST(LiveGeometry, MeshFollowsPosesDuringTheCapture) {
   LiveGeometry::Options options = Small(true);
   options.more_maps = 100;
   options.between_meshes_s = 0.1;
@@ -229,7 +229,7 @@ TEST(LiveGeometry, CorrectionOfATenthOfAPixelMakesNoMesh) {
   EXPECT_NE(geometry.State().mesh, mesh);
 }
 
-TEST(LiveGeometry, ViewsThatWereTakenBackLeaveTheMeshAtOnce) {
+TEST(LiveGeometry, TakenBackViewsLeaveTheMeshAtOnce) {
   LiveGeometry::Options options = Small(true);
   options.more_maps = 100;
   options.between_meshes_s = 0.1;
@@ -309,7 +309,7 @@ TEST(LiveGeometry, StartsAgainUnderAnotherLens) {
 
 // The others make the geometry all the same.
 // Its picture may be moved away before the thread has read it: nothing that anybody lost.
-TEST(LiveGeometry, APictureOfAViewThatWasTakenBackIsNotMissed) {
+TEST(LiveGeometry, TakenBackViewsPictureIsNotMissed) {
   LiveGeometry geometry(Small(false));
   geometry.SetSubject(Studio().scene().subject());
   const auto add = [&](int id) {
@@ -323,7 +323,7 @@ TEST(LiveGeometry, APictureOfAViewThatWasTakenBackIsNotMissed) {
   EXPECT_THAT(geometry.TakeProblem(), testing::Optional(HasSubstr("without view 1001")));
 }
 
-TEST(LiveGeometry, PictureThatCannotBeReadIsLeftOutAndSaidOnce) {
+TEST(LiveGeometry, UnreadablePictureIsReportedOnce) {
   LiveGeometry geometry(Small(true));
   geometry.SetSubject(Studio().scene().subject());
   for (int id = 1000; id < 1003; ++id)
@@ -347,7 +347,7 @@ TEST(LiveGeometry, PictureThatCannotBeReadIsLeftOutAndSaidOnce) {
 }
 
 // A machine with no time for geometry at all: what is missing is counted, and the maps that are there make a mesh.
-TEST(LiveGeometry, WhatThereIsNoTimeForIsCounted) {
+TEST(LiveGeometry, CountsWorkThatTimeDidNotAllow) {
   LiveGeometry::Options options = Small(true);
   options.processor_share = 1e-6;
   options.finish_s = 0;
@@ -382,7 +382,7 @@ class Stuck {
   std::atomic<int> calls_ = 0;
 };
 
-TEST(LiveGeometry, FinishDoesWithoutAThreadThatGetsNoProcessor) {
+TEST(LiveGeometry, FinishesWhenItsThreadGetsNoProcessor) {
   LiveGeometry geometry(Small(true));
   Stuck stuck;  // released before the thread is waited for
   geometry.SetSubject(Studio().scene().subject());

@@ -65,7 +65,7 @@ double ParallaxDeg(const Rigid3& a, const Rigid3& b) {
   return std::atan((a.OriginInSource() - b.OriginInSource()).norm()) * 180 / M_PI;  // at a distance of 1
 }
 
-TEST(PosedPhotographs, OfAWalkStandAsFarApartAsParallaxAsks) {
+TEST(PosedPhotographs, StandApartByParallaxOnAWalk) {
   const ScratchFolder scratch;
   DriftingSource poses(Rigid3{});
   const Walked walked = CaptureWalk(scratch / "lf", Walk(-0.6, 0.6, 0.01), poses);
@@ -111,7 +111,7 @@ class ShakySource : public DriftingSource {
   }
 };
 
-TEST(PosedPhotographs, OfNeighboursTheSharpestIsRecorded) {
+TEST(PosedPhotographs, RecordTheSharpestNeighbour) {
   const ScratchFolder scratch;
   ShakySource poses;
   std::map<double, bool> sharp;
@@ -138,7 +138,7 @@ class SteadyingSource : public DriftingSource {
   int steps_ = 0;
 };
 
-TEST(PosedPhotographs, APauseRecordsWhatIsHeldAndHoldsNothing) {
+TEST(PosedPhotographs, PauseRecordsTheHeldFrame) {
   const ScratchFolder scratch;
   SteadyingSource poses;
   CaptureRequests requests;
@@ -171,7 +171,7 @@ TEST(PosedPhotographs, APauseRecordsWhatIsHeldAndHoldsNothing) {
   EXPECT_EQ(sum, walked.summary.frames);
 }
 
-TEST(PosedPhotographs, AFrameThatWaitsKeepsTheDepthOfWhatItShows) {
+TEST(PosedPhotographs, WaitingFrameKeepsItsDepth) {
   constexpr double kDepth = 7;
   Frame frame;
   frame.image.pixels = cv::Mat(kCamera.height, kCamera.width, CV_8U, cv::Scalar(128));
@@ -198,7 +198,7 @@ TEST(PosedPhotographs, AFrameThatWaitsKeepsTheDepthOfWhatItShows) {
   EXPECT_EQ(recorded->depth, kDepth);
 }
 
-TEST(PosedPhotographs, ARequestForASubjectIsAnsweredInWords) {
+TEST(PosedPhotographs, AnswerSubjectRequestsInWords) {
   const ScratchFolder scratch;
   DriftingSource poses(Rigid3{});
   CaptureRequests requests;
@@ -229,7 +229,7 @@ class PassingHand : public HandMotion {
   }
 };
 
-TEST(PosedPhotographs, ATrackedWalkPastTheStudioIsCaptured) {
+TEST(PosedPhotographs, CaptureATrackedWalk) {
   const ScratchFolder scratch;
   const auto device = OpenSimulatedDevice(DeviceUri::Parse("sim:studio?width=256&height=192&duration_s=7"),
                                           std::make_shared<PassingHand>());
@@ -257,7 +257,7 @@ class TurningHand : public HandMotion {
   }
 };
 
-TEST(PosedPhotographs, ACameraThatOnlyTurnsIsCountedAsSuch) {
+TEST(PosedPhotographs, CountTurnsWithoutTranslation) {
   const ScratchFolder scratch;
   const auto device = OpenSimulatedDevice(DeviceUri::Parse("sim:studio?width=256&height=192&duration_s=4"),
                                           std::make_shared<TurningHand>());
@@ -273,7 +273,7 @@ TEST(PosedPhotographs, ACameraThatOnlyTurnsIsCountedAsSuch) {
 
 // The camera is carried to another side of a room, without seeing the way, and walks on to where it began. Until then
 // nobody knows how the two sides lie to each other: what is recorded before and after is in one world.
-TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
+TEST(PosedPhotographs, RecordNothingInAnUnjoinedPart) {
   const ScratchFolder scratch;
   const TexturedRoom room({.furniture = Furniture::kRound});
   const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
@@ -343,7 +343,7 @@ TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
 }
 
 // The zoom is moved on the way and put back: what is taken meanwhile is no picture of the light field's lens.
-TEST(PosedPhotographs, NothingIsRecordedWhileTheZoomIsMoved) {
+TEST(PosedPhotographs, RecordNothingDuringAZoom) {
   const ScratchFolder scratch;
   const TexturedRoom room({.seed = 11});
   const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
@@ -424,7 +424,7 @@ TEST(WithoutASubject, CommandsSayWhatIsThereOrAskForOne) {
   EXPECT_EQ(ReadLightField(scratch / "copy").views.size(), 9u);
 }
 
-TEST(WithoutASubject, WhatNeedsASubjectIsRefused) {
+TEST(WithoutASubject, RefusesCommandsThatNeedOne) {
   const ScratchFolder scratch;
   const std::string capture = "capture --no-geometry sim:studio --headless --no-subject -o " +
                               (scratch / "lf").string() + " --frames 2 ";

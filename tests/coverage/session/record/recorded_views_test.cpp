@@ -35,7 +35,7 @@ TEST(RecordedViews, EachIsSeenByItsOwnCamera) {
   EXPECT_NEAR(seen[2].fx, 515, 1e-9);
 }
 
-TEST(RecordedViews, TheTrackersMapMovesThoseThatHangOnItAndNoOthers) {
+TEST(RecordedViews, TrackersMapMovesOnlyItsOwnViews) {
   RecordedViews views = AfterAnEarlierSession();
   views.Add({8, Anchored{0, PoseAt(20, 0)}, PoseAt(20, 0)});
   EXPECT_THAT(views.Ids(), ElementsAre(3, 7, 8));
@@ -68,7 +68,7 @@ class OtherLens : public DriftingSource {
   }
 };
 
-TEST(RecordedViews, UnderAnotherLensTheyAreWhereTheirPointsSay) {
+TEST(RecordedViews, NewLensPlacesThemByTheirPoints) {
   RecordedViews views = AfterAnEarlierSession();
   Track before, after;
   after.lens_revision = 1;

@@ -199,7 +199,7 @@ class StillCaptureTest : public ::testing::Test {
 };
 
 #ifndef ULF_LINK_FAULTS
-TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
+TEST_F(StillCaptureTest, PhotographsHaveTheirOwnPoses) {
   TetheredHand hand;
   std::uint64_t body_releases = 0;
   const CaptureSummary summary =
@@ -272,7 +272,7 @@ TEST_F(StillCaptureTest, ALightFieldOfPhotographsWithTheirOwnPoses) {
 
 #endif
 #ifdef ULF_LINK_FAULTS
-TEST_F(StillCaptureTest, ALinkThatDropsLeavesEverythingThatWasRecorded) {
+TEST_F(StillCaptureTest, DroppedLinkLeavesWhatWasRecorded) {
   TetheredHand hand;
   std::size_t taken_before = 0;
   const CaptureSummary summary = Capture(hand,
@@ -315,7 +315,7 @@ TEST_F(StillCaptureTest, ALinkThatComesBackGoesOn) {
 
 #endif
 #ifndef ULF_LINK_FAULTS
-TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
+TEST_F(StillCaptureTest, CommandNeedsAStillCalibration) {
   TetheredHand hand;
   hand.WaitForReader(false);
   const fs::path calibration = scratch_ / "calibration.json";
@@ -417,7 +417,7 @@ class RememberingPoses : public PoseSource {
   mutable std::optional<Rigid3> looked_for;
 };
 
-TEST(ShutterLag, IsMeasuredFromThePhotographsPosesAndUsedForTheNext) {
+TEST(ShutterLag, IsMeasuredFromPosesAndUsedNext) {
   constexpr double kLagS = 0.18;
   const CameraModel camera = CameraModel::Pinhole(120, 80, 100);
   const CoverageMap map(Subject{{0, 0, 0}, 0.2}, {});

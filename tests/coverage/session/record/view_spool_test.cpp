@@ -164,7 +164,7 @@ TEST(ViewSpool, AViewThatIsTakenBackMovesWhole) {
 
 // The folder has room for one of the view's two files: the other follows when there is more, and the capture
 // goes on.
-TEST(ViewSpool, AViewThatIsTakenBackOnAFullDiskMovesWhenThereIsRoom) {
+TEST(ViewSpool, TakenBackViewMovesOnceThereIsRoom) {
   for (const bool threaded : {true, false}) {
     const ScratchFolder scratch;
     const fs::path dir = scratch / "lf";
@@ -200,7 +200,7 @@ std::size_t FilesIn(const fs::path& folder) {
 }
 
 // Views and photographs wait for room, and are all there when it comes.
-TEST(ViewSpool, WhatWasTakenIsWrittenWhenThereIsRoomAgain) {
+TEST(ViewSpool, WritesWhatWaitedOnceThereIsRoom) {
   const ScratchFolder scratch;
   if (const auto problem = MountSmallDisk(scratch.path(), 64 << 20)) GTEST_SKIP() << *problem;
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
@@ -269,7 +269,7 @@ TEST(ViewSpool, KeepsRoomForWhatIsSaidOfPoints) {
 }
 
 // Room for some of those that wait: these are recorded, the others are counted.
-TEST(ViewSpool, OnADiskThatStaysFullWhatFitsIsRecordedAndTheRestCounted) {
+TEST(ViewSpool, FullDiskRecordsWhatFitsAndCountsTheRest) {
   const ScratchFolder scratch;
   if (const auto problem = MountSmallDisk(scratch.path(), 16 << 20)) GTEST_SKIP() << *problem;
   const cv::Size kLarge(1200, 800);  // a master has 5.8 MB, a photograph about half of that
@@ -340,7 +340,7 @@ TEST(ViewSpool, AfterAFailureNothingVanishesUncounted) {
 }
 
 // images/ cannot be written, masters/ can.
-TEST(ViewSpool, APhotographThatCannotBeMadeHoldsNothingUp) {
+TEST(ViewSpool, UnmakeablePhotographHoldsNothingUp) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   constexpr int kViews = 20;

@@ -71,7 +71,7 @@ TEST(Mistakes, PicturesThatClipSayNothingOfTheFocus) {
   EXPECT_THAT(NoticedIn("studio?seed=7&exposure_us=60000&fault=hunting=3:1.6", 8), IsEmpty());
 }
 
-TEST(Mistakes, LampsThatFlickerAreNoticedFromPictureToPictureAndInBands) {
+TEST(Mistakes, NoticesFlickerOverTimeAndInBands) {
   const auto at_once = NoticedIn("studio?seed=8&fault=flicker=100:0.4", 4);
   ASSERT_THAT(Kinds(at_once), ElementsAre(Mistake::kFlicker));
   EXPECT_THAT(at_once[0].finding, HasSubstr("from picture to picture"));
@@ -91,7 +91,7 @@ TEST(Mistakes, DustOnTheLensIsNoticedWhereItIs) {
   EXPECT_THAT(noticed[0].cure, HasSubstr("Clean the lens"));
 }
 
-TEST(Mistakes, AutoExposureIsNoticedByTheCamerasWordAndByItsPictures) {
+TEST(Mistakes, NoticesAutoExposureToldOrSeen) {
   const auto told = NoticedIn("studio?seed=9&fault=auto_exposure=told", 4);
   ASSERT_THAT(Kinds(told), ElementsAre(Mistake::kAutoExposure));
   const auto untold = NoticedIn("room?seed=31&dolly=2&fault=auto_exposure=untold", 12);
@@ -99,12 +99,12 @@ TEST(Mistakes, AutoExposureIsNoticedByTheCamerasWordAndByItsPictures) {
   EXPECT_THAT(untold[0].finding, HasSubstr("stops"));
 }
 
-TEST(Mistakes, LightThatChangesBeforeACameraThatHoldsItsExposureIsCalledLight) {
+TEST(Mistakes, LightChangeAtFixedExposureIsCalledLight) {
   EXPECT_THAT(Kinds(NoticedIn("studio?seed=10&fault=drift=12", 5)), ElementsAre(Mistake::kUnsteadyLight));
 }
 
 // What the tracker finds.
-TEST(Mistakes, ALensAndAShutterAreNamedFromTheMapOnceEachAndNotWhereTheyWereGiven) {
+TEST(Mistakes, NamesLensAndShutterOnceUnlessGiven) {
   const tracking::CalibrationCheck wrong{
       .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
   const tracking::Readout measured{.readout_s = 0.025, .sigma_s = 0.001}, given{.readout_s = 0.025};
@@ -175,7 +175,7 @@ TEST(Mistakes, StandInThePreflightWithTheirCure) {
 }
 
 // A hand before the lens, and the picture's jump to another scene, are no change of light and no swing of the focus.
-TEST(PictureTracks, AnotherPictureIsAGapAndNoChange) {
+TEST(PictureTracks, AnotherSceneIsAGapAndNoChange) {
   cv::Mat texture(240, 320, CV_8U), other(240, 320, CV_8U);
   cv::RNG random(5);
   random.fill(texture, cv::RNG::UNIFORM, 40, 200);
