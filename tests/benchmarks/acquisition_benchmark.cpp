@@ -27,7 +27,7 @@
 #include "core/base/error.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 
 namespace ulf {
 namespace {

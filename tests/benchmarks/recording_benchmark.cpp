@@ -32,7 +32,7 @@
 #include "tests/benchmarks/figures.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf {

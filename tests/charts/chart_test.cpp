@@ -276,12 +276,9 @@ TEST(ChartDrawing, MakesBothPictures) {
 TEST(ChartDrawing, AFailingChartLeavesNoHalfPicture) {
   const ScratchFolder scratch;
   const std::string path = (scratch / "chart.png").string();
-  try {
-    DrawChart(path, 100, 100, "plot sin(x)\nplot nothing_of_this_name\n");
-    FAIL() << "drawn";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("nothing_of_this_name"));
-  }
+  EXPECT_THAT([&] { DrawChart(path, 100, 100, "plot sin(x)\nplot nothing_of_this_name\n"); },
+              testing::ThrowsMessage<Error>(HasSubstr("nothing_of_this_name")))
+      << "drawn";
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 

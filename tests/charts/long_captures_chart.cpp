@@ -6,7 +6,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tests/charts/makers.h"
-#include "tests/support/growth/long_capture.h"
+#include "tests/support/growth/capture_growth.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

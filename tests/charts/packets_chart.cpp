@@ -9,7 +9,7 @@
 #include "tests/charts/makers.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 
 namespace ulf::test {
 namespace {

@@ -22,8 +22,8 @@
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "tests/support/child_process.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test::signals {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/fuzz/fuzz_device_doors.h"
+#include "tests/fuzz/fuzz_targets.h"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -17,7 +17,6 @@
 #include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/v4l2/v4l2_stream.h"
 #include "core/frames/pixel_format.h"
-#include "tests/fuzz/fuzz_files.h"
 
 namespace ulf::test {
 namespace {

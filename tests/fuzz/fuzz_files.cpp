@@ -1,4 +1,4 @@
-#include "tests/fuzz/fuzz_files.h"
+#include "tests/fuzz/fuzz_targets.h"
 
 #include <fmt/core.h>
 #include <unistd.h>

@@ -36,8 +36,6 @@
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
 #include "render/stereo/swept_maps.h"
-#include "tests/fuzz/fuzz_device_doors.h"
-#include "tests/fuzz/fuzz_files.h"
 #include "tracking/map/map_file.h"
 #include "tracking/sources/pose_stream.h"
 

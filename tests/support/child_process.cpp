@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "core/base/error.h"
-#include "tests/support/sanitizers/is_sanitized.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test {
 namespace {

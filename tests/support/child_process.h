@@ -15,7 +15,7 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  // Times are kPatience times as long where a sanitizer slows programs (sanitizers/is_sanitized.h).
+  // Times are kPatience times as long where a sanitizer slows programs (test_run.h).
   //
   // Its standard output up to and with the first line that holds `text`; what came so far when it ends or the
   // time is over.

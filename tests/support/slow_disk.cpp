@@ -12,7 +12,7 @@
 #include <mutex>
 #include <optional>
 
-#include "tests/support/sanitizers/is_sanitized.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test {
 namespace {

@@ -57,12 +57,9 @@ TEST(FeatureValues, AreCheckedBeforeWriting) {
   choice.type = FeatureType::kEnumeration;
   choice.choices = {"Off", "On"};
   EXPECT_EQ(CheckedValue("cam", choice, "On"), "On");
-  try {
-    CheckedValue("cam", choice, "on");
-    FAIL();
-  } catch (const Refusal& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("cam"), HasSubstr("C=on"), HasSubstr("Off, On")));
-  }
+  EXPECT_THAT(
+      [&] { CheckedValue("cam", choice, "on"); },
+      testing::ThrowsMessage<Refusal>(AllOf(HasSubstr("cam"), HasSubstr("C=on"), HasSubstr("Off, On"))));
 }
 
 TEST(FeatureValues, AreTheSameHoweverTheyAreWritten) {
@@ -296,12 +293,8 @@ TEST_F(Features, ACameraAtWorkCanBeReadNotSet) {
   Take(*device, 3);
   const auto access = OpenFeatures(kUri);
   EXPECT_EQ(access->Find("Gain")->value, "4");
-  try {
-    access->Set("Gain", "5");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("another program"), HasSubstr("45678")));
-  }
+  EXPECT_THAT([&] { access->Set("Gain", "5"); },
+              testing::ThrowsMessage<Error>(AllOf(HasSubstr("another program"), HasSubstr("45678"))));
   EXPECT_EQ(access->Find("Gain")->value, "4");
   EXPECT_EQ(Take(*device, 3).size(), 3u) << "undisturbed";
 }

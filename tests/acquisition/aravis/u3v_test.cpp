@@ -31,7 +31,7 @@
 #include "core/frames/pixel_format.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/usb/u3v_camera.h"
 

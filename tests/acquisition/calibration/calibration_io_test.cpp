@@ -56,12 +56,10 @@ TEST(CalibrationIo, NeverOverwritesAnotherCameraOrFile) {
   const auto path = scratch / "camera.json";
   WriteCalibration(path, SomeCamera(), "S1", "a test");
   const std::string before = ReadWholeFile(path);
-  try {
-    WriteCalibration(path, SomeCamera(), "S2", "another camera");
-    FAIL() << "written over";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("another file")));
-  }
+  EXPECT_THAT(
+      [&] { WriteCalibration(path, SomeCamera(), "S2", "another camera"); },
+      testing::ThrowsMessage<Error>(AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("another file"))))
+      << "written over";
   EXPECT_EQ(ReadWholeFile(path), before);
   WriteText(scratch / "photo.jpg", "no calibration");
   EXPECT_THROW(WriteCalibration(scratch / "photo.jpg", SomeCamera(), "S1", "a test"), Error);
@@ -114,13 +112,9 @@ TEST(CalibrationIo, ErrorsNameFileAndTrouble) {
   const auto path = scratch / "bad.json";
   for (const auto& [text, mentioned] : kCases) {
     WriteText(path, text);
-    try {
-      ReadCalibration(path);
-      ADD_FAILURE() << "accepted: " << text;
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr("bad.json")) << text;
-      EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
-    }
+    EXPECT_THAT([&] { ReadCalibration(path); },
+                testing::ThrowsMessage<Error>(testing::AllOf(HasSubstr("bad.json"), HasSubstr(mentioned))))
+        << text;
   }
   EXPECT_THROW(ReadCalibration(scratch / "absent.json"), Error);
   EXPECT_THROW(ReadCalibration(scratch.path()), Error) << "a folder";

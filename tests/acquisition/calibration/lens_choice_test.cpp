@@ -12,8 +12,8 @@
 #include "commands/calibration/calibration_report.h"
 #include "tests/acquisition/calibration/synthetic_board_views.h"
 #include "tests/support/floors.h"
-#include "tests/support/seeds.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

@@ -16,8 +16,8 @@
 #include "core/image/files/raw_file.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/slow_disk.h"
-#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -363,12 +363,9 @@ TEST(ReplayFolder, ATruncatedImageIsFoundOnOpening) {
       cv::imwrite((scratch / fmt::format("{}.{}", name, kind)).string(), noise);
     const fs::path middle = scratch / fmt::format("b.{}", kind);
     fs::resize_file(middle, fs::file_size(middle) / 2);
-    try {
-      OpenDevice("replay:" + scratch.path().string());
-      FAIL() << kind << ": opened";
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), AllOf(HasSubstr(middle.string()), HasSubstr("truncated")));
-    }
+    EXPECT_THAT([&] { OpenDevice("replay:" + scratch.path().string()); },
+                testing::ThrowsMessage<Error>(AllOf(HasSubstr(middle.string()), HasSubstr("truncated"))))
+        << kind << ": opened";
   }
 }
 

@@ -84,12 +84,8 @@ TEST(SimDevice, IsLostAndComesBackLater) {
   EXPECT_EQ(device->State(), DeviceState::kLost);
   EXPECT_THAT(device->Info().problem, HasSubstr("cable"));
   device.reset();
-  try {
-    OpenSim(uri);
-    FAIL() << "the cable is out";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("plugged in again in"));
-  }
+  EXPECT_THAT([&] { OpenSim(uri); }, testing::ThrowsMessage<Error>(HasSubstr("plugged in again in")))
+      << "the cable is out";
   EXPECT_NO_THROW(OpenSim(kSmall)) << "another camera";
   const auto begin = Clock::now();
   while (!device && SecondsSince(begin) < 5) {
@@ -160,12 +156,8 @@ TEST(SimDevice, TheLightDrifts) {
 }
 
 TEST(SimDevice, RefusesFaultsOfANetwork) {
-  try {
-    OpenSim(std::string(kSmall) + "&fault=lost=0.1");
-    FAIL();
-  } catch (const Refusal& error) {
-    EXPECT_THAT(error.what(), HasSubstr("ulf simulate --fault"));
-  }
+  EXPECT_THAT([&] { OpenSim(std::string(kSmall) + "&fault=lost=0.1"); },
+              testing::ThrowsMessage<Refusal>(HasSubstr("ulf simulate --fault")));
 }
 
 class FaultyGigeCamera : public CameraInNamespace {

@@ -496,12 +496,9 @@ TEST(SimulatedDevice, WrongOptionsAreNamed) {
                                                         {"sim:studio?duration_s=0", "duration"},
                                                         {"sim:studio?width=640px", "640px"}};
   for (const auto& [uri, mentioned] : kCases) {
-    try {
-      OpenSimulatedDevice(DeviceUri::Parse(uri));
-      ADD_FAILURE() << uri << " was accepted";
-    } catch (const Refusal& error) {
-      EXPECT_THAT(error.what(), HasSubstr(mentioned)) << uri;
-    }
+    EXPECT_THAT([&] { OpenSimulatedDevice(DeviceUri::Parse(uri)); },
+                testing::ThrowsMessage<Refusal>(HasSubstr(mentioned)))
+        << uri;
   }
 }
 

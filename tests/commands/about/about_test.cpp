@@ -22,9 +22,8 @@
 #include <vector>
 
 #include "core/base/atomic_file.h"
-#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
-#include "tests/support/without_opengl.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test {
 namespace {

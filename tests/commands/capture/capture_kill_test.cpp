@@ -18,8 +18,8 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"
 #include "tests/core/light_field/light_field_samples.h"
-#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

@@ -34,10 +34,10 @@
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "tests/support/child_process.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

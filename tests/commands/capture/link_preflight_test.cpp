@@ -8,7 +8,7 @@
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

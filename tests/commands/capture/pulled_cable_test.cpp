@@ -17,9 +17,9 @@
 #include "core/light_field/folder/view_images.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
-#include "tests/support/sanitizers/is_sanitized.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test {
 namespace {

@@ -11,8 +11,8 @@
 #include "commands/options/subcommands.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_writer.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::commands {
 namespace {

@@ -20,9 +20,8 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/child_process.h"
-#include "tests/support/fault_row.h"
-#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test::streams {
 namespace {

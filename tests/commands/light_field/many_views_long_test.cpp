@@ -14,9 +14,9 @@
 #include "core/base/host_time.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 extern char** environ;
 

@@ -18,7 +18,7 @@
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -16,7 +16,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
-#include "tests/support/without_opengl.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

@@ -24,7 +24,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
-#include "tests/support/without_opengl.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

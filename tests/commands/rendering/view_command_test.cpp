@@ -16,7 +16,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
-#include "tests/support/without_opengl.h"
+#include "tests/support/test_run.h"
 #include "tests/support/x11_person.h"
 
 namespace ulf::test {

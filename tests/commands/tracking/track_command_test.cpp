@@ -27,9 +27,9 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "tests/charts/plot/gnuplot.h"
 #include "tests/support/floors.h"
-#include "tests/support/sanitizers/is_sanitized.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/track.h"
 

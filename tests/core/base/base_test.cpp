@@ -40,8 +40,8 @@
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"
 #include "core/geometry/silent_solver.h"
-#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test {
 namespace {

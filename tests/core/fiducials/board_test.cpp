@@ -1,10 +1,12 @@
 // Tests: core/fiducials/board, core/fiducials/board_detector, core/fiducials/marker_detector, core/fiducials/aruco_calls,
 // acquisition/calibration/board_sheet, acquisition/simulator/simulated_board,
-// commands/calibration/board_command.
+// commands/calibration/board_command,
+// core/fiducials/marker_detector.
 #include "core/fiducials/board.h"
 
 #include <gmock/gmock.h>
 
+#include <opencv2/aruco.hpp>
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,6 +17,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/fiducials/board_detector.h"
+#include "core/fiducials/marker_detector.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -55,12 +58,7 @@ TEST(Board, RefusesWhatCannotBePrinted) {
       {"chessboard:8x6:25mm", "25mm"},
   };
   for (const auto& [text, mentioned] : kCases) {
-    try {
-      Board::Parse(text);
-      ADD_FAILURE() << "accepted " << text;
-    } catch (const Refusal& error) {
-      EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
-    }
+    EXPECT_THAT([&] { Board::Parse(text); }, testing::ThrowsMessage<Refusal>(HasSubstr(mentioned))) << text;
   }
 }
 
@@ -294,6 +292,21 @@ TEST(BoardDetector, SharpnessIsTheBlursWidth) {
     EXPECT_NEAR(measured, blur, 0.45 * blur) << blur;
     last = measured;
   }
+}
+
+TEST(MarkerDetector, FindsNumberAndSubpixelCorners) {
+  const auto dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50);
+  cv::Mat marker, page(240, 320, CV_8UC1, cv::Scalar(255));
+  cv::aruco::drawMarker(dictionary, 17, 90, marker);
+  marker.copyTo(page(cv::Rect(100, 60, 90, 90)));
+  const auto found = DetectMarkers("DICT_4X4_50", page);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].first, 17);
+  // Pixel centres are at integer + 0.5: the edges of the marker's pixels are whole numbers.
+  const MarkerImage truth{{{100, 60}, {190, 60}, {190, 150}, {100, 150}}};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((found[0].second[i] - truth[i]).norm(), 0.2) << i;
+  EXPECT_THROW(DetectMarkers("DICT_9X9", page), Refusal);
+  EXPECT_TRUE(DetectMarkers("DICT_4X4_50", cv::Mat(240, 320, CV_8UC1, cv::Scalar(255))).empty());
 }
 
 }  // namespace

@@ -330,13 +330,9 @@ TEST(PixelFormat, OddSizesOfSharedColorsAreRefused) {
 
 TEST(PixelFormat, TooFewBytesAreAnError) {
   const std::uint8_t bytes[4] = {};
-  try {
-    ImageFromBytes(*PixelFormatByName("Mono16"), 2, 2, bytes, 4);
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("Mono16"));
-    EXPECT_THAT(error.what(), HasSubstr("8 bytes"));
-  }
+  EXPECT_THAT([&] { ImageFromBytes(*PixelFormatByName("Mono16"), 2, 2, bytes, 4); },
+              testing::ThrowsMessage<Error>(testing::AllOf(HasSubstr("Mono16"), HasSubstr("8 bytes"))))
+      << "no error";
 }
 
 TEST(PixelFormat, PrefersRawColorAtEightBits) {

@@ -18,8 +18,8 @@
 #include "core/light_field/folder/view_images.h"
 #include "core/light_field/journal_stamp.h"
 #include "tests/core/light_field/light_field_samples.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::damage {
 namespace {

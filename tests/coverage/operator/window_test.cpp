@@ -17,9 +17,9 @@
 #include "coverage/operator/operator_display.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 #include "tests/support/x11_person.h"
 
 namespace ulf::test {

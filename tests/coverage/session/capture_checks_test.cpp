@@ -19,8 +19,8 @@
 #include "coverage/session/record/exposure.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
-#include "tests/support/seeds.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
 
 namespace ulf::test {

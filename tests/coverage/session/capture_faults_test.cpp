@@ -21,12 +21,12 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/coverage/session/kept_views.h"
 #include "tests/support/child_process.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/host_clock.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/scripted_device.h"
 #include "tests/support/slow_disk.h"
-#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test::capture_faults {
 namespace {

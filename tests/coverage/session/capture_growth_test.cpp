@@ -6,7 +6,7 @@
 #include <random>
 
 #include "tests/coverage/session/planar_capture.h"
-#include "tests/support/growth/long_capture.h"
+#include "tests/support/growth/capture_growth.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test::capture_growth {

@@ -20,9 +20,9 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/repair_plan.h"
 #include "tests/coverage/session/kept_views.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/slow_disk.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test::capture_kills {
 namespace {

@@ -11,8 +11,8 @@
 #include "acquisition/v4l2/v4l2_device.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "tests/coverage/session/kept_views.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 #include "tests/support/v4l2_camera.h"
 
 namespace ulf::test::corrupt_payload {

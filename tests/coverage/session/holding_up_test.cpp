@@ -16,9 +16,9 @@
 #include "core/light_field/folder/view_images.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/planar_device.h"
 #include "tests/support/slow_disk.h"
-#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test::holding_up {

@@ -59,13 +59,11 @@ TEST(CaptureRequest, UnknownOnesListWhatThereIs) {
                            "take-back 1 2", "take-back views", "take-back views x", "take-back views 1 -2",
                            "subject depth 0", "subject depth -1", "subject size nan", "subject depth 1 size",
                            "subject colour 1", "pause now", "record 3", "Finish", "finish it"}) {
-    try {
-      ParseCaptureRequest(line);
-      ADD_FAILURE() << "'" << line << "' is taken";
-    } catch (const Refusal& error) {
-      EXPECT_THAT(error.what(), AllOf(HasSubstr(std::string("'") + line + "'"), HasSubstr("take-back views"),
-                                      HasSubstr("[depth D]"), HasSubstr("finish")));
-    }
+    EXPECT_THAT([&] { ParseCaptureRequest(line); },
+                testing::ThrowsMessage<Refusal>(AllOf(HasSubstr(std::string("'") + line + "'"),
+                                                      HasSubstr("take-back views"), HasSubstr("[depth D]"),
+                                                      HasSubstr("finish"))))
+        << "'" << line << "' is taken";
   }
   for (const char* line :
        {"subject depth", "subject 0,0,1", "subject 0,0,1,0", "subject 0,0,x,1", "subject 0,0,1,-0.2"})

@@ -14,8 +14,8 @@
 #include "render/stereo/gl_plane_sweep.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/render/stereo/stereo_scenes.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test::gl_memory {
 namespace {

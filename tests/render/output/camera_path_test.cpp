@@ -104,12 +104,8 @@ TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
                                    {"zero.txt", "zero.txt:3: not a pose"},
                                    {"empty.txt", "no pose"},
                                    {"none.txt", "no such"}})
-    try {
-      PathFromFile(scratch / name, {}, {});
-      ADD_FAILURE() << name;
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
+    EXPECT_THAT([&] { PathFromFile(scratch / name, {}, {}); }, testing::ThrowsMessage<Error>(HasSubstr(says)))
+        << name;
 }
 
 // ---- Vertigo and spiral ----
@@ -272,13 +268,9 @@ class PathFiles : public testing::Test {
                         scene_);
   }
   void ExpectError(const std::string& text, const std::string& says) {
-    try {
-      Read(text);
-      ADD_FAILURE() << text;
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr("path.json")) << text;
-      EXPECT_THAT(error.what(), HasSubstr(says)) << text;
-    }
+    EXPECT_THAT([&] { Read(text); },
+                testing::ThrowsMessage<Error>(testing::AllOf(HasSubstr("path.json"), HasSubstr(says))))
+        << text;
   }
   test::ScratchFolder scratch_;
   RenderScene scene_;

@@ -39,9 +39,9 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/sanitizers/is_sanitized.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {
@@ -196,13 +196,9 @@ TEST(Memory, RefusesAPictureThatDoesNotFit) {
   EXPECT_LT(MemoryForPicture(1920, 1080, {.format = PictureFormat::kExr}), 500'000'000u);
   EXPECT_GT(AvailableMemory(), 1'000'000u);
   RequireMemory(640, 480, {}, 1'000'000'000);
-  try {
-    RequireMemory(16384, 16384, {}, 2'000'000'000);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("16384x16384"));
-    EXPECT_THAT(error.what(), HasSubstr("2.0 GB are free"));
-  }
+  EXPECT_THAT(
+      [&] { RequireMemory(16384, 16384, {}, 2'000'000'000); },
+      testing::ThrowsMessage<Error>(testing::AllOf(HasSubstr("16384x16384"), HasSubstr("2.0 GB are free"))));
 }
 
 TEST(Frames, NumbersAndRangesAreRead) {
@@ -508,12 +504,8 @@ TEST(Disk, FullDiskIsReportedAndFilesStay) {
   auto video = OpenPictureSink(scratch / "v.mp4", 30);
   for (int i = 0; i < 5; ++i) video->Add(picture);
   std::ofstream(scratch / "filler") << std::string(FreeBytes(scratch.path()) - (900 << 10), 'x');
-  try {
-    video->Add(picture);
-    ADD_FAILURE();
-  } catch (const DiskFullError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("after 5 pictures"));
-  }
+  EXPECT_THAT([&] { video->Add(picture); },
+              testing::ThrowsMessage<DiskFullError>(HasSubstr("after 5 pictures")));
   VideoReader written(scratch / "v.mp4");
   int frames = 0;
   while (written.Next()) ++frames;

@@ -18,11 +18,11 @@
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "tests/render/scenes/synthetic_views.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/slow_disk.h"
-#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::test {
 namespace {

@@ -21,7 +21,7 @@
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
-#include "tests/support/seeds.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

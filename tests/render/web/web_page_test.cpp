@@ -28,10 +28,9 @@
 #include "render/viewer/viewer_camera.h"
 #include "render/web/web_file.h"
 #include "tests/render/scenes/synthetic_views.h"
-#include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
-#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "tests/support/sanitizers/is_sanitized.h"
+#include "tests/support/test_run.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // GCC ships no header for it

@@ -1,4 +1,4 @@
-#include "tests/support/growth/long_capture.h"
+#include "tests/support/growth/capture_growth.h"
 
 #include <cmath>
 

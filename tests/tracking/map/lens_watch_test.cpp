@@ -9,7 +9,7 @@
 
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
-#include "tests/support/seeds.h"
+#include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/map/pose_error.h"
 #include "tracking/tracker/tracker.h"

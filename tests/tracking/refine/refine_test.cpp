@@ -19,9 +19,9 @@
 #include "render/proxy/mesh_file.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/seeds.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 #include "tests/tracking/refine/refine_views.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/tracker/tracker.h"
@@ -169,12 +169,8 @@ TEST(Refine, TwoViewsAreEnough) {
 }
 
 void ExpectRefused(const test::RoomViews& views, const char* why) {
-  try {
-    RefineRoom(views);
-    FAIL() << "refined, though " << why;
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr(why));
-  }
+  EXPECT_THAT([&] { RefineRoom(views); }, testing::ThrowsMessage<Error>(HasSubstr(why)))
+      << "refined, though " << why;
 }
 
 TEST(Refine, ViewsFromOnePlaceAreRefused) {

@@ -75,12 +75,8 @@ TEST(MarkerSpec, RefusalsNameTheCause) {
                                                         {"marker:-4:DICT_4X4_50:1", "SIDE_MM"},
                                                         {"marker:40:DICT_4X4_50:one", "'one'"}};
   for (const auto& [text, mentioned] : kCases) {
-    try {
-      MarkerSpec::Parse(text);
-      ADD_FAILURE() << "accepted " << text;
-    } catch (const Refusal& error) {
-      EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
-    }
+    EXPECT_THAT([&] { MarkerSpec::Parse(text); }, testing::ThrowsMessage<Refusal>(HasSubstr(mentioned)))
+        << text;
   }
   EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50:7").id, 7);
   EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50").kind, MarkerSpec::Kind::kSeveral);

@@ -315,12 +315,9 @@ TEST(PoseStream, ListensOnLoopbackOnly) {
 
 TEST(PoseStreamFaults, APortThatIsTakenIsSaid) {
   const PoseStream first({});
-  try {
-    const PoseStream second({.port = first.Port()});
-    FAIL() << "two on one port";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("choose another port"));
-  }
+  EXPECT_THAT([&] { const PoseStream second({.port = first.Port()}); },
+              testing::ThrowsMessage<Error>(HasSubstr("choose another port")))
+      << "two on one port";
 }
 
 // Three clocks: the camera's, the sender's, ours. Learnt from when things arrive, or found out by the sender.

@@ -14,7 +14,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf {

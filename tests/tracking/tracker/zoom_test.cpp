@@ -9,7 +9,7 @@
 
 #include "acquisition/opening/open_device.h"
 #include "core/geometry/trajectory.h"
-#include "tests/support/seeds.h"
+#include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/estimation/focal_change.h"
 #include "tracking/tracker/track.h"

@@ -179,12 +179,9 @@ TEST_F(GigeRelayed, AddressesAreAddedAndRemoved) {
   }
   EXPECT_FALSE(serves("127.0.0.9"));
   EXPECT_EQ(SerialAt("127.0.0.1", 500ms), "T1") << "an address that was there stays";
-  try {
-    const GigeRelay taken({.camera = "127.0.0.1", .address = "127.0.0.1", .faults = {}});
-    FAIL() << "taken by the camera";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("serial 'T1'"));
-  }
+  EXPECT_THAT([&] { const GigeRelay taken({.camera = "127.0.0.1", .address = "127.0.0.1", .faults = {}}); },
+              testing::ThrowsMessage<Error>(HasSubstr("serial 'T1'")))
+      << "taken by the camera";
 }
 
 }  // namespace

@@ -24,7 +24,7 @@
 #include "core/base/error.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

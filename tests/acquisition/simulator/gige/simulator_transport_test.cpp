@@ -19,9 +19,9 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
-#include "tests/support/sanitizers/is_sanitized.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {
@@ -217,12 +217,10 @@ TEST_F(SimulatedTransport, FramesTellLossAndReturnOfMaster) {
 
 TEST_F(SimulatedTransport, MissingPtpMasterNamesAProgram) {
   Serve({.ptp_lock_s = -1});
-  try {
-    Open("ptp=on&ptp_wait_s=0.3");
-    FAIL() << "opened";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("Listening"), HasSubstr("ptp4l"), HasSubstr("ptp_wait_s")));
-  }
+  EXPECT_THAT([&] { Open("ptp=on&ptp_wait_s=0.3"); },
+              testing::ThrowsMessage<Error>(
+                  AllOf(HasSubstr("Listening"), HasSubstr("ptp4l"), HasSubstr("ptp_wait_s"))))
+      << "opened";
   EXPECT_NO_THROW(Open("ptp=off"));
 }
 

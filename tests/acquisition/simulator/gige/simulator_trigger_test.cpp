@@ -15,7 +15,7 @@
 #include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "tests/support/floors.h"
-#include "tests/support/loopback_namespace.h"
+#include "tests/support/own_namespaces.h"
 
 namespace ulf {
 namespace {

@@ -15,7 +15,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/image/files/tiff_file.h"
 #include "core/image/image.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

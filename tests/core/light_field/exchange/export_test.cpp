@@ -24,8 +24,8 @@
 #include "core/light_field/formats/colmap_model.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/pictures/sample_pictures.h"
-#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

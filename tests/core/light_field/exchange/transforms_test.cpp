@@ -27,9 +27,9 @@
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
-#include "tests/support/sanitizers/is_sanitized.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

@@ -23,10 +23,10 @@
 #include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_io.h"
 #include "tests/core/light_field/light_field_samples.h"
-#include "tests/support/fault_row.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/slow_disk.h"
-#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

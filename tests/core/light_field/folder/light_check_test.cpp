@@ -16,8 +16,8 @@
 #include "core/light_field/folder/view_images.h"
 #include "tests/core/light_field/simulated_session.h"
 #include "tests/core/light_field/tracked_light_field.h"
-#include "tests/support/seeds.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

@@ -19,7 +19,7 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/view_images.h"
 #include "tests/core/light_field/light_field_samples.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

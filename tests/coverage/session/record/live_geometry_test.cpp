@@ -19,7 +19,7 @@
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/support/floors.h"
-#include "tests/support/sanitizers/is_sanitized.h"
+#include "tests/support/test_run.h"
 
 namespace ulf {
 namespace {

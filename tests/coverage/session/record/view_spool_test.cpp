@@ -28,9 +28,9 @@
 #include "core/light_field/folder/view_images.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
-#include "tests/support/sanitizers/is_sanitized.h"
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace {
 // While positive: so many files may still be moved into unposed/, then the disk has no room for its folder.

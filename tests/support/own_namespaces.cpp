@@ -1,9 +1,12 @@
-#include "tests/support/small_disk.h"
+#include "tests/support/own_namespaces.h"
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <net/if.h>
 #include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/mount.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -36,6 +39,27 @@ void FillDisk(const std::filesystem::path& file) {
   while (write(descriptor, block.data(), block.size()) > 0) {
   }
   close(descriptor);
+}
+
+std::optional<std::string> EnterLoopbackNamespace() {
+  const uid_t uid = getuid();
+  const gid_t gid = getgid();
+  if (unshare(CLONE_NEWNET) != 0) {
+    if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0)
+      return fmt::format("no network namespace of our own: {}", std::strerror(errno));
+    std::ofstream("/proc/self/setgroups") << "deny";
+    std::ofstream("/proc/self/uid_map") << "0 " << uid << " 1";
+    std::ofstream("/proc/self/gid_map") << "0 " << gid << " 1";
+  }
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM, 0);
+  ifreq request{};
+  std::strcpy(request.ifr_name, "lo");
+  const bool up = socket_fd >= 0 && ioctl(socket_fd, SIOCGIFFLAGS, &request) == 0 &&
+                  (request.ifr_flags |= IFF_UP | IFF_RUNNING, ioctl(socket_fd, SIOCSIFFLAGS, &request) == 0);
+  const int reason = errno;
+  if (socket_fd >= 0) close(socket_fd);
+  if (!up) return fmt::format("loopback cannot be switched on: {}", std::strerror(reason));
+  return std::nullopt;
 }
 
 }  // namespace ulf::test

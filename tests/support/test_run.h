@@ -1,0 +1,53 @@
+// How a test is run, and what it prints: under a sanitizer or not, with how many draws of chance, without OpenGL.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <cstdlib>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ulf::test {
+
+// Whether the address or the thread sanitizer is compiled in: then processes take several times the memory and time, and
+// another allocator.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kIsSanitized = true;
+#else
+inline constexpr bool kIsSanitized = false;
+#endif
+
+// How many times as long a test waits for a program.
+inline constexpr int kPatience = kIsSanitized ? 10 : 1;
+
+// The first one every day; with ULF_STABILITY=seeds, as in the long run (SEEDS of ulf_test), all of them.
+inline std::vector<unsigned> SeedsOf(std::initializer_list<unsigned> all) {
+  const char* asked = std::getenv("ULF_STABILITY");
+  if (asked && std::string_view(asked) == "seeds") return all;
+  return {*all.begin()};
+}
+
+// A machine on which EGL finds no driver, for the programs that a test starts.
+class WithoutOpenGl {
+ public:
+  WithoutOpenGl() { setenv(kDrivers, "/nowhere", 1); }
+  ~WithoutOpenGl() { unsetenv(kDrivers); }
+  WithoutOpenGl(const WithoutOpenGl&) = delete;
+  WithoutOpenGl& operator=(const WithoutOpenGl&) = delete;
+
+ private:
+  static constexpr char kDrivers[] = "__EGL_VENDOR_LIBRARY_FILENAMES";
+};
+
+// What the test of a fault found, as a row of docs/reliability.md; `| grep '^|'` collects them.
+// `go_on_s`: from the end of the fault to the first view or picture after it; none: nothing had to begin anew.
+inline void PrintFaultRow(const std::string& fault, int times, const std::string& lost,
+                          const std::optional<double>& go_on_s) {
+  fmt::print("| {} | {} | {} | {} |\n", fault, times, lost,
+             go_on_s ? fmt::format("{:.2f} s", *go_on_s) : "at once");
+}
+
+}  // namespace ulf::test
