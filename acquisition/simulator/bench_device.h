@@ -1,5 +1,5 @@
-// The device of a simulated scene that is calibrated on a bench: numbered pictures, one after another whenever
-// they are asked for, until the scene is over.
+// The device of a simulated scene that is calibrated on a bench: numbered pictures, one after another
+// whenever they are asked for, until the scene is over.
 #pragma once
 
 #include <cstdint>

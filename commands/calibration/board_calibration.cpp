@@ -56,7 +56,8 @@ void WarnOfEarlyEnd(acquisition::ViewsEnd end, std::vector<std::string>& warning
                                  end == ViewsEnd::kStopped ? "stopped" : "a photograph did not arrive"));
 }
 
-// Some of the pictures that were calibrated from, and of those in which the board was not found, evenly chosen, grey.
+// Some of the pictures that were calibrated from, and of those in which the board was not found,
+// evenly chosen, grey.
 std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
                                   const acquisition::CollectedViews& collected) {
   constexpr std::size_t kFew = 12;  // they tell which board it is

@@ -3,9 +3,9 @@
 // (exec: the same process number, fresh memory), which opens the light field again, closes it, reports that,
 // and exits with 1. What was not on disk by then is lost, as with SIGKILL.
 //
-// A signal handler in a thread that has overrun its stack needs an alternate stack: this class gives one to the
-// calling thread, core/base/stop_signal.h to those that capture or run the camera libraries' callbacks. In
-// the libraries' other threads (Aravis's heartbeat, OpenCV's workers) an overrun still ends the process.
+// A signal handler in a thread that has overrun its stack needs an alternate stack: this class gives one to
+// the calling thread, core/base/stop_signal.h to those that capture or run the camera libraries' callbacks.
+// In the libraries' other threads (Aravis's heartbeat, OpenCV's workers) an overrun still ends the process.
 //
 // Disabled in builds with a sanitizer, which reports crashes itself. There is no core dump.
 #pragma once

@@ -72,8 +72,8 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
 
 nlohmann::ordered_json ToJson(const TrackRun& run, const TrackErrors* errors);
 std::string ToText(const TrackRun& run, const TrackErrors* errors);
-// CSV with a line for each frame. Errors are distances of the centres in the truth's units, empty where nothing is
-// compared.
+// CSV with a line for each frame. Errors are distances of the centres in the truth's units, empty where
+// nothing is compared.
 std::string ToCsv(const TrackRun& run, const TrackErrors* errors);
 // Why the map started from its model, and why it keeps what it keeps.
 std::vector<ModelChoice> Explained(const TrackRun& run);

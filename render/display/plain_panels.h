@@ -51,7 +51,8 @@ class PlainPanels {
   void Hint(const std::string& words) const;    // in the lower right corner
   // The name and the keys of a mode, in the lower left corner.
   void Mode(const std::vector<TableRow>& rows) const;
-  // Over a darkened picture; in two columns, parted at the first row without words on the left, where there is one.
+  // Over a darkened picture; in two columns, parted at the first row without words on the left,
+  // where there is one.
   void Keys(const std::vector<TableRow>& rows) const;
   void Flash(const Rgba& color) const;  // along the window's edges, visible from the corner of the eye
 

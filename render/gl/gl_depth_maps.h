@@ -1,5 +1,5 @@
-// The views' depth maps in graphics memory: a layer of a texture array for each view that was requested so far, two bytes
-// a pixel. The context must be current for all functions.
+// The views' depth maps in graphics memory: a layer of a texture array for each view that was requested so
+// far, two bytes a pixel. The context must be current for all functions.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -12,7 +12,8 @@ namespace ulf::render {
 
 class GlDepthMaps {
  public:
-  // Forgets all maps, for a scene with another proxy. `views` must live and stay unchanged until the next Reset().
+  // Forgets all maps, for a scene with another proxy. `views` must live and stay unchanged until
+  // the next Reset().
   void Reset(const std::vector<SceneView>& views);
   // Makes or reads the maps that are missing, on all processors. Throws Error for too many.
   void Provide(std::span<const int> of_views);

@@ -23,8 +23,8 @@ std::string FewerPhotographs();
 
 // Throws Error with OpenGL's error and `doing`, what was being done; where memory is out also `way_out`.
 void CheckGl(const char* doing, std::string (*way_out)() = FewerPhotographs);
-// The same once an object has asked for its memory: `release` lets go of one that did not get it, so that it is not taken
-// for a whole one the next time.
+// The same once an object has asked for its memory: `release` lets go of one that did not get it, so that it
+// is not taken for a whole one the next time.
 void CheckMade(const char* doing, const std::function<void()>& release);
 
 // A texture that is sampled with `filter` (GL_NEAREST or GL_LINEAR), and whose edges are repeated.

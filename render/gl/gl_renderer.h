@@ -36,8 +36,8 @@ namespace ulf::render {
 struct DisplayTransform {
   double exposure_stops = 0;
   bool hatches_doubt = false;  // stripes, stronger where the confidence is lower
-  // Renders the views' masks in the same context (SceneOptions::of_masks), and has drawn the same camera: what they
-  // leave out is covered by a plain grey (CutOutRenderer). Null: nothing is left out.
+  // Renders the views' masks in the same context (SceneOptions::of_masks), and has drawn the same camera:
+  // what they leave out is covered by a plain grey (CutOutRenderer). Null: nothing is left out.
   const class GlRenderer* of_masks = nullptr;
 };
 

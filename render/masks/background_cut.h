@@ -1,6 +1,6 @@
-// Which pixels of a picture stand before a known still background: the cut of least cost through the picture (after
-// Sun, Zhang, Tang and Shum 2006, "Background Cut"). A pixel costs by how unlike the background it is, a border where
-// it does not run along an edge; edges that the background has itself count less.
+// Which pixels of a picture stand before a known still background: the cut of least cost through the picture
+// (after Sun, Zhang, Tang and Shum 2006, "Background Cut"). A pixel costs by how unlike the background it is,
+// a border where it does not run along an edge; edges that the background has itself count less.
 #pragma once
 
 #include <opencv2/core.hpp>

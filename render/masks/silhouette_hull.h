@@ -1,5 +1,5 @@
-// The visual hull of what silhouettes show (Laurentini 1994), in cells: a cell is empty where several silhouettes that
-// have it in their picture leave it out. One silhouette alone may be wrong.
+// The visual hull of what silhouettes show (Laurentini 1994), in cells: a cell is empty where several
+// silhouettes that have it in their picture leave it out. One silhouette alone may be wrong.
 #pragma once
 
 #include <Eigen/Core>

@@ -23,8 +23,8 @@ constexpr float kSureSpread = 1.2f, kMostSpread = 1.45f;
 
 using Pixel = cv::Vec3b;
 
-// One standard deviation of a value by its level, from the differences between neighbouring pictures, of the quieter
-// ones: what turns makes the others.
+// One standard deviation of a value by its level, from the differences between neighbouring pictures, of the
+// quieter ones: what turns makes the others.
 class NoiseByLevel {
  public:
   explicit NoiseByLevel(std::span<const cv::Mat> pictures) {
@@ -55,8 +55,8 @@ class NoiseByLevel {
   static std::size_t BinOf(float level) {
     return std::min(kBins - 1, static_cast<std::size_t>(std::max(0.0f, level) * kBins / 256));
   }
-  // The mean of the lower 40 % of absolute differences of a normal distribution is 0.26 of its deviation, which
-  // rounding to levels leaves as it is. 0: too few.
+  // The mean of the lower 40 % of absolute differences of a normal distribution is 0.26 of its deviation,
+  // which rounding to levels leaves as it is. 0: too few.
   static float SigmaOf(std::vector<int>& differences) {
     constexpr double kLower = 0.4, kMeanOfLower = 0.26;
     if (differences.size() < kFewest) return 0;
@@ -166,7 +166,8 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
                       std::clamp((share - kDoubtedShare) / (kKnownShare - kDoubtedShare), 0.0, 1.0));
     }
   });
-  // What turns slowly by, a surface with little on it, comes back nearly the same: its values spread wider than noise.
+  // What turns slowly by, a surface with little on it, comes back nearly the same: its values spread
+  // wider than noise.
   cv::Mat around;
   cv::boxFilter(spread.mul(spread), around, CV_32F, {5, 5});
   for (int y = 0; y < size.height; ++y)

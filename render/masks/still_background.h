@@ -1,9 +1,9 @@
-// What stands still behind something that turns, as a camera that stands sees it: for every pixel the colour that
-// comes back, and how far it is known.
+// What stands still behind something that turns, as a camera that stands sees it: for every pixel the colour
+// that comes back, and how far it is known.
 //
-// The colour of a pixel is the one on which most of its pictures agree. That it is the background's and not the
-// subject's is told by time: a background that is uncovered stays so over several neighbouring pictures, where
-// what turns changes from one to the next. Pixels that are never uncovered have none.
+// The colour of a pixel is the one on which most of its pictures agree. That it is the background's and not
+// the subject's is told by time: a background that is uncovered stays so over several neighbouring pictures,
+// where what turns changes from one to the next. Pixels that are never uncovered have none.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -19,12 +19,12 @@ struct StillBackground {
   cv::Mat noise;  // CV_32F, one standard deviation of a picture's pixel, levels
 };
 
-// `pictures`: CV_8UC3 in order of time, of one size. `turning`: CV_8U of each, 255 where it is known to show what
-// turns, whatever it looks like; empty: nowhere.
+// `pictures`: CV_8UC3 in order of time, of one size. `turning`: CV_8U of each, 255 where it is known to show
+// what turns, whatever it looks like; empty: nowhere.
 StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning);
 
-// Pixels that never change, as far as they hang together with the picture's rim: the background's. What they enclose may
-// be the subject, even where it looks still. CV_8U, 255 there.
+// Pixels that never change, as far as they hang together with the picture's rim: the background's. What they
+// enclose may be the subject, even where it looks still. CV_8U, 255 there.
 cv::Mat StillToTheRim(const StillBackground& background);
 
 // The colours of the background where it is sure.
@@ -43,8 +43,8 @@ class OutsideColors {
   bool tell_ = false;
 };
 
-// Inside, a background of a colour that is nowhere outside is rather the subject, a smooth part of which comes back:
-// it is known no more.
+// Inside, a background of a colour that is nowhere outside is rather the subject, a smooth part of which
+// comes back: it is known no more.
 void DoubtForeignColors(StillBackground& background, const cv::Mat& outside, const OutsideColors& colors);
 
 // By how much `picture` is shifted against the background, pixels, from where that is still. Found up to some

@@ -3,12 +3,13 @@
 // 1. The poses tell the turntable's axis and where the camera stood while (core/geometry/turn_axis.h).
 // 2. Of each stand's views the still background is learnt (still_background.h). The board is known to turn.
 // 3. Each view is cut from its background (background_cut.h).
-// 4. What all views together leave of the subject is a hull (silhouette_hull.h). Each view is cut again: outside the
-//    hull nothing turns, and well inside it nothing stands still. Views that were taken while the camera was moved,
-//    which have no background, are the hull's outline.
+// 4. What all views together leave of the subject is a hull (silhouette_hull.h). Each view is cut again:
+//    outside the hull nothing turns, and well inside it nothing stands still. Views that were taken while the
+//    camera was moved, which have no background, are the hull's outline.
 //
-// Limits: a subject that is round about the axis and of one colour looks still; shadows that turn with the subject on
-// what stands still are taken for the subject, as far as the hull allows. The camera may wobble by a few pixels.
+// Limits: a subject that is round about the axis and of one colour looks still; shadows that turn with the
+// subject on what stands still are taken for the subject, as far as the hull allows. The camera may wobble
+// by a few pixels.
 #pragma once
 
 #include <filesystem>
@@ -40,8 +41,8 @@ struct TurntableMasks {
   double turning_share = 0;   // of the pixels, on average
 };
 
-// Throws Error where the poses do not turn about an axis, where no stand has enough views, or where nothing moves in
-// the pictures.
+// Throws Error where the poses do not turn about an axis, where no stand has enough views, or where nothing
+// moves in the pictures.
 TurntableMasks MakeTurntableMasks(const LightField& light_field, const TurntableMaskOptions& options = {},
                                   Progress* progress = nullptr);
 

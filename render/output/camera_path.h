@@ -42,8 +42,9 @@ CameraPath VertigoPath(const RenderScene& scene, int frames, const CameraModel& 
 // their hull; where the views stand all around, three turns from the lowest to the highest view and back.
 CameraPath SpiralPath(const RenderScene& scene, int frames);
 
-// From the lowest to the highest of the viewpoints and back at their middle azimuth, across the rows of a scan; and from
-// side to side at their middle elevation, along a row. Shrunk until the path stays inside their hull.
+// From the lowest to the highest of the viewpoints and back at their middle azimuth, across the rows of
+// a scan; and from side to side at their middle elevation, along a row. Shrunk until the path stays
+// inside their hull.
 CameraPath RisePath(const RenderScene& scene, int frames);
 CameraPath SweepPath(const RenderScene& scene, int frames);
 

@@ -1,9 +1,10 @@
 // A mesh with its cameras as glTF 2.0 (registry.khronos.org/glTF/specs/2.0), in one binary file (.glb).
 //
-// glTF's world has y up; the light field's lies below a node "world" that turns it, so that all in it keeps its numbers.
-// glTF's cameras look along -z with y up, have square or oblong pixels, the principal point in the middle and no
-// distortion. What shows a photograph is light already: materials are unlit (KHR_materials_unlit), seen from both sides.
-// glTF's unit is the metre; where the light field's is arbitrary, "extras" of the world's node say so.
+// glTF's world has y up; the light field's lies below a node "world" that turns it, so that all in it keeps
+// its numbers. glTF's cameras look along -z with y up, have square or oblong pixels, the principal point in
+// the middle and no distortion. What shows a photograph is light already: materials are unlit
+// (KHR_materials_unlit), seen from both sides. glTF's unit is the metre; where the light field's is
+// arbitrary, "extras" of the world's node say so.
 #pragma once
 
 #include <Eigen/Core>

@@ -29,7 +29,8 @@ enum class PictureFormat {
 struct PictureEncoding {
   PictureFormat format = PictureFormat::kPng;
   double exposure_stops = 0;  // makes PNG and video brighter; EXR keeps the light
-  // B G R, 0 to 1 as PNG and video have them: what is laid behind a picture with alpha; none: PNG and EXR keep the alpha.
+  // B G R, 0 to 1 as PNG and video have them: what is laid behind a picture with alpha; none: PNG and EXR
+  // keep the alpha.
   std::optional<cv::Vec3d> background = {};
   bool closes_narrow_gaps = true;  // of PNG (WithNarrowGapsClosed())
   ExrCompression exr_compression = ExrCompression::kZip;
@@ -74,8 +75,8 @@ class PictureFiles {
   bool overwrite_;
 };
 
-// Slivers of a picture that no photograph shows, mostly along its border, for displays and comparisons: the colour beside
-// them instead of black. What is wider stays black, since nobody knows what is there.
+// Slivers of a picture that no photograph shows, mostly along its border, for displays and comparisons: the
+// colour beside them instead of black. What is wider stays black, since nobody knows what is there.
 // Of the longer side: a gap with a pixel farther than this from what is drawn is wide. Guessed.
 inline constexpr double kNarrowGapShare = 0.03;
 

@@ -30,8 +30,8 @@ struct QuiltLine {
   }
 };
 
-// How far before the subject's centre, seen from there, its surface lies: the median of what the proxy's triangles show
-// within its sphere. 0 without triangles.
+// How far before the subject's centre, seen from there, its surface lies: the median of what the proxy's
+// triangles show within its sphere. 0 without triangles.
 double SurfaceBefore(const RenderScene& scene, const Rigid3& cam_from_world) {
   if (!scene.proxy || !scene.proxy->Occluder()) return 0;
   constexpr int kSide = 64;

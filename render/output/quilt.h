@@ -1,12 +1,13 @@
-// Pictures for light-field displays (Looking Glass and others) that take a quilt: one picture of many tiles, each the
-// scene from one viewpoint.
+// Pictures for light-field displays (Looking Glass and others) that take a quilt: one picture of many tiles,
+// each the scene from one viewpoint.
 //
-// After "Quilts" and "Camera" of docs.lookingglassfactory.com. The display is a window in the plane of focus. All
-// viewpoints stand on a line parallel to it, at equal steps of the angle that they are seen under, and look in the same
-// direction; each frustum is sheared so that it goes through the same window (off its axis), never turned towards the
-// subject: turning would tilt the plane of focus and give vertical parallax. Tile 0, the leftmost viewpoint, is at the
-// bottom left; tiles follow from left to right, then upwards. The display's aspect stands in the file's name
-// (_qs8x6a0.75: columns x rows, width over height), because tiles may be squeezed.
+// After "Quilts" and "Camera" of docs.lookingglassfactory.com. The display is a window in the plane of
+// focus. All viewpoints stand on a line parallel to it, at equal steps of the angle that they are seen
+// under, and look in the same direction; each frustum is sheared so that it goes through the same window
+// (off its axis), never turned towards the subject: turning would tilt the plane of focus and give vertical
+// parallax. Tile 0, the leftmost viewpoint, is at the bottom left; tiles follow from left to right, then
+// upwards. The display's aspect stands in the file's name (_qs8x6a0.75: columns x rows, width over height),
+// because tiles may be squeezed.
 #pragma once
 
 #include <functional>
@@ -37,8 +38,8 @@ QuiltFormat QuiltOfDisplay(const std::string& name);
 
 struct QuiltOptions {
   QuiltFormat format = {};
-  // The angle under which the viewpoints are seen from the middle of the window, radians; none: as much as the recorded
-  // viewpoints carry, up to kMostViewCone.
+  // The angle under which the viewpoints are seen from the middle of the window, radians; none: as much as
+  // the recorded viewpoints carry, up to kMostViewCone.
   std::optional<double> view_cone = {};
   double zoom = 1;  // of the window; 1: the subject's sphere fits
 };

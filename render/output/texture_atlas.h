@@ -1,9 +1,10 @@
-// A mesh cut into charts for a texture: each chart is a connected piece of the surface as one photograph shows it, so that
-// a texel is about a pixel of a photograph, and all charts are packed into one page whose sides are powers of two.
+// A mesh cut into charts for a texture: each chart is a connected piece of the surface as one photograph
+// shows it, so that a texel is about a pixel of a photograph, and all charts are packed into one page whose
+// sides are powers of two.
 //
-// Photographs are chosen greedily, the one that shows the most of what is left well first (at half of the size at which
-// any shows it, or more), so that charts are few and large. Which photographs the light comes from is another
-// matter (BakeTexture()). Triangles that no view sees are left out.
+// Photographs are chosen greedily, the one that shows the most of what is left well first (at half of the
+// size at which any shows it, or more), so that charts are few and large. Which photographs the light comes
+// from is another matter (BakeTexture()). Triangles that no view sees are left out.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,15 +33,16 @@ struct TextureAtlas {
 // Texels around each chart that belong to it.
 inline constexpr int kChartPadding = 3;
 
-// `scene` is over the mesh; `most_page_px`: a power of two. Throws Error where no view sees any of it, or where the
-// page is too small for its charts.
+// `scene` is over the mesh; `most_page_px`: a power of two. Throws Error where no view sees any of it, or
+// where the page is too small for its charts.
 TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh, int most_page_px = 8192);
 
 // The texture of an atlas, baked from the photographs.
-// CV_8UC3, 8-bit sRGB, in the page's size. Each texel is blended from the views that share its triangle's corners
-// (`shares`, by the vertices of the mesh that was cut), with shares that change evenly over the triangle, at the place
-// of the surface that it shows. Texels around a chart show the surface beyond its edge, then repeat the nearest, so that
-// neighbouring charts do not bleed into it; where photographs have no light, neighbours fill in.
+// CV_8UC3, 8-bit sRGB, in the page's size. Each texel is blended from the views that share its triangle's
+// corners (`shares`, by the vertices of the mesh that was cut), with shares that change evenly over the
+// triangle, at the place of the surface that it shows. Texels around a chart show the surface beyond its
+// edge, then repeat the nearest, so that neighbouring charts do not bleed into it; where photographs have no
+// light, neighbours fill in.
 cv::Mat BakeTexture(const RenderScene& scene, const TextureAtlas& atlas,
                     const std::vector<ViewShares>& shares);
 

@@ -6,8 +6,8 @@
 //
 //   CV_8UC3   8-bit sRGB, B G R
 //   CV_16FC4  half floats in linear light, B G R and the share of the pixel that has light at all. B G R are
-//             multiplied by the share. Pixels of the photograph that are not finite have no light, and clipped ones
-//             may have a small share (MakeLinearPyramid).
+//             multiplied by the share. Pixels of the photograph that are not finite have no light, and
+//             clipped ones may have a small share (MakeLinearPyramid).
 #pragma once
 
 #include <cstddef>
@@ -22,11 +22,12 @@ namespace ulf::render {
 using ViewPyramid = std::vector<cv::Mat>;
 ViewPyramid MakePyramid(const cv::Mat& srgb8);
 // CV_16FC4 levels of a CV_32FC3 image in linear light, which is resized to `size` first where that is given.
-// `clipped`: pixels (not 0) whose share is only kShareOfClipped; empty: none. A pixel of a coarser level keeps the mean of
-// all light in it, clipped or not, and has the mean of the shares: what clips does not vanish from small pictures.
+// `clipped`: pixels (not 0) whose share is only kShareOfClipped; empty: none. A pixel of a coarser level
+// keeps the mean of all light in it, clipped or not, and has the mean of the shares: what clips does not
+// vanish from small pictures.
 ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {}, const cv::Mat& clipped = {});
-// So little that any view with light at a place outweighs those that are clipped there, and enough to show the place
-// where all of them are. Guessed.
+// So little that any view with light at a place outweighs those that are clipped there, and enough to show
+// the place where all of them are. Guessed.
 inline constexpr float kShareOfClipped = 1.0f / 256;
 
 class Photograph {
@@ -46,8 +47,8 @@ class Photograph {
   // Continuous; callers must not write to it. May wait for the disk. Several threads may call it. Throws
   // Error for a photograph that is missing, truncated or not of its camera's size.
   virtual cv::Mat Level(int level) const = 0;
-  // Of all that its pixels are made of: the bytes of the files, which are read for it. The same on every machine, which the
-  // pixels need not be. Of a photograph in memory: its pixels. Throws as Level().
+  // Of all that its pixels are made of: the bytes of the files, which are read for it. The same on every
+  // machine, which the pixels need not be. Of a photograph in memory: its pixels. Throws as Level().
   virtual std::uint64_t ContentDigest() const;
 
  private:

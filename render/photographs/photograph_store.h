@@ -25,8 +25,8 @@ struct PhotographStoreOptions {
   bool masks = false;     // the views' masks in place of their photographs, white inside; not `linear`
   int size_limit_px = 0;  // of the longer side: photographs are reduced to it; 0: they keep their size
   double memory_limit_mb = 2048;  // for levels held; levels that callers still use come on top
-  // Of each view, by index: whether its clipped pixels have hardly any weight (kShareOfClipped), because others show more
-  // before they clip; needs `linear`. Empty: of no view.
+  // Of each view, by index: whether its clipped pixels have hardly any weight (kShareOfClipped), because
+  // others show more before they clip; needs `linear`. Empty: of no view.
   std::vector<bool> masks_clipped = {};
 };
 

@@ -1,5 +1,5 @@
-// By how much one picture is displaced against another, block by block: a translation of each block that makes
-// them equal (Lucas and Kanade 1981, from coarse to fine), and how sure it is.
+// By how much one picture is displaced against another, block by block: a translation of each block that
+// makes them equal (Lucas and Kanade 1981, from coarse to fine), and how sure it is.
 //
 // A block's mean brightness plays no part, so that light that differs is not taken for displacement. Blocks
 // without texture, and along straight edges, cannot be measured in every direction: their covariance says so.
@@ -11,8 +11,8 @@
 
 namespace ulf::render {
 
-// The side of a block. Guessed: smaller blocks are noisier, larger ones mix surfaces. Fixed, so that a row of a
-// block is one vector operation.
+// The side of a block. Guessed: smaller blocks are noisier, larger ones mix surfaces. Fixed, so that a row of
+// a block is one vector operation.
 inline constexpr int kBlockPx = 12;
 
 // Noise variance of a smoothed picture's gradients, along x or y, over its own: both kernels are known.

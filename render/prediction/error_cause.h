@@ -1,13 +1,13 @@
 // Why a frame differs from what the recorded views predict of it, by evidence in the difference itself.
 //
-//   not seen   no view sees the subject's points, or there is no geometry where the subject is
-//   pose       the whole picture is displaced, as by a motion of the camera beyond the pose's uncertainty
-//   light      what remains after alignment is brightness: a lamp, a cloud, an exposure that clips
-//   focus      the frame has less detail than the prediction, everywhere
-//   geometry   the views are displaced, each another way, and agree with the frame when each is aligned: depths are
+//   not seen no view sees the subject's points, or there is no geometry where the subject is pose the whole
+//   picture is displaced, as by a motion of the camera beyond the pose's uncertainty light what remains after
+//   alignment is brightness: a lamp, a cloud, an exposure that clips focus the frame has less detail than the
+//   prediction, everywhere geometry the views are displaced, each another way, and agree with the frame when
+//   each is aligned: depths are
 //              wrong
-//   moved      things are displaced, and the views agree among each other: the subject has changed
-//   surface    things are displaced, and the views differ among each other however they are aligned: mirrors, glass,
+//   moved things are displaced, and the views agree among each other: the subject has changed surface things
+//   are displaced, and the views differ among each other however they are aligned: mirrors, glass,
 //              gloss
 //   detail     nothing is displaced: there is more detail than so few views can show
 #pragma once

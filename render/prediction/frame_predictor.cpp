@@ -97,8 +97,8 @@ cv::Mat HiddenPart(const ShadowMap& map, const Rigid3& cam_from_world, const Ste
   return at.inverse_depth < least;
 }
 
-// By which factor `view` has the brightness of `frame`, where `seen`: of parts of the picture, whose sums hardly
-// depend on what lies off.
+// By which factor `view` has the brightness of `frame`, where `seen`: of parts of the picture, whose sums
+// hardly depend on what lies off.
 double GainTo(const cv::Mat& frame, const cv::Mat& view, const cv::Mat& seen, double most_gain) {
   constexpr int kPart = 8, kStep = 2;    // pixels
   constexpr float kWhole = 0.9f;         // of a part must be seen

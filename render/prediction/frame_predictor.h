@@ -1,6 +1,6 @@
-// What the recorded views say a new frame shows, before that frame is recorded itself: their small pictures are
-// projected over the mesh into the frame and blended. Compared with the frame (prediction_error.h) it is the
-// light field's error at a viewpoint that it does not have.
+// What the recorded views say a new frame shows, before that frame is recorded itself: their small pictures
+// are projected over the mesh into the frame and blended. Compared with the frame (prediction_error.h) it is
+// the light field's error at a viewpoint that it does not have.
 //
 // The views are the nearest in direction from the subject, weighted as in unstructured lumigraph rendering
 // (Buehler et al. 2001): a view's weight falls to 0 at the direction of the first view that is left out. Each
@@ -65,8 +65,8 @@ class FramePredictor {
   void SetGeometry(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh);
   bool has_geometry() const { return mesh_ != nullptr; }
   const Subject& subject() const { return subject_; }
-  // `id`: View::id. `read` gives its small picture when a frame near it is predicted; a view whose picture cannot be
-  // read is left out.
+  // `id`: View::id. `read` gives its small picture when a frame near it is predicted; a view whose picture
+  // cannot be read is left out.
   void AddView(int id, const Rigid3& cam_from_world, std::function<StereoView()> read);
   void AddView(int id, const StereoView& view);
   void RemoveView(int id) { views_.erase(id); }

@@ -1,11 +1,11 @@
-// The error of a light field at a viewpoint that it does not have: a frame that was not recorded, compared with
-// what the recorded views predict of it (frame_predictor.h). By how many pixels the prediction lies off
+// The error of a light field at a viewpoint that it does not have: a frame that was not recorded, compared
+// with what the recorded views predict of it (frame_predictor.h). By how many pixels the prediction lies off
 // (misregistration), and what differs where it does not (in dB).
 //
-// Neither the frame's own noise nor the uncertainty of its pose is the light field's error. The noise variance is
-// estimated from the frame and subtracted. Displacements that a small motion of the frame's camera explains,
-// within the pose's uncertainty, are taken out by the most probable motion; what of it goes beyond is told apart
-// (PredictionError::pose_off_sigmas).
+// Neither the frame's own noise nor the uncertainty of its pose is the light field's error. The noise
+// variance is estimated from the frame and subtracted. Displacements that a small motion of the frame's
+// camera explains, within the pose's uncertainty, are taken out by the most probable motion; what of it goes
+// beyond is told apart (PredictionError::pose_off_sigmas).
 //
 // Pixels are those of the frame that is given, grey values 0 to 255, display-encoded.
 #pragma once
@@ -38,8 +38,8 @@ struct RegionError {
   int measured = 0;   // of these, with texture enough to say how far off they are
   // Root mean square over the measured blocks; nine of ten are below `worst_px`.
   double misregistration_px = 0, worst_px = 0;
-  // Peak signal to noise ratio of the seen blocks as predicted, after their displacement, and after a factor of
-  // brightness for each block.
+  // Peak signal to noise ratio of the seen blocks as predicted, after their displacement, and after a factor
+  // of brightness for each block.
   double db = 0, db_aligned = 0, db_leveled = 0;
   double contrast = 0;  // root mean square of what the frame shows in a block, about its mean: 0 no texture
 
@@ -68,8 +68,8 @@ struct PredictionError {
   double pose_off_sigmas = 0;     // how far the most probable motion lies outside the pose's uncertainty
   double nearest_view_angle = 0;  // radians
   double gain_spread = 0;  // largest over smallest factor by which views were brought to the frame's exposure
-  // Mean square gradient of the frame over that of the prediction, inside the silhouette, both without noise: below
-  // 1 the frame has less detail.
+  // Mean square gradient of the frame over that of the prediction, inside the silhouette, both without noise:
+  // below 1 the frame has less detail.
   double detail_ratio = 1;
   double on_mesh_share = 0;  // of the silhouette's blocks: where there is geometry at all
 };

@@ -106,7 +106,8 @@ bool IsBeingReplaced(const json& index) {
          index["next"].contains("maps") && index["next"]["maps"].is_array();
 }
 
-// Returns the mesh and the maps of the index, or those that replace them where the mesh of this checksum is theirs.
+// Returns the mesh and the maps of the index, or those that replace them where the mesh of this
+// checksum is theirs.
 json SetOf(const json& index, const std::string& mesh) {
   const bool is_next = IsBeingReplaced(index) && index["next"].value("mesh", json()) == mesh;
   const json& set = is_next ? index["next"] : index;
@@ -150,7 +151,8 @@ bool IsSameFile(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, unknown) && !unknown;
 }
 
-// Moves the maps of `set` to `kept`, with an index of their own; those of `staying` are there in both folders.
+// Moves the maps of `set` to `kept`, with an index of their own; those of `staying` are there
+// in both folders.
 void MoveMapsToKept(const fs::path& folder, const fs::path& kept, const json& set,
                     const std::set<std::string>& staying) {
   MakeFolder(kept);

@@ -1,9 +1,11 @@
-// A light field's geometry on disk: its mesh (DIR/proxy.ply) and the depth maps of its views: DIR/depth/, a 16-bit PNG for
-// each (1 / depth along the optical axis, in units of its own) and maps.json, which says whose they are, by which camera, in
-// which unit, how uncertain, and which pose the view had. docs/disk_format.md describes it.
+// A light field's geometry on disk: its mesh (DIR/proxy.ply) and the depth maps of its views: DIR/depth/, a
+// 16-bit PNG for each (1 / depth along the optical axis, in units of its own) and maps.json, which says
+// whose they are, by which camera, in which unit, how uncertain, and which pose the view had.
+// docs/disk_format.md describes it.
 //
-// Mesh and maps change together: while they do, maps.json lists the maps of both meshes, each with its mesh's checksum. The
-// renaming of the new mesh is the one moment of change, so that a kill leaves the geometry of before or the new one.
+// Mesh and maps change together: while they do, maps.json lists the maps of both meshes, each with its mesh's
+// checksum. The renaming of the new mesh is the one moment of change, so that a kill leaves the geometry of
+// before or the new one.
 #pragma once
 
 #include <cstddef>
@@ -28,17 +30,19 @@ struct KeptGeometry {
   std::optional<std::filesystem::path> mesh, maps;  // where they are now, under kept/
 };
 
-// Writes the mesh (MeshPlyBytes) and the maps that were made beside it (by View::id; empty: none) in place of the geometry that
-// is there, and no other file. Throws DiskFullError, Error: then nothing that it wrote is left, and what was there stays.
+// Writes the mesh (MeshPlyBytes) and the maps that were made beside it (by View::id; empty: none) in place of
+// the geometry that is there, and no other file. Throws DiskFullError, Error: then nothing that it wrote is
+// left, and what was there stays.
 KeptGeometry WriteGeometryFiles(const LightField& light_field, const std::string& mesh_ply,
                                 const std::map<int, ViewDepthMap>& maps, FormerGeometry former);
 
-// Does what a killed WriteGeometryFiles() left undone: removes the maps that do not count, or moves them to kept/.
+// Does what a killed WriteGeometryFiles() left undone: removes the maps that do not count, or moves
+// them to kept/.
 void FinishGeometryFiles(const std::filesystem::path& light_field_folder);
 
-// Takes out the maps of views that `light_field` does not have, and those that are not bound to the pose that the view has
-// there: `made_under` has another, by more than a tenth of a pixel at the subject. Returns how many of the latter. (Maps
-// whose views all moved as one would be right nevertheless; nothing here tells.)
+// Takes out the maps of views that `light_field` does not have, and those that are not bound to the pose that
+// the view has there: `made_under` has another, by more than a tenth of a pixel at the subject. Returns how
+// many of the latter. (Maps whose views all moved as one would be right nevertheless; nothing here tells.)
 std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, Rigid3>& made_under,
                              std::map<int, ViewDepthMap>& maps);
 

@@ -20,14 +20,15 @@ struct MeshSimplification {
   std::size_t most_triangles = 20000;
 };
 
-// The mesh as it is where it has no more triangles, else one of at most `most_triangles`, and of not many fewer where
-// the mesh allows that. Triangles that collapse, and copies, are left out.
+// The mesh as it is where it has no more triangles, else one of at most `most_triangles`, and of not many
+// fewer where the mesh allows that. Triangles that collapse, and copies, are left out.
 TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options);
 // The same with cells of one size everywhere.
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles);
 
-// A finer mesh of the same surface: edges longer than `most_slope` times the distance of their middle to the nearest view
-// are halved until none is, or until there are `most_triangles`. Triangles that share an edge split it alike.
+// A finer mesh of the same surface: edges longer than `most_slope` times the distance of their middle to the
+// nearest view are halved until none is, or until there are `most_triangles`. Triangles that share an edge
+// split it alike.
 TriangleMesh Split(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& view_centers,
                    double most_slope, std::size_t most_triangles);
 

@@ -35,8 +35,8 @@ struct PlaneSearch {
 // Of the light field's points those that are finite are looked at; views only say where they were seen from.
 PlaneSearch FindPlanes(const LightField& light_field);
 
-// For each point of the light field the viewpoints of the views that show it, the nearest first; where that is not
-// known, the nearest of all. Empty for a point that is not finite, and without views.
+// For each point of the light field the viewpoints of the views that show it, the nearest first; where that
+// is not known, the nearest of all. Empty for a point that is not finite, and without views.
 std::vector<std::vector<Eigen::Vector3d>> SeenFrom(const LightField& light_field);
 
 }  // namespace ulf::render

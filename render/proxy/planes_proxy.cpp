@@ -123,7 +123,8 @@ cv::Mat SeenThrough(const PlaneGrid& grid, const PlaneAxes& axes, const FoundPla
   return counts;
 }
 
-// CV_8U: the cells inside the hulls of points that hang together, and `own` without the points that are alone.
+// CV_8U: the cells inside the hulls of points that hang together, and `own` without the points
+// that are alone.
 cv::Mat InsideHulls(const cv::Mat& counts, std::size_t points, cv::Mat& own) {
   // Guessed: how many cells without points may lie between two that hang together, and what is alone.
   constexpr int kGrow = 2;

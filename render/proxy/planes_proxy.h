@@ -19,7 +19,8 @@ inline constexpr char kPlanesProxy[] = "planes";
 std::shared_ptr<const TriangleMesh> MeshOfPlanes(const std::vector<FoundPlane>& planes,
                                                  const LightField& light_field);
 
-// Logs how many planes there are and what share of the points lies on them. Throws Error where there are none.
+// Logs how many planes there are and what share of the points lies on them. Throws Error where
+// there are none.
 std::shared_ptr<const Proxy> MakePlanesProxy(const Subject& subject, const LightField& light_field);
 
 }  // namespace ulf::render

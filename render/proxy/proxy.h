@@ -62,8 +62,8 @@ class Proxy {
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;
 };
 
-// The plane that faces the virtual camera, through the subject's centre or at a share of its distance; or a plane that
-// is fixed in the world.
+// The plane that faces the virtual camera, through the subject's centre or at a share of its distance; or a
+// plane that is fixed in the world.
 class PlaneProxy : public Proxy {
  public:
   struct InWorld {

@@ -22,8 +22,8 @@ namespace ulf::render {
 // Is fitted to photographs that are left out (render/quality/choice.h), not made by its name.
 inline constexpr char kFittedPlane[] = "plane:fitted";
 
-// The names of the geometry that the light field itself has, simplest first: planes, points, and mesh or, where it has
-// depth maps as well, soft. Warns of a mesh that cannot be read, and leaves it out.
+// The names of the geometry that the light field itself has, simplest first: planes, points, and mesh or,
+// where it has depth maps as well, soft. Warns of a mesh that cannot be read, and leaves it out.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
 // Logs what a mesh file holds. Throws Refusal for a name that does not exist, Error for a file that cannot
@@ -31,11 +31,12 @@ std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
 
-// The names of OwnProxies() and of the plane, the most geometry first: where nothing is compared, the first that can be
-// drawn is taken.
+// The names of OwnProxies() and of the plane, the most geometry first: where nothing is compared, the first
+// that can be drawn is taken.
 std::vector<std::string> DefaultProxies(const std::filesystem::path& light_field);
 
-// ProxyFromName() of one of OwnProxies(); where the depth maps cannot be used, the mesh alone, with a warning.
+// ProxyFromName() of one of OwnProxies(); where the depth maps cannot be used, the mesh alone,
+// with a warning.
 std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
                                       const std::filesystem::path& light_field);
 

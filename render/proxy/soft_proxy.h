@@ -1,5 +1,6 @@
-// A mesh, and beside it the depth maps of the recorded views: geometry in which each view knows what it sees (Penner and
-// Zhang 2017, "Soft 3D reconstruction for view synthesis"). The soft field asks the maps; all other fields see the mesh.
+// A mesh, and beside it the depth maps of the recorded views: geometry in which each view knows what it sees
+// (Penner and Zhang 2017, "Soft 3D reconstruction for view synthesis"). The soft field asks the maps; all
+// other fields see the mesh.
 #pragma once
 
 #include <map>

@@ -137,8 +137,8 @@ std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Fa
   return inside;
 }
 
-// The smallest ball round all but `left_out` of the area: moves towards the farthest facet by ever less (Badoiu
-// and Clarkson 2003), the facets that stick out farthest left out.
+// The smallest ball round all but `left_out` of the area: moves towards the farthest facet by ever less
+// (Badoiu and Clarkson 2003), the facets that stick out farthest left out.
 Subject SmallestBall(std::vector<Facet> facets, double left_out) {
   const double may_stick_out = left_out * AreaOf(facets);
   Vector3d center = Vector3d::Zero();

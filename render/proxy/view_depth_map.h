@@ -1,5 +1,5 @@
-// A recorded view's depth map: what the soft field (render/renderer/soft_pixel.h) asks for surfaces, and for what the
-// view sees. Inverse depths in 16 bits, as on disk (depth_map_files.h) and in graphics memory.
+// A recorded view's depth map: what the soft field (render/renderer/soft_pixel.h) asks for surfaces, and for
+// what the view sees. Inverse depths in 16 bits, as on disk (depth_map_files.h) and in graphics memory.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,13 @@ struct ViewDepthMap {
 // `inverse_depth`: CV_32F, 0: unknown.
 ViewDepthMap MakeViewDepthMap(const CameraModel& camera, const cv::Mat& inverse_depth, double step);
 
-// The mesh as this camera (without distortion) sees it; where the mesh has holes, as deep as what is around them.
+// The mesh as this camera (without distortion) sees it; where the mesh has holes, as deep as what
+// is around them.
 ViewDepthMap DepthMapOfMesh(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world,
                             double step);
 
-// How far what a view shows at `distance` moves in its image, at most, where its pose changes; pixels of `camera`.
+// How far what a view shows at `distance` moves in its image, at most, where its pose changes;
+// pixels of `camera`.
 double MovedPx(const CameraModel& camera, const Rigid3& then, const Rigid3& now, double distance);
 
 // Makes or reads the map at the first Get(), in that thread: a picture needs the maps of a few of many views.

@@ -77,8 +77,8 @@ std::vector<ScoredChoice> Try(const std::string& compared, const RenderScene& sc
   return candidates;
 }
 
-// The times of candidates as a viewer draws them: Rendering::ms is without reading the picture back, which a viewer does
-// not do. The first picture of each waits for photographs and shaders.
+// The times of candidates as a viewer draws them: Rendering::ms is without reading the picture back, which a
+// viewer does not do. The first picture of each waits for photographs and shaders.
 void TimeInMotion(const std::string& compared, const RenderScene& scene, RendererKind kind,
                   const ChoiceOptions& options, std::vector<ScoredChoice>& candidates) {
   constexpr int kPictures = 3;
@@ -147,8 +147,8 @@ ModelChoice Explained(const std::string& question, const std::vector<ScoredChoic
   return explained;
 }
 
-// "The proxy soft shows left-out photographs best: 36.2 dB (points 32.9, planes 32.4, plane 21.5)." What decided where it
-// was not the best alone is said, too.
+// "The proxy soft shows left-out photographs best: 36.2 dB (points 32.9, planes 32.4, plane 21.5)." What
+// decided where it was not the best alone is said, too.
 std::string InWords(const std::string& question, const std::vector<ScoredChoice>& tried,
                     const ScoredChoice& chosen, bool by_proxy, const ChoiceOptions& options) {
   std::vector<ScoredChoice> others;
@@ -223,7 +223,8 @@ std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidate
   return quick;
 }
 
-// The soft field is as calm in motion as subdivision. Its wide reach takes 1.3 to 1.4 times as long as the narrow one.
+// The soft field is as calm in motion as subdivision. Its wide reach takes 1.3 to 1.4 times as long as
+// the narrow one.
 const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options) {
   // Null where there is none.
@@ -299,7 +300,8 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     choice.candidates = tried;
   }
   if (fields_differ) {
-    // What the soft field is worth it is over depth maps: it is tried over these, whatever serves the other fields.
+    // What the soft field is worth it is over depth maps: it is tried over these, whatever serves
+    // the other fields.
     std::vector<FieldOptions> soft, others;
     for (const FieldOptions& field : fields)
       (field.kind == FieldKind::kSoft && in_detail ? soft : others).push_back(field);

@@ -1,11 +1,11 @@
-// Chooses the blending field and the proxy of a light field by evidence and by time: a few views are left out, rendered
-// from the others, small or in part, and compared with their photographs. Of proxies, and of fields that blend over one
-// surface, it is the first candidate, in an order of preference, that is within a margin of the best; the soft field,
-// several times as slow, where it is better than that one. A mesh that was made from all views knows the left-out ones
-// as well and scores a little too well.
+// Chooses the blending field and the proxy of a light field by evidence and by time: a few views are left
+// out, rendered from the others, small or in part, and compared with their photographs. Of proxies, and of
+// fields that blend over one surface, it is the first candidate, in an order of preference, that is within a
+// margin of the best; the soft field, several times as slow, where it is better than that one. A mesh that
+// was made from all views knows the left-out ones as well and scores a little too well.
 //
-// Who looks at files waits for the best pictures and wants the same ones the next time: no clock decides there. Who
-// moves about wants frames: what takes too long on this machine is not taken (InMotion).
+// Who looks at files waits for the best pictures and wants the same ones the next time: no clock decides
+// there. Who moves about wants frames: what takes too long on this machine is not taken (InMotion).
 #pragma once
 
 #include <filesystem>
@@ -53,18 +53,19 @@ struct InMotion {
 struct ChoiceOptions {
   // The first candidate that is at most this much worse than the best is chosen. Guessed.
   double within_db = 0.3;
-  // By how much the soft field must be better than what is chosen among the others. About what such a comparison tells
-  // by chance. Guessed.
+  // By how much the soft field must be better than what is chosen among the others. About what such a
+  // comparison tells by chance. Guessed.
   double soft_gain_db = 0.1;
-  // The narrow soft field, which is quicker, is taken where it is at most this much worse than the wide one. Guessed.
+  // The narrow soft field, which is quicker, is taken where it is at most this much worse than the
+  // wide one. Guessed.
   double narrow_within_db = 0.05;
   std::optional<InMotion> in_motion = {};  // none: for files
   int fewest_views = kFewestViewsCompared;
   int views_left_out = 8;    // about, evenly through the light field. Guessed.
   int size_px = 320;         // longer side of the pictures, at most. Guessed.
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
-  // Called before each picture, and after the last, with what is compared ("geometry", "fields") and the share of that
-  // which is done, 0 to 1; what it throws ends the comparison.
+  // Called before each picture, and after the last, with what is compared ("geometry", "fields") and the
+  // share of that which is done, 0 to 1; what it throws ends the comparison.
   std::function<void(const std::string& compared, double share)> between = {};
 };
 
@@ -73,8 +74,8 @@ const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candid
                                          double within_db = ChoiceOptions().within_db);
 
 // Of candidates that differ by their field (at least one): the soft field (the first within
-// ChoiceOptions::narrow_within_db of the best) where it gains ChoiceOptions::soft_gain_db on the first of the others
-// within tolerance.
+// ChoiceOptions::narrow_within_db of the best) where it gains ChoiceOptions::soft_gain_db on the first of the
+// others within tolerance.
 const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options = {});
 
@@ -82,15 +83,17 @@ const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
 std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidates, double most_ms);
 
 // `fields` and `proxies`: in order of preference, the simplest proxy first. First every proxy is tried with
-// the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever proxy was chosen), because geometry matters more than weights. With
-// too few views to leave some out, the choice is the DefaultField(), if it is among the fields, and the last
-// proxy, which has the most geometry. Lumigraph weights are also used where the viewpoints span no surface.
+// the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever
+// proxy was chosen), because geometry matters more than weights. With too few views to leave some out, the
+// choice is the DefaultField(), if it is among the fields, and the last proxy, which has the most geometry.
+// Lumigraph weights are also used where the viewpoints span no surface.
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options = {});
 
-// The plane that faces the virtual camera at the share of the subject's distance at which left-out views are shown best
-// (`choice` says how many, and how large). With too few views to leave some out it is the plane through the subject.
+// The plane that faces the virtual camera at the share of the subject's distance at which left-out views are
+// shown best (`choice` says how many, and how large). With too few views to leave some out it is the plane
+// through the subject.
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
                                       RendererKind renderer, const ChoiceOptions& choice = {});
 
@@ -99,17 +102,17 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          const FieldOptions& field, const std::filesystem::path& light_field,
                                          RendererKind renderer);
 
-// The proxies of `proxy`, a name of the command line: that one; of "auto" the plane and the light field's own planes,
-// points and mesh, and where it has neither, a fitted plane.
+// The proxies of `proxy`, a name of the command line: that one; of "auto" the plane and the light field's own
+// planes, points and mesh, and where it has neither, a fitted plane.
 std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
                                                        const FieldOptions& field,
                                                        const std::filesystem::path& light_field,
                                                        RendererKind renderer);
 
-// The choice by names of the command line, among these proxies. "auto" lets the evidence choose among subdivision (of
-// `details`' level), linear, lumigraph weights and, over depth maps, the soft field, narrow
-// and wide. Subdivision comes first because it is the calmest in motion, which left-out views do not show; then what
-// costs less.
+// The choice by names of the command line, among these proxies. "auto" lets the evidence choose among
+// subdivision (of `details`' level), linear, lumigraph weights and, over depth maps, the soft field, narrow
+// and wide. Subdivision comes first because it is the calmest in motion, which left-out views do not show;
+// then what costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                     const ChoiceOptions& options = {});

@@ -1,5 +1,5 @@
-// Where a picture is wrong: its squared error, shared out among kinds of pixels. Each pixel is of the first kind that
-// fits; of blur, displacement and light, the one that explains most.
+// Where a picture is wrong: its squared error, shared out among kinds of pixels. Each pixel is of the first
+// kind that fits; of blur, displacement and light, the one that explains most.
 #pragma once
 
 #include <array>

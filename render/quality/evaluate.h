@@ -39,7 +39,8 @@ struct EvaluateOptions {
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
   int window_px = 0;         // only the middle of each picture, at most so wide and high; 0: all of it
   std::function<void(const ComparedPicture&)> look = {};
-  // Called before each picture, and at the end, with the share that is done, 0 to 1; what it throws ends the evaluation.
+  // Called before each picture, and at the end, with the share that is done, 0 to 1; what it throws ends
+  // the evaluation.
   std::function<void(double share)> between = {};
 };
 

@@ -51,8 +51,8 @@ double CornerR2(const CameraModel& camera) {
 
 using CenterAndGain = std::pair<Vector3d, cv::Vec3f>;
 
-// The log gain of a view at a place, from those of the nearest views, the nearer the more; `without`: of which one is
-// left out, if 0 or more.
+// The log gain of a view at a place, from those of the nearest views, the nearer the more; `without`: of
+// which one is left out, if 0 or more.
 cv::Vec3d LogGainAmong(const std::vector<CenterAndGain>& views, const Vector3d& center, int without) {
   constexpr std::size_t kNearest = 4;
   std::vector<std::pair<double, std::size_t>> by_distance;

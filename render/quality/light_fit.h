@@ -1,14 +1,15 @@
-// How bright each photograph is beside the others, and how much darker a lens leaves its corners, for all views
-// together: imported sets say nothing of exposure, and a phone changes it from picture to picture.
+// How bright each photograph is beside the others, and how much darker a lens leaves its corners, for all
+// views together: imported sets say nothing of exposure, and a phone changes it from picture to picture.
 //
-// Points of the proxy's surface that several views see should send the same light to all of them. Where they do not,
+// Points of the proxy's surface that several views see should send the same light to all of them.
+// Where they do not,
 //
 //   log light(view, channel) = log light(point, channel) + gain(view, channel) + log(1 + a r^2 + b r^4)
 //
-// is solved for the gains, whose mean over the views is 0 in each channel, and for a and b of each camera
-// (r: LightCorrection). Highlights, what moved and what the proxy has wrong are outliers: weights are those of the
-// absolute deviation first, then Geman and McClure's. Points that took no part decide how much of the model is needed:
-// nothing, gains, or gains and fall-off.
+// is solved for the gains, whose mean over the views is 0 in each channel, and for a and b of each camera (r:
+// LightCorrection). Highlights, what moved and what the proxy has wrong are outliers: weights are those of
+// the absolute deviation first, then Geman and McClure's. Points that took no part decide how much of the
+// model is needed: nothing, gains, or gains and fall-off.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,14 +39,14 @@ struct LightFit {
   std::string Words() const;  // what was found, in a clause
 };
 
-// `scene`: over a proxy with triangles, with its shadow maps (WithProxy). A proxy without triangles, or one on which
-// views have no points in common, leaves everything as recorded.
+// `scene`: over a proxy with triangles, with its shadow maps (WithProxy). A proxy without triangles, or one
+// on which views have no points in common, leaves everything as recorded.
 LightFit FitLight(const RenderScene& scene);
 
-// The scene with the corrections. A view that was not fitted, such as one that is left out and compared, has the
-// fall-off of its camera where another view has the same one, and a gain of 1: how it was exposed cannot be known. An
-// automatic exposure follows what the camera sees, though: where the fitted views' gains follow from their neighbours'
-// (each predicted without itself), so does this one.
+// The scene with the corrections. A view that was not fitted, such as one that is left out and compared, has
+// the fall-off of its camera where another view has the same one, and a gain of 1: how it was exposed cannot
+// be known. An automatic exposure follows what the camera sees, though: where the fitted views' gains follow
+// from their neighbours' (each predicted without itself), so does this one.
 std::shared_ptr<const RenderScene> WithLight(const RenderScene& scene, const LightFit& fit);
 
 }  // namespace ulf::render

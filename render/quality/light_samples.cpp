@@ -39,8 +39,8 @@ struct SmallPicture {
   double pixel = 1;  // of the level, in pixels of the view's camera
 };
 
-// Log light of B G R at a point of a photograph, and what it changes by over a pixel; none where a channel is clipped,
-// nearly black, or not there.
+// Log light of B G R at a point of a photograph, and what it changes by over a pixel; none where a channel is
+// clipped, nearly black, or not there.
 struct LogLight {
   std::array<double, 3> value{}, slope{};
   std::array<bool, 3> counts{};
@@ -108,8 +108,9 @@ std::vector<Vector3d> PointsOf(const RenderScene& scene, const SceneView& view, 
   return points;
 }
 
-// A point as the views see it: a sample for each channel in which no view is clipped or nearly black. If single views
-// were left out for that, a limit would cut the bright views of one point and the dark ones of the next.
+// A point as the views see it: a sample for each channel in which no view is clipped or nearly black.
+// If single views were left out for that, a limit would cut the bright views of one point and the dark
+// ones of the next.
 std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<SmallPicture>& pictures,
                                    const std::vector<int>& camera_of, int source, const Vector3d& point,
                                    std::mt19937& random) {

@@ -12,8 +12,8 @@ namespace ulf::render {
 
 Eigen::Vector2d HalfDiagonal(const CameraModel& camera);  // pixels
 
-// A fifth of the points is held out. `camera_of`: of each view; `points`: how many there are. The same whatever the
-// number of threads; none over a proxy without triangles.
+// A fifth of the points is held out. `camera_of`: of each view; `points`: how many there are. The same
+// whatever the number of threads; none over a proxy without triangles.
 std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector<int>& camera_of,
                                      std::size_t& points);
 

@@ -29,8 +29,8 @@ double Corrected(const LightSolution& solution, int channel, const LightObservat
          std::log(FalloffOf(solution.falloff[At(seen.camera)], seen.r2));
 }
 
-// Gauss-Newton steps on weighted squares. A point's own light is eliminated: what is left of an observation is its
-// difference from the point's weighted mean.
+// Gauss-Newton steps on weighted squares. A point's own light is eliminated: what is left of an observation
+// is its difference from the point's weighted mean.
 class Normal {
  public:
   Normal(const std::vector<LightSample>& samples, int views, int cameras, LightModel model)
@@ -46,7 +46,8 @@ class Normal {
 
   const LightSolution& solution() const { return solution_; }
 
-  // Of every observation from its point's weighted mean, over its expected error; from the middle one at first.
+  // Of every observation from its point's weighted mean, over its expected error; from the
+  // middle one at first.
   void Residuals(bool first) {
     std::size_t entry = 0;
     std::vector<double> values;
@@ -123,8 +124,8 @@ class Normal {
   double least_error = 1;
 
  private:
-  // Of so many perfect observations that say: no gain, no fall-off. They hold what nobody compares. The shape of a
-  // fall-off hangs by small differences, and must not be bent.
+  // Of so many perfect observations that say: no gain, no fall-off. They hold what nobody compares. The shape
+  // of a fall-off hangs by small differences, and must not be bent.
   static constexpr double kPriorOfGain = 1, kPriorOfFalloff = 1e-3;
   double PriorOf(std::size_t i) const { return i < 3 * At(views_) ? kPriorOfGain : kPriorOfFalloff; }
 
@@ -152,7 +153,8 @@ class Normal {
     return row;
   }
 
-  // Once a step: they hang on the solution alone, and each is used in every one of the solver's multiplications.
+  // Once a step: they hang on the solution alone, and each is used in every one of the solver's
+  // multiplications.
   void FindRows() {
     rows_.clear();
     rows_.reserve(entries_);

@@ -1,5 +1,5 @@
-// Gains of views and fall-off of lenses out of what several views show of the same points (light_fit.h has the model):
-// values in, values out, no photograph.
+// Gains of views and fall-off of lenses out of what several views show of the same points (light_fit.h has
+// the model): values in, values out, no photograph.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,7 +33,8 @@ double FalloffOf(const Eigen::Vector2d& falloff, double r2);  // 1 + a r^2 + b r
 
 LightSolution SolveLight(const std::vector<LightSample>& samples, int views, int cameras, LightModel model);
 
-// Of the held-out points' observations: the difference from the point's middle one, as the solution corrects them.
+// Of the held-out points' observations: the difference from the point's middle one, as the solution
+// corrects them.
 struct HeldOutError {
   double over_expected = 0, expected = 1;
 };

@@ -1,8 +1,8 @@
 // Renders what turned on a turntable, without what stood still behind it.
 //
-// The masks of the views are rendered as if they were photographs, with the same field over the same proxy: what they
-// blend to is how much of each pixel shows what turned (Rendering::alpha). A photograph's masked pixels give no light,
-// so that no colour of the background comes into the pictures.
+// The masks of the views are rendered as if they were photographs, with the same field over the same proxy:
+// what they blend to is how much of each pixel shows what turned (Rendering::alpha). A photograph's masked
+// pixels give no light, so that no colour of the background comes into the pictures.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,8 @@
 
 namespace ulf::render {
 
-// Where the views' masks agree but for so much, a pixel is on one side of the outline. Guessed: geometry that is off by
-// a pixel at the rim makes views disagree there, and a mean would leave a veil.
+// Where the views' masks agree but for so much, a pixel is on one side of the outline. Guessed: geometry that
+// is off by a pixel at the rim makes views disagree there, and a mean would leave a veil.
 constexpr float kOutsideShare = 0.3f, kInsideShare = 0.7f;
 
 class CutOutRenderer : public Renderer {

@@ -213,8 +213,8 @@ using OwnViews =
     std::function<double(const Vector3d& ray_in_cam, const Vector3d& point_in_world, double depth,
                          std::vector<Contribution>& contributions, double& confidence)>;
 
-// Calls shade(x, y, contributions, total, confidence) for every pixel of a tile. The contributions' weights sum to
-// one, if there are any; `total` is the weight of those of the field's own views that see the point.
+// Calls shade(x, y, contributions, total, confidence) for every pixel of a tile. The contributions' weights
+// sum to one, if there are any; `total` is the weight of those of the field's own views that see the point.
 template <typename Shade>
 void ForEachPixelOf(const cv::Rect& tile, const FrameSetup& setup, const cv::Mat& depth,
                     const Filling& filling, const OwnViews& own_views, const Shade& shade) {

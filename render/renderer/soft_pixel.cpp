@@ -89,8 +89,8 @@ SoftPixel::Choice SoftPixel::Choose(const Vector3d& point, std::span<const int> 
     one.weight = std::max(0.0, gaussian(one.penalty) - nothing) * (1 + own * own);
   }
   std::erase_if(chosen, [](const Chosen& one) { return !(one.weight > 0); });
-  // By penalty, which differs from pixel to pixel: in order of distance a view would begin or cease to propose in all of
-  // the picture at once, which is seen.
+  // By penalty, which differs from pixel to pixel: in order of distance a view would begin or cease to
+  // propose in all of the picture at once, which is seen.
   std::ranges::stable_sort(chosen, {}, &Chosen::penalty);
   return choice;
 }

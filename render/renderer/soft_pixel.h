@@ -1,24 +1,27 @@
-// The soft field's pixel: which surfaces there may be along its ray, how far each is believed, and what each of them
-// shows (after Penner and Zhang 2017, "Soft 3D reconstruction for view synthesis"; here without volumes of votes: each
-// pixel asks the views' depth maps). The OpenGL renderer computes the same (render/gl/shaders/soft.frag).
+// The soft field's pixel: which surfaces there may be along its ray, how far each is believed, and what each
+// of them shows (after Penner and Zhang 2017, "Soft 3D reconstruction for view synthesis"; here without
+// volumes of votes: each pixel asks the views' depth maps). The OpenGL renderer computes the same
+// (render/gl/shaders/soft.frag).
 //
-//   1. The views are the nearest kSoftViews that have the proxy's point in their images, with the penalty of angle and
-//      resolution that lumigraph weights use. The weight of a view is a Gaussian of its penalty, as wide as
-//      FieldOptions::soft_width says; a view in the virtual camera's own place takes all. Views without weight take no
-//      part in what follows.
-//   2. Candidates are the proxy's depth, and the depths at which the maps of the kSoftProposers views of least penalty
-//      meet the ray, each found by a few steps from the proxy's depth.
-//   3. The views vote for each candidate by how near their maps are to it, in steps of the maps. A view whose map is
-//      far before the candidate sees something else there, and has no vote. Colours of the views that differ lower the
-//      belief in a candidate: on a wrong surface they do.
-//   4. A candidate's colour is the mean of the views that see it, in linear light; what a view sees fades over a few
-//      steps of its map. Their weights are balanced: views on the side where there are fewer count more, so that the mean
-//      of their directions comes near the virtual camera's, as in local linear regression (Cleveland 1979; no weight
-//      becomes negative). Then shading that changes with direction is nearer to right, and so is what a wrong depth moves. Views far from the mean count less, since a photograph that is off by an edge, a highlight or a
-//      passer-by is.
+//   1. The views are the nearest kSoftViews that have the proxy's point in their images, with the penalty of
+//      angle and resolution that lumigraph weights use. The weight of a view is a Gaussian of its penalty, as
+//      wide as FieldOptions::soft_width says; a view in the virtual camera's own place takes all. Views
+//      without weight take no part in what follows.
+//   2. Candidates are the proxy's depth, and the depths at which the maps of the kSoftProposers views of
+//      least penalty meet the ray, each found by a few steps from the proxy's depth.
+//   3. The views vote for each candidate by how near their maps are to it, in steps of the maps. A view whose
+//      map is far before the candidate sees something else there, and has no vote. Colours of the views that
+//      differ lower the belief in a candidate: on a wrong surface they do.
+//   4. A candidate's colour is the mean of the views that see it, in linear light; what a view sees fades
+//      over a few steps of its map. Their weights are balanced: views on the side where there are fewer count
+//      more, so that the mean of their directions comes near the virtual camera's, as in local linear
+//      regression (Cleveland 1979; no weight becomes negative). Then shading that changes with direction is
+//      nearer to right, and so is what a wrong depth moves. Views far from the mean count less, since a
+//      photograph that is off by an edge, a highlight or a passer-by is.
 //   5. Candidates are laid over each other from near to far, each as opaque as it is believed.
 //
-// Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps say what views see.
+// Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps say
+// what views see.
 #pragma once
 
 #include <Eigen/Core>
@@ -65,8 +68,9 @@ class SoftPixel {
   // `width`: FieldOptions::soft_width.
   SoftPixel(const RenderScene& scene, const Rigid3& cam_from_world, double width, LightOf light_of);
 
-  // `ray_in_cam`: of depth 1; `depth`: the proxy's; `views`: in the order of their distance. Sets the contributions,
-  // and returns their sum of weights: the share of the light that photographs have, times what the best view sees.
+  // `ray_in_cam`: of depth 1; `depth`: the proxy's; `views`: in the order of their distance. Sets the
+  // contributions, and returns their sum of weights: the share of the light that photographs have, times what
+  // the best view sees.
   double Blend(const Eigen::Vector3d& ray_in_cam, double depth, std::span<const int> views,
                std::vector<Contribution>& contributions) const;
 

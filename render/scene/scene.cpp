@@ -18,9 +18,9 @@
 namespace ulf::render {
 namespace {
 
-// Whether each view's clipped pixels are worth less than what others show there: those that were exposed for less light
-// know more of it. Of views of one exposure none is: a place that clips in one of them and not in another looks different
-// from there, and the highlight belongs to the picture.
+// Whether each view's clipped pixels are worth less than what others show there: those that were exposed for
+// less light know more of it. Of views of one exposure none is: a place that clips in one of them and not in
+// another looks different from there, and the highlight belongs to the picture.
 std::vector<bool> ClipsLower(const std::vector<float>& scales, float least_ratio) {
   const float most = scales.empty() ? 1 : *std::ranges::max_element(scales);
   std::vector<bool> lower;

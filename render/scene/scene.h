@@ -28,7 +28,8 @@ struct Seen {
 // side of the image. Guessed.
 inline constexpr double kFeatherShare = 0.03;
 
-// How bright a photograph is beside the other views', where nobody wrote it down: what render/quality/light_fit found.
+// How bright a photograph is beside the other views', where nobody wrote it down: what
+// render/quality/light_fit found.
 struct LightCorrection {
   cv::Vec3f gain{1, 1, 1};               // B G R: over the common scale of all views
   float falloff_r2 = 0, falloff_r4 = 0;  // the lens gives 1 + falloff_r2 r^2 + falloff_r4 r^4 of the light
@@ -72,10 +73,11 @@ struct RenderScene {
   bool in_metres = false;  // whether world units are metres
   // Whether the light field says how long or how sensitively the photographs were exposed.
   bool knows_exposures = false;
-  // Whether its light is linear sRGB: by a colour profile, a raw file's own matrix, or because the camera encoded its
-  // pictures so. Else (linear masters without a profile) colours are the sensor's own.
+  // Whether its light is linear sRGB: by a colour profile, a raw file's own matrix, or because the camera
+  // encoded its pictures so. Else (linear masters without a profile) colours are the sensor's own.
   bool knows_colors = true;
-  // Whether what masks leave out is no part of the scene (LightField::turntable), and pictures are empty there.
+  // Whether what masks leave out is no part of the scene (LightField::turntable), and pictures
+  // are empty there.
   bool is_cut_out = false;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null: they are in memory
@@ -98,9 +100,9 @@ struct SceneOptions {
   std::vector<int> leave_out = {};                  // indices of views that the scene does not get
   PhotographForm form = PhotographForm::kAuto;
   bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
-  // Where the longest exposure is more than this many times the shortest, kAuto reads linear light, since shadows of 8
-  // bits would be brightened; and clipped pixels of exposures that are so much longer than the shortest have hardly any
-  // weight. Guessed: a third of a stop.
+  // Where the longest exposure is more than this many times the shortest, kAuto reads linear light, since
+  // shadows of 8 bits would be brightened; and clipped pixels of exposures that are so much longer than the
+  // shortest have hardly any weight. Guessed: a third of a stop.
   float most_exposure_ratio = 1.26f;
   bool of_masks = false;      // the views' masks in place of their photographs: light 1 inside, 0 outside
   bool masks_clipped = true;  // false: clipped pixels are light like others, for comparison
@@ -110,8 +112,8 @@ struct SceneOptions {
 // that asks for a subject where there is none.
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
-// Reads no photograph yet, but those that tell a view's unknown exposure (exposure_scales.h). The proxy is the plane through the subject that faces the virtual camera. Throws
-// Error for an empty light field.
+// Reads no photograph yet, but those that tell a view's unknown exposure (exposure_scales.h). The proxy is
+// the plane through the subject that faces the virtual camera. Throws Error for an empty light field.
 std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options);
 
 // The scene without some of its views: it shares the photographs and gets a mesh of its own.

@@ -56,8 +56,8 @@ double ToldRatio(const View& photograph, const View& reference) {
   return ratio;
 }
 
-// How long the path of what the view shows is in the picture while the exposure lasts: of a photograph in the order of time,
-// by the poses before and after it. Poses are from_view. 0 where times are not known.
+// How long the path of what the view shows is in the picture while the exposure lasts: of a photograph in the
+// order of time, by the poses before and after it. Poses are from_view. 0 where times are not known.
 double BlurPx(const std::vector<View>& photographs, std::size_t index, const CameraModel& camera,
               const cv::Mat& depth) {
   const View& exposed = photographs[index];

@@ -1,15 +1,16 @@
 // Merges the exposures of a recorded view (a bracket) to one picture of linear light, in the view's pixels.
 //
-// The camera moved from one exposure to the next: each is resampled as the view's camera would have seen it, by its pose
-// and the geometry's depth (core/image/exposure_alignment.h), then merged by noise (core/image/exposure_merge.h).
-// How the exposures' light relates is told by their times, gains and apertures; where the pictures say something else by
-// more than two per cent (shutters are not exact) it is measured; by more than half a stop, the exposure is left out.
+// The camera moved from one exposure to the next: each is resampled as the view's camera would have seen it,
+// by its pose and the geometry's depth (core/image/exposure_alignment.h), then merged by noise
+// (core/image/exposure_merge.h). How the exposures' light relates is told by their times, gains and
+// apertures; where the pictures say something else by more than two per cent (shutters are not exact) it is
+// measured; by more than half a stop, the exposure is left out.
 //
-// A long exposure in a moving hand is blurred. How much is told by the poses around it and its time; such an exposure counts
-// less where the light changes.
+// A long exposure in a moving hand is blurred. How much is told by the poses around it and its time; such an
+// exposure counts less where the light changes.
 //
-// Light is in shares of the full scale of the view's own exposure, above black; flat field and colour profile are not
-// applied, as in masters.
+// Light is in shares of the full scale of the view's own exposure, above black; flat field and colour profile
+// are not applied, as in masters.
 #pragma once
 
 #include <cstddef>
@@ -48,7 +49,8 @@ cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy
 MergedView MergeExposuresOf(const LightField& light_field, const View& view, const Proxy& proxy,
                             const BracketMergeOptions& options = {});
 
-// The file merged/NNNNNN.exr: R, G, B, and the channels `clipped` and `ghosts` (core/light_field/light_field.h).
+// The file merged/NNNNNN.exr: R, G, B, and the channels `clipped` and `ghosts`
+// (core/light_field/light_field.h).
 std::string MergedExr(const View& view, const MergedView& merged);
 
 // Of all views that were merged.
@@ -67,8 +69,8 @@ struct BracketReport {
   int blur_most_view = 0;
 };
 
-// Merges the exposures of all views of a light field, with a progress line, and writes them. Nothing where no view has
-// other exposures. Throws Error.
+// Merges the exposures of all views of a light field, with a progress line, and writes them. Nothing where no
+// view has other exposures. Throws Error.
 BracketReport MergeBrackets(const std::filesystem::path& light_field);
 
 }  // namespace ulf::render

@@ -118,7 +118,8 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
   program_.Set("quads", quads);
   for (int first = 0; first < volume.height(); first += band) {
     const int end = std::min(first + band, volume.height());
-    // Anew for each band: on NVIDIA's driver 580 a buffer that was read back gave wrong costs the second time.
+    // Anew for each band: on NVIDIA's driver 580 a buffer that was read back gave wrong costs
+    // the second time.
     costs_.Reserve(At(end - first) * row_bytes);
     CheckGl("making room for what is compared", SmallerPictures);  // before a shader writes into it
     costs_.BindStorage(3);

@@ -32,7 +32,8 @@ constexpr double kKnownRangeMargin = 0.15, kMarginOfMost = 0.02;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMapsAskedForRange = 4;  // nearest ones. Guessed.
-// By MakeMissingMaps(); the number of processors must not decide, because a map's range is that of earlier ones.
+// By MakeMissingMaps(); the number of processors must not decide, because a map's range is that
+// of earlier ones.
 constexpr std::size_t kMapsAtOnce = 8;
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Geometry of a light field that is still being captured: one depth map after another, as views come, and a mesh
-// of those that are there at any moment. The steps are those of `ulf proxy` (proxy_builder.h); without threads,
-// so that whoever owns it decides when it may cost time.
+// Geometry of a light field that is still being captured: one depth map after another, as views come, and a
+// mesh of those that are there at any moment. The steps are those of `ulf proxy` (proxy_builder.h); without
+// threads, so that whoever owns it decides when it may cost time.
 //
 // A view gets a depth map when it stands apart from the views that have one and enough neighbours are around
 // it. Depths are kept in the view's own frame: when poses are corrected, a map moves with its view, is scaled
@@ -51,12 +51,12 @@ class GrowingGeometry {
   void AddView(int id, StereoView view);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
-  // The view gets a map that was made before, under the pose that it has now, in place of one that would be made.
-  // Returns false for a view that is not there, or is compared in another size.
+  // The view gets a map that was made before, under the pose that it has now, in place of one that would be
+  // made. Returns false for a view that is not there, or is compared in another size.
   bool TakeMap(int id, const CameraModel& camera, const cv::Mat& depth, double plane_step);
 
-  // Makes the depth map that is missed most. `all_views_are_here`: no view waits for neighbours. False: none is
-  // missing, or there is no subject.
+  // Makes the depth map that is missed most. `all_views_are_here`: no view waits for neighbours. False: none
+  // is missing, or there is no subject.
   bool MakeNextMap(bool all_views_are_here);
 
   // The same in two steps, for whoever must be able to copy this object at any time: NextMap() takes long and
@@ -65,8 +65,8 @@ class GrowingGeometry {
   std::optional<NewMap> NextMap(bool all_views_are_here, const std::atomic<bool>* given_up = nullptr) const;
   void Keep(NewMap map);
 
-  // Makes the maps that are missing, on all processors, until none is or `most_s` have passed. The same views give
-  // the same maps, whatever the number of processors, if there is time for all.
+  // Makes the maps that are missing, on all processors, until none is or `most_s` have passed. The same views
+  // give the same maps, whatever the number of processors, if there is time for all.
   void MakeMissingMaps(double most_s);
 
   int views() const { return static_cast<int>(entries_.size()); }
@@ -81,8 +81,8 @@ class GrowingGeometry {
   std::map<int, ViewDepthMap> MapsForRendering(const TriangleMesh& mesh) const;
   // Where the views that have maps stand, by id.
   std::map<int, Rigid3> MapPoses() const;
-  // Whether a mesh of the maps that stood at `then` no longer fits: one of them is gone, or has moved by more than
-  // this many pixels of its image.
+  // Whether a mesh of the maps that stood at `then` no longer fits: one of them is gone, or has moved by more
+  // than this many pixels of its image.
   bool HaveMovedSince(const std::map<int, Rigid3>& then, double most_px) const;
 
  private:

@@ -44,8 +44,9 @@ FusionOptions FusionOf(std::size_t maps, const MapsMeshOptions& options) {
   return fusion;
 }
 
-// Maps for rendering: a map that others confirm within two of its steps is right to a pixel: nearer ones make better
-// points of a mesh, but here what is left open is the mesh's depth, which is no better. Settled on fern of LLFF.
+// Maps for rendering: a map that others confirm within two of its steps is right to a pixel: nearer ones
+// make better points of a mesh, but here what is left open is the mesh's depth, which is no better. Settled
+// on fern of LLFF.
 constexpr double kConfirmedPlanes = 2;
 
 }  // namespace

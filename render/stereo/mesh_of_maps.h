@@ -1,5 +1,5 @@
-// The mesh of several depth maps: what they agree on becomes points, and the points a surface. And the maps as the soft
-// field wants them. The steps that `ulf proxy` and a running capture (growing_geometry.h) share.
+// The mesh of several depth maps: what they agree on becomes points, and the points a surface. And the maps
+// as the soft field wants them. The steps that `ulf proxy` and a running capture (growing_geometry.h) share.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ struct MapsMesh {
 
 MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options = {});
 
-// By View::id: what the maps say where others confirm it, and elsewhere `mesh`, which is MeshOfMaps() of the same maps.
-// `view_ids[i]`: of maps[i].
+// By View::id: what the maps say where others confirm it, and elsewhere `mesh`, which is MeshOfMaps() of the
+// same maps. `view_ids[i]`: of maps[i].
 std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
                                              const TriangleMesh& mesh, const Subject& subject,
                                              const MapsMeshOptions& options = {});

@@ -70,8 +70,8 @@ class Matcher {
     int left, right, top, bottom;  // from the first to before the last
     int width() const { return right - left; }
   };
-  // Writes the costs of the part's pixels, row by row, and up to a group beyond the last. Rows and columns of the window outside the image repeat its
-  // edge.
+  // Writes the costs of the part's pixels, row by row, and up to a group beyond the last. Rows and columns of
+  // the window outside the image repeat its edge.
   void Match(const Carrier& carrier, float inverse_depth, const Part& part, float* costs) {
     Matrix3f h = carrier.at_infinity;
     h.col(2) += inverse_depth * carrier.per_inverse_depth;
@@ -264,7 +264,8 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   for (const StereoView* neighbour : neighbours)
     carriers.push_back({MakePlaneCarrier(view, *neighbour), neighbour});
   Matcher<kRadius> matcher(view.grey, options.noise);
-  // Rows, or tiles, whose part of the volume stays in the processor's cache while all planes are written into it.
+  // Rows, or tiles, whose part of the volume stays in the processor's cache while all planes are
+  // written into it.
   constexpr int kTilesAbreast = 4;
   constexpr long kCacheBytes = 2'000'000;
   constexpr int kFewestRows = 8, kMostRows = 64;

@@ -7,9 +7,9 @@
 // Where a window has no texture, every plane costs the same. Semi-global matching (Hirschmueller 2008)
 // chooses the planes, and a parabola through the costs gives the depth between planes.
 //
-// Most planes are far from every surface. SweepPlanes() therefore looks at half the size first, and then compares in
-// each tile of the image only the planes around those that a pixel of the tile, or of its surroundings, chose, or a few
-// together liked best; all others cost as much as no agreement.
+// Most planes are far from every surface. SweepPlanes() therefore looks at half the size first, and then
+// compares in each tile of the image only the planes around those that a pixel of the tile, or of its
+// surroundings, chose, or a few together liked best; all others cost as much as no agreement.
 #pragma once
 
 #include <atomic>
@@ -36,8 +36,9 @@ struct SweepOptions {
   double small_step = 0.10;  // cost of a change by one plane. Guessed.
   double large_step = 0.90;  // cost of a larger change, where the grey value does not change. Guessed.
   double edge_grey = 12;     // a change of the grey value that halves the cost of a larger change. Guessed.
-  // Settled on fern of LLFF and fox_half (decibels), the simulated plant, and a simulated post of six pixels before a
-  // wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view is.
+  // Settled on fern of LLFF and fox_half (decibels), the simulated plant, and a simulated post of six
+  // pixels before a wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0:
+  // every view is.
   int coarse_from_px = 400;
   int tile_px = 16;  // of the image; more take planes that few of their pixels need
   const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() returns soon, and no depth
@@ -78,7 +79,8 @@ class PlanesOfTiles {
   std::vector<std::uint8_t> has_;
 };
 
-// The planes of `range` that are near a surface, by the same sweep at half the size; none once it is given up.
+// The planes of `range` that are near a surface, by the same sweep at half the size; none once
+// it is given up.
 PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                  const InverseDepthRange& range, const SweepOptions& options = {});
 

@@ -112,7 +112,8 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
     });
     return maps;
   }
-  // OpenGL in this thread alone: NVIDIA's driver frees twice what it keeps for a thread of a pool that ends after main().
+  // OpenGL in this thread alone: NVIDIA's driver frees twice what it keeps for a thread of a pool that
+  // ends after main().
   std::vector<InverseDepthRange> ranges(tasks.size());
   ParallelFor(tasks.size(), [&](std::size_t i) { ranges[i] = range_of(tasks[i]); });
   constexpr int kMostVolumes = 8;  // in memory at a time

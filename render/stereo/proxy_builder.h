@@ -59,14 +59,15 @@ struct ProxyMesh {
 // they agree), and for SweepDevice::kGl without OpenGL.
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress = nullptr);
 
-// The same in two steps, for several processes: the depth maps of a share of the views, and the mesh of the maps of all
-// shares (FindSweptMaps()). What BuildProxy() gives does not depend on how it is shared out.
+// The same in two steps, for several processes: the depth maps of a share of the views, and the mesh of the
+// maps of all shares (FindSweptMaps()). What BuildProxy() gives does not depend on how it is shared out.
 SweptMaps SweepShare(const RenderScene& scene, const ProxyOptions& options, const MapShare& share,
                      Progress* progress = nullptr);
 // Throws Error where a map is missing, damaged or of another size than its view.
 ProxyMesh BuildProxyOf(const SweptMapFiles& maps, const RenderScene& scene, const ProxyOptions& options,
                        Progress* progress = nullptr);
-// Of the photographs, masks, cameras and poses, and of the options on which the maps depend. Reads the photographs' files.
+// Of the photographs, masks, cameras and poses, and of the options on which the maps depend. Reads the
+// photographs' files.
 std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options);
 
 // The views of which geometry is made, in the form that its stereo needs, `size_px` wide or high.
@@ -76,8 +77,8 @@ std::shared_ptr<const RenderScene> LoadForGeometry(const LightField& light_field
 void RequireViewsForMesh(const LightField& light_field, const std::filesystem::path& dir,
                          std::size_t left_out);
 
-// The mesh and the depth maps of all views, with a progress line, into the light field's folder. A mesh that is there
-// moves to kept/, with its depth maps. Throws as BuildProxy() does.
+// The mesh and the depth maps of all views, with a progress line, into the light field's folder. A mesh that
+// is there moves to kept/, with its depth maps. Throws as BuildProxy() does.
 void WriteMeshProxy(const std::filesystem::path& dir);
 
 }  // namespace ulf::render

@@ -31,8 +31,8 @@ StereoView HalfSize(const StereoView& view);
 // The longer side gets `size_px` pixels, or keeps the photograph's size where that is smaller.
 StereoView MakeStereoView(const SceneView& view, int size_px);
 
-// The same of pictures of a running capture, 8-bit sRGB: reduces first, and keeps where the pixels of one camera
-// go, because views come from one camera for minutes.
+// The same of pictures of a running capture, 8-bit sRGB: reduces first, and keeps where the pixels of one
+// camera go, because views come from one camera for minutes.
 class StereoViewMaker {
  public:
   explicit StereoViewMaker(int size_px) : size_px_(size_px) {}

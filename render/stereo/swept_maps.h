@@ -47,8 +47,8 @@ class SweptMapFiles {
   std::map<int, File> files_;  // by View::id
 };
 
-// Throws Error that names the shares that are missing, and for one that was made of other photographs, masks, cameras, poses
-// or options.
+// Throws Error that names the shares that are missing, and for one that was made of other photographs, masks,
+// cameras, poses or options.
 SweptMapFiles FindSweptMaps(const std::filesystem::path& folder, std::uint64_t digest);
 
 }  // namespace ulf::render

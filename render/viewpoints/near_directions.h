@@ -1,5 +1,5 @@
-// Finds which of many directions are near to one, in a tree (Bentley 1975), so that ten thousand viewpoints are not
-// compared with each other pair by pair.
+// Finds which of many directions are near to one, in a tree (Bentley 1975), so that ten thousand viewpoints
+// are not compared with each other pair by pair.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,8 @@ class NearDirections {
     Split(0, order_.size());
   }
 
-  // Calls `see` with the index of each direction whose chord (the distance of the two unit vectors) is at most `chord`.
+  // Calls `see` with the index of each direction whose chord (the distance of the two unit vectors) is
+  // at most `chord`.
   template <typename See>
   void Within(const Eigen::Vector3d& direction, double chord, const See& see) const {
     Search(
@@ -30,7 +31,8 @@ class NearDirections {
         [&](std::size_t index, double) { see(index); });
   }
 
-  // The chord to the `rank`-th nearest (from 1), a direction's own among them; infinite where there are fewer.
+  // The chord to the `rank`-th nearest (from 1), a direction's own among them; infinite where
+  // there are fewer.
   double ChordOfNearest(const Eigen::Vector3d& direction, std::size_t rank) const {
     std::priority_queue<double> nearest;
     const auto most = [&] {

@@ -1,6 +1,6 @@
-// A file of data for the page of a light field. A page that is opened from a folder may neither fetch() files nor read
-// the pixels of an <img>, but it may run scripts: the data are scripts that hand the page a JSON object and bytes in
-// base64.
+// A file of data for the page of a light field. A page that is opened from a folder may neither fetch() files
+// nor read the pixels of an <img>, but it may run scripts: the data are scripts that hand the page a JSON
+// object and bytes in base64.
 //
 //   ulfData({"kind":"scene",...},"AAAA...");
 //

@@ -255,8 +255,8 @@ void AddPictureFiles(const std::vector<WebPicture>& pictures, const std::vector<
 
 constexpr const char* kPosterFile = "poster.webp";
 
-// What page/orbit.ts wants for the poster's zoom: a photograph's width, height and focal length, and how wide the subject is
-// at the distance of the camera.
+// What page/orbit.ts wants for the poster's zoom: a photograph's width, height and focal length, and how wide
+// the subject is at the distance of the camera.
 std::string PosterHtml(const ViewerCamera& start, double radius) {
   const CameraModel& lens = start.photograph;
   return fmt::format(
@@ -307,7 +307,8 @@ Json SceneHeader(const RenderScene& scene, const WebPageOptions& options, const 
           {"masks", masks}};
 }
 
-// Of what follows from the number of views alone: their cameras, the blending field, the lists of pictures and files.
+// Of what follows from the number of views alone: their cameras, the blending field, the lists of
+// pictures and files.
 std::size_t BytesOfViews(const RenderScene& scene, std::size_t header_bytes, std::size_t budget_bytes) {
   const std::vector<WebPicture> none(scene.views.size());
   return WebFileSize(header_bytes, FieldArrays(scene, none).bytes().size()) +

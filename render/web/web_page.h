@@ -1,13 +1,13 @@
-// A light field as a page for browsers: a folder that opens by a double click or lies on any host, without a program
-// behind it (docs/web_page.md).
+// A light field as a page for browsers: a folder that opens by a double click or lies on any host, without a
+// program behind it (docs/web_page.md).
 //
-//   OUT/index.html   the page, which is its own help
-//   OUT/page.js      its program, bundled from render/web/page/
-//   OUT/poster.webp  what stands there until the page draws
-//   OUT/data/*.js    cameras and blending field, geometry, small and fine pictures, in the order in which they are wanted
+//   OUT/index.html the page, which is its own help OUT/page.js its program, bundled from render/web/page/
+//   OUT/poster.webp what stands there until the page draws OUT/data/*.js cameras and blending field,
+//   geometry, small and fine pictures, in the order in which they are wanted
 //
-// What is heavy is computed here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh), geometry of few
-// triangles, photographs without distortion on one scale of light. The page draws as the GL renderer does.
+// What is heavy is computed here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh),
+// geometry of few triangles, photographs without distortion on one scale of light. The page draws as the GL
+// renderer does.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ struct WebPageOptions {
   std::string title = {};
   std::size_t budget_bytes = 20'000'000;  // of the whole folder
   int longest_px = 1280;                  // WebPictureOptions::longest_px
-  // 8 bits, B G R and, where parts of it have no light, alpha: what a camera of StartingCamera() with zoom 1 sees.
-  // Empty: the page begins without a picture.
+  // 8 bits, B G R and, where parts of it have no light, alpha: what a camera of StartingCamera() with zoom 1
+  // sees. Empty: the page begins without a picture.
   cv::Mat poster = {};
   std::function<void(double share, const std::string& what)> progress = {};
   std::function<bool()> stop = {};  // polled; true: throws Error and leaves nothing
@@ -50,8 +50,9 @@ struct LeastWebPage {
 LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& options,
                          std::size_t budget_bytes);
 
-// `scene`: over a plane through the subject that faces the camera, or over triangles that do not change from picture to
-// picture. `out` must not exist or be empty. Throws Error, Refusal where the budget does not suffice.
+// `scene`: over a plane through the subject that faces the camera, or over triangles that do not change
+// from picture to picture. `out` must not exist or be empty. Throws Error, Refusal where the budget
+// does not suffice.
 WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,
                              const WebPageOptions& options);
 

@@ -79,7 +79,8 @@ class PicturesOfViews {
                          std::max(1, static_cast<int>(std::lround(share * full.height))));
   }
 
-  // CV_8UC3, or CV_8UC4 with alpha where some of the picture has no light. For each index in one thread at a time.
+  // CV_8UC3, or CV_8UC4 with alpha where some of the picture has no light. For each index in one
+  // thread at a time.
   cv::Mat Draw(std::size_t index, const CameraModel& camera) {
     cv::Mat& kept = kept_[index];
     if (kept.cols == camera.width && kept.rows == camera.height) return kept;
@@ -214,8 +215,8 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
     if (const double bytes = expected(longest_px, quality); bytes > kSampleMayBeOff * budget)
       throw too_little(bytes);
 
-  // The sample may be off by some percent: the highest quality that fits is looked for with all views, and as many
-  // views as there is room for get the next one.
+  // The sample may be off by some percent: the highest quality that fits is looked for with all views, and as
+  // many views as there is room for get the next one.
   WebPictures result;
   std::vector<WebPicture> too_large;  // of the next quality
   for (double from = 0.1;; from += 0.5 * (1 - from)) {

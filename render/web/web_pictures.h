@@ -1,6 +1,6 @@
-// The photographs of a light field as pictures for a page: without distortion, on one scale of light (exposures, gains
-// and fall-offs divided out), in sRGB, as WebP, each in two sizes. The size and the quality follow from the bytes that
-// they may take.
+// The photographs of a light field as pictures for a page: without distortion, on one scale of light
+// (exposures, gains and fall-offs divided out), in sRGB, as WebP, each in two sizes. The size and the quality
+// follow from the bytes that they may take.
 #pragma once
 
 #include <cstddef>
@@ -30,8 +30,8 @@ struct WebPicture {
 // The smaller pictures have this share of the finer ones' width and height.
 inline constexpr int kSmallWebPicture = 4;
 
-// Bytes of a view's two pictures, of 64 pixels and a quarter of it, at the least quality: less than those of any set that
-// was measured take on average (docs/web_page.md).
+// Bytes of a view's two pictures, of 64 pixels and a quarter of it, at the least quality: less than those of
+// any set that was measured take on average (docs/web_page.md).
 inline constexpr std::size_t kLeastWebPicture = 400;
 
 struct WebPictures {
@@ -40,8 +40,9 @@ struct WebPictures {
   std::size_t bytes = 0;
 };
 
-// At least 95 % of the bytes are used, unless the photographs' own size and the best quality take fewer. Throws
-// Refusal that says how many are needed where they do not suffice, Error where a photograph cannot be read.
+// At least 95 % of the bytes are used, unless the photographs' own size and the best quality take fewer.
+// Throws Refusal that says how many are needed where they do not suffice, Error where a photograph
+// cannot be read.
 WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& options);
 
 }  // namespace ulf::render

@@ -1,7 +1,7 @@
 // Geometry while shooting: what it costs the tracker, and how soon after the last frame the mesh is there.
 //
-// What it costs: both runs track the same frames at a camera's pace, in turn, without and with depth maps being
-// made beside them all the time. What is compared is the median of the frames' times.
+// What it costs: both runs track the same frames at a camera's pace, in turn, without and with depth maps
+// being made beside them all the time. What is compared is the median of the frames' times.
 //
 // How soon: 200 views along a hand's way over the cap come five a second, then the geometry is finished.
 #include <benchmark/benchmark.h>

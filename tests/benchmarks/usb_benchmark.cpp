@@ -1,7 +1,7 @@
 // USB3 Vision over an emulated USB device: what our device costs over a bare loop of the library that it is
-// built on, in the same run. The camera is in a process of its own, whose pictures are copied from memory; both
-// contestants take short turns at it with the same picture size and number of frames that may wait. The rate
-// itself says how fast the emulation is, not how fast USB is. Target: a median ratio of 0.95.
+// built on, in the same run. The camera is in a process of its own, whose pictures are copied from memory;
+// both contestants take short turns at it with the same picture size and number of frames that may wait. The
+// rate itself says how fast the emulation is, not how fast USB is. Target: a median ratio of 0.95.
 //
 //   UsbThroughput   frames a second with the camera at full speed, and the ratio ours / bare: median, least
 //                   and greatest of the turns; frames that did not arrive whole; CPU milliseconds of this

@@ -1,5 +1,5 @@
-// What reading a video costs, beside OpenCV's reader in the same run, and how right either is. Target: 1.05 of OpenCV's
-// processor time for 1080p in H.264.
+// What reading a video costs, beside OpenCV's reader in the same run, and how right either is. Target: 1.05
+// of OpenCV's processor time for 1080p in H.264.
 //
 //   ratio            processor time of our reader / of OpenCV's, in turns, median of the turns' ratios
 //   ms               of the processor, a picture, by our reader

@@ -1,7 +1,7 @@
 // The viewer at 1280x720, on a GPU or with software OpenGL on all processors: what a frame costs while
 // somebody drags the camera round a subject of 200 views, with words and sphere, at full size and as large as
-// keeps up, over the plane and over a mesh of it with depth maps, and how long `ulf view` takes from its start to the first picture of 800 views. Photographs are
-// 1280x720, made up.
+// keeps up, over the plane and over a mesh of it with depth maps, and how long `ulf view` takes from its
+// start to the first picture of 800 views. Photographs are 1280x720, made up.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
@@ -68,8 +68,8 @@ std::shared_ptr<const RenderScene> SceneOf200() {
   return scene;
 }
 
-// The plane through the subject as a mesh of triangles as large as those of `ulf proxy`, and as each view sees it. What
-// photographs and depths show does not matter to the time.
+// The plane through the subject as a mesh of triangles as large as those of `ulf proxy`, and as each view
+// sees it. What photographs and depths show does not matter to the time.
 std::shared_ptr<const Proxy> MeshAndMaps() {
   static const auto proxy = [] {
     constexpr unsigned kSide = 300;

@@ -1,5 +1,5 @@
-// Long captures, and what they take of memory, time and disk as they grow: two thousand views one after the other, and an
-// hour as people use it.
+// Long captures, and what they take of memory, time and disk as they grow: two thousand views one after the
+// other, and an hour as people use it.
 #include <cstdlib>
 #include <sstream>
 

@@ -1,5 +1,5 @@
-// docs/mistakes.jpg: the simulator's mistakes (docs/mistakes.md), each as a frame whose left part is without it and
-// whose right part is with it.
+// docs/mistakes.jpg: the simulator's mistakes (docs/mistakes.md), each as a frame whose left part is without
+// it and whose right part is with it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -33,8 +33,8 @@ SimulationOptions OptionsFor(const Cell& cell) {
   return options;
 }
 
-// With the subject in the middle, the frame in which an automatic exposure is farthest from the one that was set, or, under a
-// rolling shutter alone, in which the camera moves fastest; else one within the first row.
+// With the subject in the middle, the frame in which an automatic exposure is farthest from the one that was
+// set, or, under a rolling shutter alone, in which the camera moves fastest; else one within the first row.
 std::uint64_t FrameToShow(SimulationOptions options, const Cell& cell) {
   constexpr std::uint64_t kUsual = 72, kLast = 450;
   const bool adapts = options.faults.auto_exposure != ulf::acquisition::AutoExposure::kOff;

@@ -162,7 +162,8 @@ class Screens {
     input.has_pose = false;
     state.preflight.back() = Preflight(input).back();  // "tracking"
   }
-  // Where the last views were, aimed beside the subject, after it was last known at `then`, if it knows its turn.
+  // Where the last views were, aimed beside the subject, after it was last known at `then`, if it
+  // knows its turn.
   static std::shared_ptr<CaptureState> Lost(const StagedCapture& capture, const Eigen::Vector2d& aside,
                                             const std::optional<Rigid3>& then) {
     const Rigid3 now = capture.CameraAt(9.5, 3.2, 1, aside);

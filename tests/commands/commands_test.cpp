@@ -1,5 +1,5 @@
-// Tests: main, commands/commands, commands/about/wrong_usage, commands/light_field/info_command, commands/reports/light_field_report,
-// commands/capture/capture_command, commands/capture/plan_command,
+// Tests: main, commands/commands, commands/about/wrong_usage, commands/light_field/info_command,
+// commands/reports/light_field_report, commands/capture/capture_command, commands/capture/plan_command,
 // coverage/session/record/map_cache.
 //
 // The commands as a person or a script meets them.

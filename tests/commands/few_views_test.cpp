@@ -76,7 +76,8 @@ TEST(FewViews, EveryCommandServesThemOrSaysWhatIsMissing) {
   }
 }
 
-// Nine on a surface are too few to leave some out and compare: whoever draws them takes the same field and geometry.
+// Nine on a surface are too few to leave some out and compare: whoever draws them takes the same
+// field and geometry.
 TEST(FewViews, EveryoneDrawsThemByTheSameModel) {
   FewViews nine{"nine", {}};
   for (const double y : {-0.1, 0.0, 0.13})

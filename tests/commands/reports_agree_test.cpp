@@ -1,10 +1,11 @@
-// Tests: commands/commands, commands/capture/capture_report, commands/reports/light_field_report, commands/light_field/info_command,
-// commands/reports/geometry_report, commands/tracking/refine_command, commands/rendering/evaluate_command,
-// commands/rendering/render_command, commands/rendering/view_command, commands/light_field/export_web,
-// core/light_field/exchange/transforms_json, core/light_field/exchange/colmap_text.
+// Tests: commands/commands, commands/capture/capture_report, commands/reports/light_field_report,
+// commands/light_field/info_command, commands/reports/geometry_report, commands/tracking/refine_command,
+// commands/rendering/evaluate_command, commands/rendering/render_command, commands/rendering/view_command,
+// commands/light_field/export_web, core/light_field/formats/transforms_json,
+// core/light_field/formats/colmap_files.
 //
-// One owner a fact: whatever two reports tell of the same light field they tell alike. Each report is read into a table of
-// facts, and every pair that tells the same fact is compared.
+// One owner a fact: whatever two reports tell of the same light field they tell alike. Each report is read
+// into a table of facts, and every pair that tells the same fact is compared.
 #include <gmock/gmock.h>
 
 #include <cmath>

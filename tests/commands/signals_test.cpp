@@ -1,7 +1,8 @@
-// Tests: commands/commands, core/light_field/exchange/staged_folder, core/base/atomic_file, core/base/stop_signal.
+// Tests: commands/commands, core/light_field/exchange/staged_folder, core/base/atomic_file,
+// core/base/stop_signal.
 //
-// SIGINT and SIGTERM at random moments of every command that writes: what it writes is as before or new, nothing between,
-// and after its next run nothing temporary is left. Rows of docs/reliability.md.
+// SIGINT and SIGTERM at random moments of every command that writes: what it writes is as before or new,
+// nothing between, and after its next run nothing temporary is left. Rows of docs/reliability.md.
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -256,8 +257,8 @@ std::vector<Writer> Writers() {
   return writers;
 }
 
-// What needs a marker in the hand or a person at a window writes as those do that are tried: by WriteFileAtomically() and
-// PictureSink.
+// What needs a marker in the hand or a person at a window writes as those do that are tried: by
+// WriteFileAtomically() and PictureSink.
 TEST(Signals, AreTriedOnEveryCommandThatWrites) {
   if (TRIES == 1) GTEST_SKIP() << "the everyday run leaves out the slow ones";
   const std::set<std::string> by_others{"review", "calibration"};

@@ -24,8 +24,8 @@ namespace {
 using commands::FlushStandardOutput;
 using commands::GuardStandardStreams;
 
-// Runs in a child process: first `before`, which lays descriptors, then the guard, then `work`. Returns its exit status,
-// -1 where a signal ended it.
+// Runs in a child process: first `before`, which lays descriptors, then the guard, then `work`. Returns its
+// exit status, -1 where a signal ended it.
 int Guarded(const std::function<void()>& before, const std::function<int()>& work) {
   std::fflush(nullptr);
   const pid_t child = fork();

@@ -147,7 +147,8 @@ void GigeAnswerDoor(std::string_view bytes) {
 void GvcpRequestsDoor(std::string_view bytes) {
   static FilteredCamera camera;
   std::vector<std::vector<std::uint8_t>> requests;
-  // What the sockets hold: whoever sends more waits. A packet of the most bytes is longer than the filter's buffer.
+  // What the sockets hold: whoever sends more waits. A packet of the most bytes is longer than the
+  // filter's buffer.
   constexpr std::size_t kMostRequests = 8, kMostBytes = 4096;
   while (bytes.size() > 2 && requests.size() < kMostRequests) {
     const std::size_t size = std::min<std::size_t>(

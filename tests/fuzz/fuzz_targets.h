@@ -1,8 +1,9 @@
-// The doors by which files and lines of others come in, each as a function of bytes: for the fuzzer, which looks for
-// bytes that break one, and for the everyday test, which reads the corpus again.
+// The doors by which files and lines of others come in, each as a function of bytes: for the fuzzer, which
+// looks for bytes that break one, and for the everyday test, which reads the corpus again.
 //
-// A door may throw Error and nothing else, takes no more memory than kMostMemory for the small files that a fuzzer makes,
-// and what it returns is finite and names no file outside its folder. What breaks that ends the process.
+// A door may throw Error and nothing else, takes no more memory than kMostMemory for the small files that
+// a fuzzer makes, and what it returns is finite and names no file outside its folder. What breaks that
+// ends the process.
 #pragma once
 
 #include <filesystem>
@@ -24,8 +25,8 @@ const FuzzTarget* FuzzTargetByName(std::string_view name);
 
 // Folders in memory for what a fuzzer makes: readers of ours take paths.
 //
-// Replaces the files of one folder of this process's, which is removed at the end. Several files share the bytes: each
-// ends where a line "=====" stands, and the last ones may be missing. Names may have folders.
+// Replaces the files of one folder of this process's, which is removed at the end. Several files share the
+// bytes: each ends where a line "=====" stands, and the last ones may be missing. Names may have folders.
 std::filesystem::path FuzzFolder(std::string_view bytes, std::span<const char* const> names);
 // One file with all the bytes.
 std::filesystem::path FuzzFile(std::string_view bytes, const char* name);
@@ -48,8 +49,8 @@ void CameraImageDoor(std::string_view bytes);
 // A camera's answer to a discovery packet.
 void GigeAnswerDoor(std::string_view bytes);
 
-// Requests to the simulated camera, each behind its length in two bytes, big-endian. What its filter lets through lies
-// within its registers and is written by who controls it.
+// Requests to the simulated camera, each behind its length in two bytes, big-endian. What its filter lets
+// through lies within its registers and is written by who controls it.
 void GvcpRequestsDoor(std::string_view bytes);
 
 }  // namespace ulf::test

@@ -1,6 +1,6 @@
-// The program for libFuzzer: `ULF_FUZZ_TARGET=journal ulf_fuzzer NEW CORPUS` (./run fuzz starts it). New inputs go into
-// the folder NEW, which should not be in the tree; findings beside the temporary files unless -artifact_prefix says where.
-// Either may bring down libraries of others.
+// The program for libFuzzer: `ULF_FUZZ_TARGET=journal ulf_fuzzer NEW CORPUS` (./run fuzz starts it). New
+// inputs go into the folder NEW, which should not be in the tree; findings beside the temporary files unless
+// -artifact_prefix says where. Either may bring down libraries of others.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 

@@ -1,9 +1,10 @@
-// Tests: core/light_field/folder/journal, core/light_field/exchange/read_posed_set, core/light_field/exchange/npy_file,
-// acquisition/calibration/calibration_formats, core/base/json_text, core/light_field/formats/xml_file.
+// Tests: core/light_field/folder/journal, core/light_field/exchange/read_posed_set,
+// core/light_field/exchange/npy_file, acquisition/calibration/calibration_formats, core/base/json_text,
+// core/light_field/formats/xml_file.
 //
-// What a fuzzer's short inputs do not reach: parsers that call themselves once a character, a bracket or a line overrun
-// the stack, and those that look at the rest again for each of them never end. Files of the corpus get a long run of one
-// thing in their midst, and go through their door in a process of their own.
+// What a fuzzer's short inputs do not reach: parsers that call themselves once a character, a bracket or a
+// line overrun the stack, and those that look at the rest again for each of them never end. Files of the
+// corpus get a long run of one thing in their midst, and go through their door in a process of their own.
 #include <gmock/gmock.h>
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>

@@ -1,5 +1,5 @@
-// The tables of docs/devices_measured.md and docs/reliability.md (faults) and docs/tracking_measured.md (where tracking is hard):
-// every row has an outcome, and a test that exists.
+// The tables of docs/devices_measured.md and docs/reliability.md (faults) and docs/tracking_measured.md
+// (where tracking is hard): every row has an outcome, and a test that exists.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -114,8 +114,8 @@ struct House {
   const Floor* FloorOf(const std::string& path) const { return Innermost(floors, path); }
   const Floor* RoomOf(const std::string& path) const { return Innermost(rooms, path); }
 
-  // A file may include what its floor may. What stands on its own floor must also stand in a room that its own room
-  // names; a room within that room counts as another.
+  // A file may include what its floor may. What stands on its own floor must also stand in a room that its
+  // own room names; a room within that room counts as another.
   bool MayInclude(const std::string& path, const std::string& included) const {
     const Floor* floor = FloorOf(path);
     if (!FloorOf(included)) return true;
@@ -184,7 +184,8 @@ std::vector<std::string> IncludeFaults(const fs::path& root, const House& house)
       }
       const std::string included = match[2];
       bool wrong = included.starts_with("tests/") || !house.MayInclude(path, included);
-      // A quoted name is a path from the root: any other way round ("../", the folder itself) hides the floor.
+      // A quoted name is a path from the root: any other way round ("../", the folder itself)
+      // hides the floor.
       if (match[1] == "\"")
         wrong |= !house.FloorOf(included) || fs::path(included).lexically_normal() != fs::path(included);
       for (const Library& library : house.libraries)
@@ -245,8 +246,8 @@ std::vector<std::string> CirclesOfFiles(const fs::path& root) {
   return found;
 }
 
-// Texts of a source with options of the command line ("--poses"), but for whole command lines ("ulf refine DIR
-// --intrinsics"). Literals that follow each other are one text.
+// Texts of a source with options of the command line ("--poses"), but for whole command lines ("ulf refine
+// DIR --intrinsics"). Literals that follow each other are one text.
 std::vector<std::string> OptionsIn(const std::string& source) {
   std::vector<std::string> texts(1);
   bool joined = false;  // nothing but white space since the last literal
@@ -378,7 +379,8 @@ std::vector<std::string> FilesOfNothing(const fs::path& root, const std::string&
   return found;
 }
 
-// Pages, charts and sections that a source names (docs/tracking.md, "How a map starts") and that are not there.
+// Pages, charts and sections that a source names (docs/tracking.md, "How a map starts") and that
+// are not there.
 std::vector<std::string> PagesOfNothing(const fs::path& root, std::string source) {
   if (source.find("docs/") == std::string::npos) return {};
   static const std::regex comment_goes_on(R"(\n\s*// ?)"), spaces(R"(\s+)");
@@ -414,7 +416,7 @@ TEST(Layering, NoIncludeClimbsAndLibrariesStayInRooms) {
   EXPECT_THAT(IncludeFaults(Checkout(), OurHouse()), IsEmpty());
 }
 
-TEST(Layering, EveryRoomHasARowAndIncludesOnlyRoomsBeforeIt) {
+TEST(Layering, EveryRoomHasARowAndIncludesRoomsBefore) {
   EXPECT_THAT(RoomFaults(Checkout(), OurHouse()), IsEmpty());
 }
 

@@ -1,6 +1,6 @@
-// No behaviour hangs on the wording of a message: a copy of the program in which every sentence reads otherwise does the
-// same. Sentences are what the linker merged as texts, with three words or more; each of their letters becomes the next
-// one of the alphabet, but for what stands in braces.
+// No behaviour hangs on the wording of a message: a copy of the program in which every sentence reads
+// otherwise does the same. Sentences are what the linker merged as texts, with three words or more; each of
+// their letters becomes the next one of the alphabet, but for what stands in braces.
 #include <elf.h>
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
-// Nobody writes past the guard of the standard streams (commands/standard_streams): it stands behind `stdout`,
-// `stderr` and the streams of the standard library, not behind the descriptors.
+// Nobody writes past the guard of the standard streams (commands/standard_streams): it stands behind
+// `stdout`, `stderr` and the streams of the standard library, not behind the descriptors.
 #include <gmock/gmock.h>
 
 #include <filesystem>

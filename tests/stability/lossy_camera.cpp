@@ -65,8 +65,8 @@ Taken TakeFor(double seconds, Device& device, const IsRight& is_right) {
   return taken;
 }
 
-// Without `is_sent_whole` all are. Before the first complete frame and after the last the statistics alone know of
-// others: where hardly any is complete, one that happens to be says nothing of the rest.
+// Without `is_sent_whole` all are. Before the first complete frame and after the last the statistics alone
+// know of others: where hardly any is complete, one that happens to be says nothing of the rest.
 void Print(const Taken& taken, const std::function<bool(std::uint64_t)>& is_sent_whole = {}) {
   const DeviceStatistics& s = taken.statistics;
   const std::uint64_t all = taken.whole.empty() ? 0 : *taken.whole.rbegin() - *taken.whole.begin() + 1;

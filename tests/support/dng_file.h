@@ -1,5 +1,5 @@
-// A camera's raw file with known light in it: a DNG (Adobe's specification 1.4) of an uncompressed mosaic, as the
-// sensor of the camera described would have seen it.
+// A camera's raw file with known light in it: a DNG (Adobe's specification 1.4) of an uncompressed mosaic, as
+// the sensor of the camera described would have seen it.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@
 namespace ulf::test {
 
 struct DngCamera {
-  // Of the visible area's first pixels: 2x2, 4x4 (quad Bayer), 6x6 (X-Trans), 8x8. Empty: every pixel has all colours (linear DNG).
+  // Of the visible area's first pixels: 2x2, 4x4 (quad Bayer), 6x6 (X-Trans), 8x8. Empty: every pixel has all
+  // colours (linear DNG).
   std::string pattern = "RGGB";
   int bits = 14;  // 12 and 14 are packed
   int black = 512, white = 15871;

@@ -49,7 +49,8 @@ struct PtpipCameraOptions {
   double download_bytes_per_s = 0;  // 0: as fast as it goes
   double between_files_s = 0;       // of one photograph, from announcement to announcement
   std::string serial = "3001234";
-  // Exposures by itself: so many of one release as its burst number says while bracketing is on in burst mode.
+  // Exposures by itself: so many of one release as its burst number says while bracketing is on
+  // in burst mode.
   bool brackets = false;
 };
 

@@ -1,4 +1,5 @@
-// One connection of the emulated camera: packets of PTP/IP on a socket (ptpip_camera.cpp alone includes this).
+// One connection of the emulated camera: packets of PTP/IP on a socket (ptpip_camera.cpp alone
+// includes this).
 #pragma once
 
 #include <sys/socket.h>

@@ -1,6 +1,6 @@
 // A disk that takes its time, refuses, or is the last thing that a process asked. Everything else about it is
-// real: the calls of the whole program that change files go through here first, by the linker's --wrap, in the tests that
-// link ulf_slow_disk.
+// real: the calls of the whole program that change files go through here first, by the linker's --wrap, in
+// the tests that link ulf_slow_disk.
 #pragma once
 
 #include <chrono>
@@ -22,8 +22,8 @@ class SlowDisk {
   SlowDisk& operator=(const SlowDisk&) = delete;
 };
 
-// A disk that does not answer at all, until the end or for twenty seconds (eighty under a sanitizer): then all that wait for it are let
-// go.
+// A disk that does not answer at all, until the end or for twenty seconds (eighty under a sanitizer): then
+// all that wait for it are let go.
 class HangingDisk {
  public:
   HangingDisk();
@@ -47,8 +47,8 @@ class RefusingDisk {
   RefusingDisk& operator=(const RefusingDisk&) = delete;
 };
 
-// This process dies of SIGKILL before its `call`-th call of write(), fsync(), ftruncate(), rename(), renameat2(), link()
-// or unlink() from here on, of a regular file or folder. For a child of a test.
+// This process dies of SIGKILL before its `call`-th call of write(), fsync(), ftruncate(), rename(),
+// renameat2(), link() or unlink() from here on, of a regular file or folder. For a child of a test.
 void DieBeforeDiskCall(int call);
 // Calls until then.
 int DiskCallsLeft();

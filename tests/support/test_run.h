@@ -1,4 +1,5 @@
-// How a test is run, and what it prints: under a sanitizer or not, with how many draws of chance, without OpenGL.
+// How a test is run, and what it prints: under a sanitizer or not, with how many draws of chance,
+// without OpenGL.
 #pragma once
 
 #include <fmt/core.h>
@@ -12,8 +13,8 @@
 
 namespace ulf::test {
 
-// Whether the address or the thread sanitizer is compiled in: then processes take several times the memory and time, and
-// another allocator.
+// Whether the address or the thread sanitizer is compiled in: then processes take several times the memory
+// and time, and another allocator.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kIsSanitized = true;
 #else
@@ -42,8 +43,8 @@ class WithoutOpenGl {
   static constexpr char kDrivers[] = "__EGL_VENDOR_LIBRARY_FILENAMES";
 };
 
-// What the test of a fault found, as a row of docs/reliability.md; `| grep '^|'` collects them.
-// `go_on_s`: from the end of the fault to the first view or picture after it; none: nothing had to begin anew.
+// What the test of a fault found, as a row of docs/reliability.md; `| grep '^|'` collects them. `go_on_s`:
+// from the end of the fault to the first view or picture after it; none: nothing had to begin anew.
 inline void PrintFaultRow(const std::string& fault, int times, const std::string& lost,
                           const std::optional<double>& go_on_s) {
   fmt::print("| {} | {} | {} | {} |\n", fault, times, lost,

@@ -1,5 +1,6 @@
-// Tests: acquisition/aravis/aravis_watch, acquisition/aravis/aravis_device, acquisition/aravis/aravis_discovery,
-// acquisition/gige_vision/gige_vision_probe, acquisition/device/frame_id_counter.
+// Tests: acquisition/aravis/aravis_watch, acquisition/aravis/aravis_device,
+// acquisition/aravis/aravis_discovery, acquisition/gige_vision/gige_vision_probe,
+// acquisition/device/frame_id_counter.
 //
 // What goes wrong between a GigE Vision camera and its program, and how soon that is known. (Killed cameras
 // and short pauses: aravis_test; bad links: gige_relay_test.)

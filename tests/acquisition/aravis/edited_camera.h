@@ -1,5 +1,5 @@
-// The tests' camera with some of its features as other makers have them: full_camera.xml, edited by the test and served by
-// the fake camera.
+// The tests' camera with some of its features as other makers have them: full_camera.xml, edited by the test
+// and served by the fake camera.
 #pragma once
 
 #include <gmock/gmock.h>

@@ -1,8 +1,9 @@
-// Tests: acquisition/aravis/feature_names, acquisition/aravis/aravis_description, acquisition/aravis/genicam_file.
+// Tests: acquisition/aravis/feature_names, acquisition/aravis/aravis_description,
+// acquisition/aravis/genicam_file.
 //
-// What cameras of many makers call exposure, gain, pixel format, trigger and white balance is found by the lookup that the
-// driver uses, without a camera. With ULF_GENICAM_XML=FOLDER the descriptions in that folder are looked at as well, and a
-// table of all is printed.
+// What cameras of many makers call exposure, gain, pixel format, trigger and white balance is found by the
+// lookup that the driver uses, without a camera. With ULF_GENICAM_XML=FOLDER the descriptions in that folder
+// are looked at as well, and a table of all is printed.
 #include "acquisition/aravis/feature_names.h"
 
 #include <fmt/format.h>
@@ -24,9 +25,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A description with these features: "i ", "f ", "c ", "e ", "k ", "v " before a name make it a whole number, a decimal, a
-// command, an enumeration with the choices behind a colon, a category, a converter. Behind a bar stands a number's unit, behind
-// another one its smallest value.
+// A description with these features: "i ", "f ", "c ", "e ", "k ", "v " before a name make it a whole number,
+// a decimal, a command, an enumeration with the choices behind a colon, a category, a converter. Behind a bar
+// stands a number's unit, behind another one its smallest value.
 std::string NodeOf(const std::string& feature) {
   const std::string name = feature.substr(2, feature.find_first_of(":|") - 2);
   std::string more;
@@ -84,9 +85,9 @@ struct Maker {
   FeatureNames found;
 };
 
-// As the makers' own descriptions name and type them (docs/devices_measured.md says which). What was not read there is left out
-// here, but for PixelFormat, which the standard demands. The library drives GigE Vision and USB3 Vision; of CoaXPress cameras it
-// reads the description alone.
+// As the makers' own descriptions name and type them (docs/devices_measured.md says which). What was not read
+// there is left out here, but for PixelFormat, which the standard demands. The library drives GigE Vision and
+// USB3 Vision; of CoaXPress cameras it reads the description alone.
 std::vector<Maker> Makers() {
   return {
       {"SFNC 2",

@@ -1,8 +1,8 @@
-// Tests: acquisition/aravis/aravis_setting, acquisition/aravis/aravis_configuration, acquisition/aravis/aravis_automatics,
-// acquisition/aravis/aravis_region, acquisition/aravis/aravis_trigger.
+// Tests: acquisition/aravis/aravis_setting, acquisition/aravis/aravis_configuration,
+// acquisition/aravis/aravis_automatics, acquisition/aravis/aravis_region, acquisition/aravis/aravis_trigger.
 //
-// Cameras that have fixed what others let be set: what reads as wanted needs no write, what nobody asked for is taken as it
-// is and said once, and what was asked for by name and cannot be had is refused by name.
+// Cameras that have fixed what others let be set: what reads as wanted needs no write, what nobody asked for
+// is taken as it is and said once, and what was asked for by name and cannot be had is refused by name.
 #include <gmock/gmock.h>
 
 #include <string>

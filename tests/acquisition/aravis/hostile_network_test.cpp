@@ -2,9 +2,9 @@
 // acquisition/gige_vision/gvcp, acquisition/simulator/gige/taken_sockets,
 // acquisition/simulator/gige/gige_registers.
 //
-// Forged packets against both ends of a GigE Vision link, each just beyond what is allowed: a camera or a stream must go
-// on as if nothing had come. The library behind the guards survives each of them; what the guards refuse is counted. What
-// the stream's guard does with each is in stream_guard_test.
+// Forged packets against both ends of a GigE Vision link, each just beyond what is allowed: a camera or a
+// stream must go on as if nothing had come. The library behind the guards survives each of them; what the
+// guards refuse is counted. What the stream's guard does with each is in stream_guard_test.
 #include <gmock/gmock.h>
 
 #include "acquisition/device/features.h"
@@ -53,7 +53,8 @@ class HostileNetwork : public CameraInNamespace {
     }
     return answer;
   }
-  // Where the last word of the camera's description lies, which the camera tells as "Local:NAME;ADDRESS;LENGTH".
+  // Where the last word of the camera's description lies, which the camera tells as
+  // "Local:NAME;ADDRESS;LENGTH".
   static std::uint32_t LastWord() {
     constexpr std::uint32_t kUrlAt = 0x200, kUrlBytes = 512, kBehindHeaderAndAddress = 12;
     const auto answer = Answer(UdpSocket(), {kReadMemory, Words({kUrlAt, kUrlBytes})}, 2000);

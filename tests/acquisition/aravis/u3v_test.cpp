@@ -2,8 +2,9 @@
 // acquisition/aravis/aravis_frames, acquisition/aravis/aravis_stream, acquisition/aravis/aravis_session,
 // acquisition/aravis/aravis_usb.
 //
-// USB3 Vision over its own protocol: Aravis and libusb, both as they are, against a camera that is emulated at
-// the level of the kernel's USB interface. What arrives, and what goes wrong with cables, ports and cameras.
+// USB3 Vision over its own protocol: Aravis and libusb, both as they are, against a camera that is
+// emulated at the level of the kernel's USB interface. What arrives, and what goes wrong with cables,
+// ports and cameras.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -370,7 +371,8 @@ TEST_F(U3v, ChunkDataReachTheFrames) {
   }
 }
 
-// Its frames are shorter than it agreed, so that the library takes none of them for whole: the stream begins anew without.
+// Its frames are shorter than it agreed, so that the library takes none of them for whole: the stream
+// begins anew without.
 TEST_F(U3v, CameraWithoutPromisedChunksIsNamedAndUsed) {
   const EmulatedU3vCamera camera({.fate = [](std::uint64_t) { return U3vFate::kNoChunks; }});
   const auto device = OpenDriver(std::string(kSmall) + "&chunks=on&exposure_us=3000&gain_db=6&queue=30");
@@ -531,8 +533,8 @@ TEST_F(U3v, AShortPauseIsNoLoss) {
               AllOf(Contains(HasSubstr("no frame for")), Contains(HasSubstr("frames come again"))));
 }
 
-// Whatever of a frame is missing: it is never taken for a whole one, the frames around it are as they were, and
-// the counts say what happened.
+// Whatever of a frame is missing: it is never taken for a whole one, the frames around it are as they were,
+// and the counts say what happened.
 TEST_F(U3v, DamagedFramesAreCountedAndNeverUsed) {
   struct Case {
     U3vFate fate;

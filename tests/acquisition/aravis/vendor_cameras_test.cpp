@@ -1,8 +1,9 @@
-// Tests: acquisition/aravis/aravis_setting, acquisition/aravis/aravis_trigger, acquisition/aravis/aravis_white_balance,
-// acquisition/aravis/aravis_link, acquisition/aravis/aravis_region.
+// Tests: acquisition/aravis/aravis_setting, acquisition/aravis/aravis_trigger,
+// acquisition/aravis/aravis_white_balance, acquisition/aravis/aravis_link, acquisition/aravis/aravis_region.
 //
-// Cameras that differ from the standard as real ones do (docs/devices_measured.md): full_camera.xml with some of its features in
-// the types, units and names of other makers, served by the fake camera and driven as any other.
+// Cameras that differ from the standard as real ones do (docs/devices_measured.md): full_camera.xml with
+// some of its features in the types, units and names of other makers, served by the fake camera and
+// driven as any other.
 #include <gmock/gmock.h>
 
 #include <string>
@@ -20,7 +21,8 @@ using ::testing::HasSubstr;
 
 class VendorCameras : public EditedCamera {};
 
-// Exposes as asked, holds what the automatic reached (full_camera.xml's goal is 5000 us), and takes a stop more.
+// Exposes as asked, holds what the automatic reached (full_camera.xml's goal is 5000 us), and
+// takes a stop more.
 void ExpectExposures(const std::string& of_4000_us, const std::string& of_5000_us) {
   {
     const auto device = OpenDriver(kSmall + "&exposure_us=4000");

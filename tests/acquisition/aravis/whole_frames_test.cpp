@@ -1,7 +1,8 @@
 // Tests: acquisition/aravis/aravis_frames.
 //
-// Which frames came whole: those whose packets all came and are as many as the leader's width and height need, however
-// much room there was. The camera waits at a line, and the test sends its frames packet by packet.
+// Which frames came whole: those whose packets all came and are as many as the leader's width and
+// height need, however much room there was. The camera waits at a line, and the test sends its frames
+// packet by packet.
 #include <gmock/gmock.h>
 
 #include "tests/acquisition/aravis/edited_camera.h"

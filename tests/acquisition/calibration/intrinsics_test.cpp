@@ -119,7 +119,8 @@ TEST_F(Intrinsics, ScaleWithTheFrameButNotToAnotherShape) {
   EXPECT_THAT(ErrorOf(device, {}, 640, 360), AllOf(HasSubstr("640x480"), HasSubstr("640x360")));
 }
 
-// A telephone's video is shown upright; the lens was found from pictures as they are stored, or the other way round.
+// A telephone's video is shown upright; the lens was found from pictures as they are stored, or the
+// other way round.
 TEST_F(Intrinsics, NamesALensOfPicturesBeforeRotation) {
   const StillDevice device("", WithFocal(600));
   for (const auto& [width, height] : {std::pair{480, 640}, std::pair{960, 1280}})
@@ -354,7 +355,8 @@ TEST_F(Intrinsics, TakesAndAnnouncesAFileWithoutCamera) {
       << "recorded frames come from no camera";
 }
 
-// A JPEG's head whose Exif data tell one number: the focal length of a lens with the same field of view on 35 mm film.
+// A JPEG's head whose Exif data tell one number: the focal length of a lens with the same field of view
+// on 35 mm film.
 std::string ExifOfFocal35mm(char focal_mm) {
   using namespace std::string_literals;
   const std::string one_entry = "\x01\x00"s, last_directory = "\x00\x00\x00\x00"s;

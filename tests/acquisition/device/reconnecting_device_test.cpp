@@ -1,5 +1,5 @@
-// Tests: acquisition/device/reconnecting_device, acquisition/device/driver_search, acquisition/device/event_log,
-// acquisition/device/transport_figures, acquisition/device/background_closer.
+// Tests: acquisition/device/reconnecting_device, acquisition/device/driver_search,
+// acquisition/device/event_log, acquisition/device/transport_figures, acquisition/device/background_closer.
 #include "acquisition/device/reconnecting_device.h"
 
 #include <gmock/gmock.h>

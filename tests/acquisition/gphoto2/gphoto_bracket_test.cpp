@@ -1,4 +1,5 @@
-// Tests: acquisition/gphoto2/shutter_bracket, acquisition/gphoto2/camera_bracket, acquisition/gphoto2/photograph_requests.
+// Tests: acquisition/gphoto2/shutter_bracket, acquisition/gphoto2/camera_bracket,
+// acquisition/gphoto2/photograph_requests.
 //
 // Exposure brackets of a tethered camera: by its shutter, and by its own bracketing.
 #include <map>

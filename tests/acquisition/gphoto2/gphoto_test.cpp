@@ -545,8 +545,8 @@ TEST_F(GphotoTest, FetchesABrokenDownloadAfterReconnect) {
       << "it was, in the end";
 }
 
-// A card with photographs of earlier sessions, among them higher numbers and the other file of the last name, and a
-// camera whose clock is a quarter of a century slow.
+// A card with photographs of earlier sessions, among them higher numbers and the other file of the last name,
+// and a camera whose clock is a quarter of a century slow.
 TEST_F(GphotoTest, OlderPhotographsStayOnTheCard) {
   const auto photograph = [](int number) -> std::vector<PtpipFile> {
     DngCamera sensor;

@@ -1,7 +1,7 @@
 // Tests: acquisition/link/link_check, acquisition/link/host_link, commands/camera/devices_command.
 //
-// Links that carry what a camera sends, that are too slow for it, or that do not pass its packets: loopback behind the
-// kernel's own limits (tc). What the check advises is followed, and then nothing is lost.
+// Links that carry what a camera sends, that are too slow for it, or that do not pass its packets: loopback
+// behind the kernel's own limits (tc). What the check advises is followed, and then nothing is lost.
 #include "acquisition/link/link_check.h"
 
 #include <fmt/format.h>
@@ -216,8 +216,8 @@ TEST_F(SlowCamera, ItsExposureTimeIsNamedAsTheCause) {
   EXPECT_NEAR(std::atof(report.remedy->c_str() + 4), 10, 2) << *report.remedy;
 }
 
-// Each advice is followed for a minute: no frame may be lost, and as many must come as it promises. Behind each limit
-// stands the link or the camera that it is about.
+// Each advice is followed for a minute: no frame may be lost, and as many must come as it promises. Behind
+// each limit stands the link or the camera that it is about.
 class LinkAdvice : public LinkOfSimulated {
  protected:
   // `limit`: of the token bucket; null: none.

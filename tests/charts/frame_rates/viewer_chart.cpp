@@ -1,5 +1,5 @@
-// What is seen in a second of moving about: the viewer over the mesh and with the soft field, beside the reference
-// renderer's pictures, by size.
+// What is seen in a second of moving about: the viewer over the mesh and with the soft field, beside the
+// reference renderer's pictures, by size.
 #include <chrono>
 #include <cmath>
 #include <optional>

@@ -1,5 +1,5 @@
-// How wrong the merged light of exposure brackets is, by how bright a pixel is, against the number of exposures, aligned
-// and not.
+// How wrong the merged light of exposure brackets is, by how bright a pixel is, against the number of
+// exposures, aligned and not.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -36,7 +36,8 @@ struct Found {
   double precision = 0, recall = 0;  // percent
 };
 
-// Of the pixels that show something else in some exposure: by a fifth of the light and a hundredth of full scale.
+// Of the pixels that show something else in some exposure: by a fifth of the light and a hundredth
+// of full scale.
 Found GhostsFound(unsigned seed, int exposures) {
   const BracketedView how{.seed = seed,
                           .width = 480,

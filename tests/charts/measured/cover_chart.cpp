@@ -1,4 +1,5 @@
-// Views against the quality of pictures: recording by the bound, and by errors that are measured while capturing.
+// Views against the quality of pictures: recording by the bound, and by errors that are measured
+// while capturing.
 #include <unistd.h>
 
 #include <filesystem>

@@ -1,6 +1,6 @@
-// Captures of simulated scenes with each way to decide what is covered (`ulf capture --cover`), and what pictures
-// from their light fields are worth: rendered over their own mesh at places between the views, against the
-// simulator's pictures there.
+// Captures of simulated scenes with each way to decide what is covered (`ulf capture --cover`), and what
+// pictures from their light fields are worth: rendered over their own mesh at places between the views,
+// against the simulator's pictures there.
 #pragma once
 
 #include <filesystem>

@@ -10,8 +10,8 @@
 namespace ulf::test {
 namespace {
 
-// Of the Gaussian that smooths errors, in pixels: over it sampling anew, which differs by a pixel's structure, is
-// a small part of what is left, and ghosts of other views are many pixels away. Chosen by hand.
+// Of the Gaussian that smooths errors, in pixels: over it sampling anew, which differs by a pixel's
+// structure, is a small part of what is left, and ghosts of other views are many pixels away. Chosen by hand.
 constexpr double kSmoothingPx = 1.5;
 // A point is hidden where the other picture is nearer by more than this share of its depth. Guessed.
 constexpr double kHiddenShare = 0.01;

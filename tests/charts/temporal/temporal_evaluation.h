@@ -1,5 +1,5 @@
-// Compares blending fields and proxies along a camera path whose true pictures are known: by
-// temporal_error.h and step_error.h, and with the picture of thesis figure 5-4, one column of the image over time.
+// Compares blending fields and proxies along a camera path whose true pictures are known: by temporal_error.h
+// and step_error.h, and with the picture of thesis figure 5-4, one column of the image over time.
 #pragma once
 
 #include <optional>

@@ -164,7 +164,8 @@ TEST(StepError, TellsStepsKinksAndSmoothChangeApart) {
 }
 
 TEST(StepError, ABlurThatMovesWithItsPointsIsNone) {
-  // Waves keep a share of their height, by their length; what is beyond the picture's edge is blurred in, too.
+  // Waves keep a share of their height, by their length; what is beyond the picture's edge is
+  // blurred in, too.
   const auto blurred = [](int frame) {
     constexpr double kSigmaPx = 3;
     cv::Mat levels = MovingTexture(frame);
@@ -227,7 +228,7 @@ void CaptureStudio(const fs::path& dir, const std::string& uri) {
   writer.Close(1.0);
 }
 
-TEST(TemporalQuality, ComparesFieldsWithTheSimulatorsTruth) {
+TEST(TemporalQuality, ComparesFieldsWithTheTruth) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string(), out = scratch.path().string();
   CaptureStudio(dir, "sim:studio?width=96&height=72&noise=0");

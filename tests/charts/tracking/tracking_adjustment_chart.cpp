@@ -1,5 +1,5 @@
-// Tracking: how many keyframes a local adjustment moves, and from how many on the whole map is solved by conjugate
-// gradients, against the error of live poses.
+// Tracking: how many keyframes a local adjustment moves, and from how many on the whole map is solved by
+// conjugate gradients, against the error of live poses.
 #include "tests/charts/makers.h"
 #include "tests/charts/tracking/tracking_runs.h"
 #include "tests/support/floors.h"

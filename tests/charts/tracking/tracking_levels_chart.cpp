@@ -1,5 +1,5 @@
-// Tracking: pyramid levels that corners are detected on, where the camera goes nearer and farther, where it does
-// not, in pictures that are soft or noisy, and with few frames a second.
+// Tracking: pyramid levels that corners are detected on, where the camera goes nearer and farther, where it
+// does not, in pictures that are soft or noisy, and with few frames a second.
 #include "core/base/quantile.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/tracking/tracking_runs.h"
@@ -43,8 +43,8 @@ std::vector<Situation> Situations(const ChartEffort& effort) {
   return situations;
 }
 
-// The simulator's seeds; of a recording, where a seed hardly changes anything, ten features more and fewer; of
-// every 10th frame, the first.
+// The simulator's seeds; of a recording, where a seed hardly changes anything, ten features more and fewer;
+// of every 10th frame, the first.
 constexpr int kRuns = 3;
 void MakeRun(TrackedCase& one, int run) {
   one.first = StartOf(run, one.every);

@@ -44,8 +44,8 @@ struct TrackedCase {
 // On as many threads as there are processors, in order. A recording is read once for all of its runs.
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);
 
-// Where a run of every Nth frame begins, so that it meets the kitchen's reference, which has a pose in every twelfth
-// frame; another place for each of some runs.
+// Where a run of every Nth frame begins, so that it meets the kitchen's reference, which has a pose in every
+// twelfth frame; another place for each of some runs.
 int StartOf(int run, int every);
 
 // Whether the recording is to be had.

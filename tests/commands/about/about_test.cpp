@@ -1,8 +1,8 @@
 // Tests: commands/about/about_commands, commands/about/command_tree, commands/about/completion,
 // commands/about/manual, commands/options/option_values.
 //
-// What an installation brings beside the program, asked of the shells and the readers of man pages that it is for. A shell
-// that is not installed is skipped, and said.
+// What an installation brings beside the program, asked of the shells and the readers of man pages that it is
+// for. A shell that is not installed is skipped, and said.
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -109,8 +109,8 @@ TEST(Version, TellsTheLibrariesAndTheRenderer) {
   EXPECT_THAT(result.output, HasSubstr("\nOpenGL: "));
 }
 
-// Loading and binding libraries is what a start costs. Those of pictures and videos that OpenCV brings are a hundred and
-// more, FFmpeg's another hundred, loaded when a video is read.
+// Loading and binding libraries is what a start costs. Those of pictures and videos that OpenCV brings are a
+// hundred and more, FFmpeg's another hundred, loaded when a video is read.
 TEST(Version, StartLoadsNoVideoOrPictureLibraries) {
   const std::string libraries = Said("ldd \"$ULF_BINARY\"");
   EXPECT_THAT(libraries, HasSubstr("libopencv_core"));
@@ -121,8 +121,8 @@ TEST(Version, StartLoadsNoVideoOrPictureLibraries) {
   EXPECT_LE(std::ranges::count(libraries, '\n'), kMost) << libraries;
 }
 
-// What they cost. An eighth of the instructions, and a quarter of the memory, of the program that loaded them all (901.6
-// million and 140,500 kB on Debian 12) were asked for.
+// What they cost. An eighth of the instructions, and a quarter of the memory, of the program that loaded them
+// all (901.6 million and 140,500 kB on Debian 12) were asked for.
 TEST(Version, AStartTakesFewInstructionsAndLittleMemory) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer has instructions and memory of its own";
   const ScratchFolder scratch;
@@ -297,7 +297,8 @@ TEST(Completion, CompletesInFish) {
   });
 }
 
-// zsh completes at a prompt only: one is made in a terminal of its own (zpty), and what it would list is printed.
+// zsh completes at a prompt only: one is made in a terminal of its own (zpty), and what it would
+// list is printed.
 TEST(Completion, CompletesInZsh) {
   if (!Installed("zsh")) GTEST_SKIP() << "zsh is not installed";
   const ScratchFolder folder;

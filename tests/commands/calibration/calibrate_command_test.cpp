@@ -308,7 +308,8 @@ TEST(CalibrateCommand, FindsColoursFromChartAndGreyCard) {
   EXPECT_EQ(test::RunUlf(chart + " --grey -o " + file).exit_code, 2);
 }
 
-// From photographs: of raw files, what remains after their own matrix, and the balance by which they were developed.
+// From photographs: of raw files, what remains after their own matrix, and the balance by which they
+// were developed.
 TEST(CalibrateCommand, FindsColoursFromPhotographs) {
   test::ScratchFolder scratch;
   const std::string file = (scratch / "camera.json").string();

@@ -1,6 +1,6 @@
-// Tests: commands/calibration/guide_picture, commands/calibration/board_calibration, commands/calibration/calibrate_source,
-// acquisition/calibration/calibration_picture, acquisition/calibration/calibration_guide,
-// acquisition/calibration/calibration_capture.
+// Tests: commands/calibration/guide_picture, commands/calibration/board_calibration,
+// commands/calibration/calibrate_source, acquisition/calibration/calibration_picture,
+// acquisition/calibration/calibration_guide, acquisition/calibration/calibration_capture.
 //
 // What the operator sees and is told while views are taken.
 #include <gmock/gmock.h>

@@ -1,8 +1,8 @@
-// Tests: core/image/frame_source, coverage/session/watch/mistake_watch, coverage/session/preflight,
-// tracking/tracker/track_words, commands/capture/capture_report, commands/reports/light_field_report.
+// Tests: core/frames/frame, coverage/session/watch/mistake_watch, coverage/session/preflight,
+// tracking/tracker/track, commands/capture/capture_report, commands/reports/light_field_report.
 //
-// Advice names only what can still be changed: everything that is said, of every kind of source. Nobody can move, set or
-// light what took pictures that are there already; the simulator has no `ulf features`.
+// Advice names only what can still be changed: everything that is said, of every kind of source. Nobody can
+// move, set or light what took pictures that are there already; the simulator has no `ulf features`.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 

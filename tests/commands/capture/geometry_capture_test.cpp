@@ -1,8 +1,8 @@
 // Tests: coverage/session/record/live_geometry, coverage/session/record/capture_record,
 // coverage/session/record/geometry_files, commands/capture/capture_report.
 //
-// ulf capture leaves a mesh and the depth maps of views beside it, or says why there are none; a light field is complete
-// without.
+// ulf capture leaves a mesh and the depth maps of views beside it, or says why there are none; a light field
+// is complete without.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -350,7 +350,8 @@ TEST(GeometryCapture, ResumeGoesOnFromExistingMaps) {
         }
     EXPECT_GT(places, map.depth.rows * map.depth.cols / 3) << map.view_id;
   }
-  // A larger mesh of another program stays, and the one that was made for the new views does not take its place.
+  // A larger mesh of another program stays, and the one that was made for the new views does not
+  // take its place.
   fs::remove_all(dir / "depth");
   TriangleMesh large = ReadMeshFile(dir / "proxy.ply").mesh;
   const auto triangles = large.triangles;
@@ -498,7 +499,8 @@ TEST(GeometryCaptureOnASmallDisk, FullDiskCostsMapsAlone) {
   EXPECT_FALSE(fs::exists(dir / "depth")) << "no part of them";
 }
 
-// A kill while maps are being made: no mesh, a light field that opens, and geometry of all views when it goes on.
+// A kill while maps are being made: no mesh, a light field that opens, and geometry of all views
+// when it goes on.
 TEST(GeometryCapture, KilledCaptureResumesAllGeometry) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";

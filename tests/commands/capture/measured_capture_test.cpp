@@ -1,6 +1,8 @@
-// Tests: coverage/measured/error_meter, coverage/measured/threshold_by_errors, commands/capture/capture_report.
+// Tests: coverage/measured/error_meter, coverage/measured/threshold_by_errors,
+// commands/capture/capture_report.
 //
-// ulf capture measures at its frames how well the recorded views predict them, keeps it, and may record by it.
+// ulf capture measures at its frames how well the recorded views predict them, keeps it, and
+// may record by it.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -1,8 +1,9 @@
-// Tests: coverage/session/watch/mistake_watch, coverage/session/capture_session, commands/capture/capture_report.
+// Tests: coverage/session/watch/mistake_watch, coverage/session/capture_session,
+// commands/capture/capture_report.
 //
-// The gallery of docs/mistakes.md through the whole program: each mistake in captures of different scenes, seeds and
-// motions, ten good captures, and recordings by others. Prints how many were noticed, after how many seconds, and how
-// many false alarms there were; what is asked for is all and none.
+// The gallery of docs/mistakes.md through the whole program: each mistake in captures of different scenes,
+// seeds and motions, ten good captures, and recordings by others. Prints how many were noticed, after how
+// many seconds, and how many false alarms there were; what is asked for is all and none.
 #include <fmt/core.h>
 #include <gmock/gmock.h>
 
@@ -45,8 +46,8 @@ constexpr std::array<SimulatedCapture, 4> kMistaken{{{"studio", "", 221},
                                                      {"easel", "&speed_deg_s=20", 222},
                                                      {"plant", "&dolly=1.3", 223},
                                                      {"room", "&dolly=2", 224}}};
-// Rooms whose pictures differ in brightness, so that the exposure moves by more than an eighth within two seconds; in
-// the others it moves by 4 to 6 % all in all, which nobody sees.
+// Rooms whose pictures differ in brightness, so that the exposure moves by more than an eighth within two
+// seconds; in the others it moves by 4 to 6 % all in all, which nobody sees.
 constexpr std::array<SimulatedCapture, 4> kUnevenlyLit{{{"room", "&dolly=2", 224},
                                                         {"room", "&dolly=2", 225},
                                                         {"room", "&dolly=2&speed_deg_s=20", 226},
@@ -139,8 +140,8 @@ TEST(MistakesLong, DustOnTheLens) {
 }
 TEST(MistakesLong, AnotherLens) { NoticesInAll("&fault=lens=0.85", "wrong lens"); }
 
-// By others. The kitchen was taken with automatic exposure and under a rolling shutter: to say so is right. The scan's
-// exposure is automatic, too, but changes so little at once that nothing need be said of it.
+// By others. The kitchen was taken with automatic exposure and under a rolling shutter: to say so is right.
+// The scan's exposure is automatic, too, but changes so little at once that nothing need be said of it.
 TEST(MistakesLong, RecordingsByOthersHaveWhatTheyHave) {
   ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
   EXPECT_THAT(NoticedBy("'replay:" + kitchen.string() + "?glob=*.color.jpg' --no-subject --calibration " +

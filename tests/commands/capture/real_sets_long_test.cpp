@@ -54,8 +54,8 @@ TEST(RealSets, CapturesTheFoxOverItsOwnMesh) {
   EXPECT_EQ(render.exit_code, 0) << render.errors;
 }
 
-// A walk through a kitchen has no subject: its photographs are posed, and ulf proxy makes the mesh, here without
-// the photographs that are left out. The subject is the middle of the tracked points.
+// A walk through a kitchen has no subject: its photographs are posed, and ulf proxy makes the mesh, here
+// without the photographs that are left out. The subject is the middle of the tracked points.
 TEST(RealSets, VideoOfAKitchenIsCapturedAndRendered) {
   ULF_NEED_TEST_DATA(data, "handheld_kitchen");
   const ScratchFolder scratch;

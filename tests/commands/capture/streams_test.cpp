@@ -1,8 +1,8 @@
 // Tests: commands/capture/capture_command, commands/capture/crash_handler, commands/standard_streams,
 // core/base/stop_signal, main.
 //
-// Commands whose standard streams cannot be written, and whose terminal goes away: what they work for is done all the
-// same, and a report that is lost is said. Rows of docs/reliability.md.
+// Commands whose standard streams cannot be written, and whose terminal goes away: what they work for is done
+// all the same, and a report that is lost is said. Rows of docs/reliability.md.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <pty.h>

@@ -1,7 +1,8 @@
-// Tests: commands/rendering/mask_command, commands/capture/capture_command, render/renderer/cut_out_renderer, commands/options/option_values,
-// acquisition/simulator/tripod.
+// Tests: commands/rendering/mask_command, commands/capture/capture_command, render/renderer/cut_out_renderer,
+// commands/options/option_values, acquisition/simulator/tripod.
 //
-// A capture whose subject turns before a camera that stands, from the first frame to a picture without the background.
+// A capture whose subject turns before a camera that stands, from the first frame to a picture without
+// the background.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -106,8 +107,8 @@ TEST(TurntableCapture, SaysThatNothingTurns) {
   EXPECT_FALSE(ReadLightField(dir).views.empty());
 }
 
-// Photographs by others of a plaster temple, which to them turned before black cloth: every eighth is left out and
-// rendered from the rest, over geometry that was made without it, with the cloth masked and as it is.
+// Photographs by others of a plaster temple, which to them turned before black cloth: every eighth is left
+// out and rendered from the rest, over geometry that was made without it, with the cloth masked and as it is.
 TEST(TurntableCapture, MasksImproveARealTemple) {
   ULF_NEED_TEST_DATA(data, "temple_ring");
   test::ScratchFolder scratch;

@@ -1,8 +1,8 @@
 // Tests: commands/reports/light_field_report, commands/reports/check_reports,
-// commands/light_field/import_command, core/light_field/kept_findings.
+// commands/light_field/import_command, core/light_field/folder/kept_findings.
 //
-// What is wrong with a light field is said by every command that opens it, in the same words, until it is mended; of a
-// right one nothing is said. The commands are those of the command tree.
+// What is wrong with a light field is said by every command that opens it, in the same words, until it is
+// mended; of a right one nothing is said. The commands are those of the command tree.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -55,8 +55,8 @@ std::set<std::string> CommandsOnLightFields() {
   return names;
 }
 
-// What each is given besides; {} stands for a name that is new. One picture, one share: that it is said does not depend
-// on how much is made.
+// What each is given besides; {} stands for a name that is new. One picture, one share: that it is said does
+// not depend on how much is made.
 const std::map<std::string, std::string> kArguments{
     {"ulf info", ""},
     {"ulf sheet", "-o {}.png"},

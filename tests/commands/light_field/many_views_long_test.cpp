@@ -1,7 +1,8 @@
-// Tests: core/light_field/folder/light_field_io, commands/light_field/info_command, commands/rendering/render_command.
+// Tests: core/light_field/folder/light_field_io, commands/light_field/info_command,
+// commands/rendering/render_command.
 //
-// A light field of ten thousand views: it is written, closed, opened, described and rendered, and memory grows with the
-// number of views by what a view weighs. Rows of docs/reliability.md.
+// A light field of ten thousand views: it is written, closed, opened, described and rendered, and memory
+// grows with the number of views by what a view weighs. Rows of docs/reliability.md.
 #include <gmock/gmock.h>
 #include <spawn.h>
 #include <sys/resource.h>

@@ -1,4 +1,5 @@
-// Tests: commands/light_field/merge_command, commands/reports/work_reports, commands/reports/light_field_report.
+// Tests: commands/light_field/merge_command, commands/reports/work_reports,
+// commands/reports/light_field_report.
 //
 // ulf capture --bracket and ulf merge, as a person meets them.
 #include <gmock/gmock.h>

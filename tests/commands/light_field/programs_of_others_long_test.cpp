@@ -1,8 +1,8 @@
 // Tests: commands/light_field/export_command, commands/light_field/export_scene,
 // core/light_field/exchange/export_light_field, render/output/gltf_file.
 //
-// What programs of others make of a simulated capture that was exported: COLMAP of its masks, Khronos' validator and
-// Blender of glTF, and the loaders that whoever has them puts into a folder (ULF_LOADERS).
+// What programs of others make of a simulated capture that was exported: COLMAP of its masks, Khronos'
+// validator and Blender of glTF, and the loaders that whoever has them puts into a folder (ULF_LOADERS).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -104,8 +104,8 @@ TEST_F(ProgramsOfOthers, GltfValidatorFindsNothing) {
   }
 }
 
-// Debian's, as ./run test --long installs it. Its numbers have 32 bits, its world is turned: what two views have to each
-// other stays.
+// Debian's, as ./run test --long installs it. Its numbers have 32 bits, its world is turned: what two views
+// have to each other stays.
 TEST_F(ProgramsOfOthers, BlenderHasTheCamerasWhereTheyWere) {
   ASSERT_EQ(std::system("command -v blender >/dev/null"), 0)
       << "blender is not installed: apt install blender";

@@ -1,7 +1,7 @@
 // Tests: render/stereo/swept_maps, commands/rendering/proxy_command, render/output/camera_path.
 //
-// Depth maps and pictures by the tasks of a real Slurm, started here with one node and two slots, with the scripts of
-// docs/farm: one task of each array is killed, runs again, and the bytes are those of one process.
+// Depth maps and pictures by the tasks of a real Slurm, started here with one node and two slots, with the
+// scripts of docs/farm: one task of each array is killed, runs again, and the bytes are those of one process.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -130,7 +130,8 @@ std::map<std::string, std::string> Bytes(const fs::path& dir) {
   return bytes;
 }
 
-// Submits, kills the program of the task whose command line holds `victim` once, and waits. How often the task began.
+// Submits, kills the program of the task whose command line holds `victim` once, and waits. How often
+// the task began.
 int RunAndKill(const std::string& submit, const fs::path& dir, const std::string& victim) {
   const std::string job = Output(submit);
   const int id = std::atoi(job.c_str());

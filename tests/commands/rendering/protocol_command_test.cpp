@@ -40,7 +40,8 @@ const std::vector<test::Drawn>& DrawnViews(int times) {
   return views;
 }
 
-// As another program posed its photographs, with points on both. `turned_deg`: by what the set's poses are off.
+// As another program posed its photographs, with points on both. `turned_deg`: by what the set's
+// poses are off.
 void WriteSet(const fs::path& dir, bool spoil_test_photographs, int times = 1, double turned_deg = 0) {
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(120 * times, 90 * times, 110.0 * times);
@@ -94,7 +95,8 @@ class ProtocolCommand : public testing::Test {
   fs::path dir_ = scratch_ / "set";
 };
 
-// What the whole protocol is for: other photographs in the test views' places change the scores and nothing else.
+// What the whole protocol is for: other photographs in the test views' places change the scores
+// and nothing else.
 TEST_F(ProtocolCommand, NothingIsMadeFromTheTestViews) {
   WriteSet(dir_, false);
   WriteSet(scratch_ / "spoiled", true);

@@ -1,7 +1,6 @@
 // Tests: commands/rendering/render_command, commands/rendering/render_settings,
-// commands/rendering/evaluate_command,
-// commands/options/scene_options, commands/options/chosen_model, commands/reports/explain, render/quality/evaluate,
-// render/proxy/proxy_choice.
+// commands/rendering/evaluate_command, commands/options/scene_options, commands/options/chosen_model,
+// commands/reports/explain, render/quality/evaluate, render/proxy/proxy_choice.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Tests: commands/tracking/track_command, commands/tracking/track_report.
-// What ulf track promises of poses, asked of many runs: few are wrong without saying so, a wrong lens is noticed, frames may
-// lie far apart.
+// What ulf track promises of poses, asked of many runs: few are wrong without saying so, a wrong lens is
+// noticed, frames may lie far apart.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -153,8 +153,8 @@ TEST(ManyRuns, WrongLensesAreNoticedAndReplaced) {
   }
 }
 
-// Recordings by others: no right lens is doubted, and each is that is off by 5 % or more. One that is off by 2 % may err by
-// little more than the reference.
+// Recordings by others: no right lens is doubted, and each is that is off by 5 % or more. One that is off by
+// 2 % may err by little more than the reference.
 TEST(ManyRuns, WrongLensesAreNoticedInRecordings) {
   struct Recording {
     const char *name, *files, *truth;

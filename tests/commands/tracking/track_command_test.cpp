@@ -1,6 +1,6 @@
 // Tests: commands/tracking/track_command, commands/capture/capture_command,
-// commands/tracking/lens_use_option, commands/tracking/readout_option, commands/tracking/track_report,
-// commands/tracking/tracking_side_option.
+// commands/options/tracking_options, commands/options/tracking_options, commands/tracking/track_report,
+// commands/options/tracking_options.
 // ulf track as a process: told to stop, it writes what it has.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -104,8 +104,8 @@ TEST(TrackReport, FindingAgainFollowsLosing) {
   EXPECT_THAT(ToText(run, nullptr), testing::HasSubstr("lost 1 time, found again 1 time"));
 }
 
-// Two frames of a map that was given up, three of the one that stays, two that were followed apart and joined to it, and
-// one that is apart to the end.
+// Two frames of a map that was given up, three of the one that stays, two that were followed apart and joined
+// to it, and one that is apart to the end.
 TEST(TrackReport, PosesStandWithTheirWorld) {
   TrackRun run;
   const auto add = [&](std::optional<int> live_map, std::optional<int> final_map) {

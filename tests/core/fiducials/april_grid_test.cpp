@@ -28,9 +28,9 @@ cv::Mat Drawn(const Board& board, double px_per_mm, double margin_mm) {
   return image;
 }
 
-// The rule of Kalibr's pages, written down anew: the lower left corner of tag i is at (i % columns) (size + gap) and
-// (i / columns) (size + gap), x to the right, y up; on a sheet whose y runs down, and which begins with the squares of
-// the rim.
+// The rule of Kalibr's pages, written down anew: the lower left corner of tag i is at (i % columns) (size +
+// gap) and (i / columns) (size + gap), x to the right, y up; on a sheet whose y runs down, and which begins
+// with the squares of the rim.
 TEST(AprilGrid, LiesAsKalibrsRuleSays) {
   const Board board = Board::Parse("aprilgrid:5x3:30:9");
   EXPECT_EQ(board.Text(), "aprilgrid:5x3:30:9");
@@ -48,8 +48,8 @@ TEST(AprilGrid, LiesAsKalibrsRuleSays) {
   }
 }
 
-// The first code of AprilTag's family 36h11 is d5d628584: its bits from the upper left row by row, 1 is white, two
-// cells of border around. The square at the tag's corner is as large as the gap.
+// The first code of AprilTag's family 36h11 is d5d628584: its bits from the upper left row by row, 1 is
+// white, two cells of border around. The square at the tag's corner is as large as the gap.
 TEST(AprilGrid, TagsStandAsTheAprilTagLibraryDrawsThem) {
   const Board board = Board::Parse("aprilgrid:2x2:30:9");
   const cv::Mat sheet = Drawn(board, 4, 0);
@@ -75,8 +75,9 @@ TEST(AprilGrid, TagsStandAsTheAprilTagLibraryDrawsThem) {
   EXPECT_FALSE(is_dark(43.5, 20));
 }
 
-// Views through a lens that is known, of which every tag in sight must be found where the lens puts it. The squares
-// touch the tags' corners: these are found far better than those of ArUco markers, and not a cell off.
+// Views through a lens that is known, of which every tag in sight must be found where the lens puts
+// it. The squares touch the tags' corners: these are found far better than those of ArUco markers, and
+// not a cell off.
 TEST(AprilGrid, IsFoundWhereTheLensPutsIt) {
   const Board board = Board::Parse("aprilgrid:6x6:30:9");
   const auto points = board.Points();
@@ -192,7 +193,8 @@ TEST(BoardDetector, FindsBoardsOfOtherMakers) {
   }
 }
 
-// Below 4.6 OpenCV counted a ChArUco board's rows from below: with an even number of them a marker was in the upper left corner.
+// Below 4.6 OpenCV counted a ChArUco board's rows from below: with an even number of them a marker was in the
+// upper left corner.
 TEST(Board, TheWhiteCornerIsThatOfOpenCvBefore46) {
   const Board board = Board::Parse("charuco:5x4:30:22:DICT_5X5_100:white-corner");
   const auto places = board.MarkerPlaces();

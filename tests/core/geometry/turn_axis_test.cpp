@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A camera that stands at each of these heights for a turn of a table whose axis leans and stands off the board's
-// middle; poses as a board gives them, with noise.
+// A camera that stands at each of these heights for a turn of a table whose axis leans and stands off the
+// board's middle; poses as a board gives them, with noise.
 std::vector<Rigid3> PosesAround(const TurnAxis& axis, const std::vector<double>& elevations_deg,
                                 int views_each, double noise, unsigned seed) {
   std::mt19937 random(seed);

@@ -60,7 +60,8 @@ TEST(Clipped, InAMosaicIsWhatFullPixelsReach) {
   }
 }
 
-// A red lamp: only the sensor's red is full, and the colour matrix leaves no number of the light at full scale.
+// A red lamp: only the sensor's red is full, and the colour matrix leaves no number of the light
+// at full scale.
 TEST(Clipped, InARawFileIsFoundBeforeTheColourMatrix) {
   const cv::Rect lamp(30, 24, 20, 16);  // of the visible area
   const auto bytes = [&](double red) {

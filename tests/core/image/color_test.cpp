@@ -14,7 +14,8 @@ namespace {
 using Eigen::Vector3d;
 using testing::HasSubstr;
 
-// Pairs of Sharma, Wu and Dalal's table 1, which branches of the formula that programs get wrong are made for.
+// Pairs of Sharma, Wu and Dalal's table 1, which branches of the formula that programs get
+// wrong are made for.
 TEST(ColorDifference, MatchesThePublishedPairs) {
   struct Pair {
     Vector3d a, b;

@@ -1,4 +1,5 @@
-// Tests: core/image/exposure_merge, core/image/exposure_alignment, core/image/exposure_ghosts, core/image/sensor_noise.
+// Tests: core/image/exposure_merge, core/image/exposure_alignment, core/image/exposure_ghosts,
+// core/image/sensor_noise.
 #include "core/image/exposure_merge.h"
 
 #include <gtest/gtest.h>
@@ -118,7 +119,8 @@ TEST(ExposureMerge, NoiseIsMeasuredInTheScene) {
   }
 }
 
-// A demosaicking makes most pixels means of others: what is measured between neighbours there is no noise of the sensor.
+// A demosaicking makes most pixels means of others: what is measured between neighbours there is no noise
+// of the sensor.
 TEST(ExposureMerge, NoiseIsMeasuredInDemosaickedPictures) {
   cv::Mat radiance(480, 640, CV_32FC4);
   for (int y = 0; y < radiance.rows; ++y)
@@ -140,7 +142,8 @@ TEST(ExposureMerge, NoiseIsMeasuredInDemosaickedPictures) {
     }
 }
 
-// Of an exposure that is blurred or lies off the edge is left to the others, what is flat becomes less noisy by it.
+// Of an exposure that is blurred or lies off the edge is left to the others, what is flat becomes
+// less noisy by it.
 TEST(ExposureMerge, MisalignedExposureDoesNotBlurEdges) {
   cv::Mat radiance(96, 128, CV_32FC4, cv::Scalar(0.02, 0.02, 0.02, 0)), beside = radiance.clone();
   radiance.colRange(64, 128).setTo(cv::Scalar(0.06, 0.06, 0.06, 0));

@@ -2,7 +2,8 @@
 // core/light_field/folder/repair_plan, core/light_field/folder/folder_repair,
 // core/light_field/formats/transforms_json.
 //
-// What a damaged light field keeps, and what happens to one by a newer version, counted: rows of docs/reliability.md.
+// What a damaged light field keeps, and what happens to one by a newer version, counted: rows of
+// docs/reliability.md.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -76,7 +77,8 @@ TEST(Damage, ALightFieldByANewerVersionIsLeftAlone) {
                       "no byte; each is refused", std::nullopt);
 }
 
-// One byte of one file, anywhere: after the repair every view is there but the one whose line or photograph it was.
+// One byte of one file, anywhere: after the repair every view is there but the one whose line or
+// photograph it was.
 TEST(Damage, AByteThatFlipsCostsOneViewAtMost) {
   constexpr int kViews = 6, kTries = 120;
   const ScratchFolder scratch;

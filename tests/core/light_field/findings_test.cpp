@@ -1,6 +1,8 @@
-// Tests: core/light_field/findings, core/light_field/folder/kept_findings, core/light_field/folder/quick_checks.
+// Tests: core/light_field/findings, core/light_field/folder/kept_findings,
+// core/light_field/folder/quick_checks.
 //
-// What checks find wrong: what is kept in the journal, how long it stands, and what every reader sees by itself.
+// What checks find wrong: what is kept in the journal, how long it stands, and what every reader
+// sees by itself.
 #include "core/light_field/findings.h"
 
 #include <gmock/gmock.h>

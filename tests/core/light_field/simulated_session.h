@@ -1,5 +1,5 @@
-// A session of the simulator on disk: views along the hand's way with their true poses, and points of the scene where the
-// views show them.
+// A session of the simulator on disk: views along the hand's way with their true poses, and points of the
+// scene where the views show them.
 #pragma once
 
 #include <filesystem>

@@ -205,7 +205,8 @@ TEST(VideoReader, RefusesOtherColourCodingsByName) {
   EXPECT_THAT(VideoReader(scratch / "video.mkv").Facts().warnings, Contains(HasSubstr("constant luminance")));
 }
 
-// A gray of linear light L has the signal that BT.2100 gives it; a colour of BT.2020's primaries becomes one of sRGB's.
+// A gray of linear light L has the signal that BT.2100 gives it; a colour of BT.2020's primaries becomes
+// one of sRGB's.
 TEST(VideoReader, HighDynamicRangeIsLinearLight) {
   const ScratchFolder scratch;
   const fs::path file = scratch / "video.mkv";

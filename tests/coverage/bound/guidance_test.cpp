@@ -346,7 +346,8 @@ TEST(Guide, SaysTheSameTwice) {
   }
 }
 
-// Whoever follows it: the expected end moves by at most a quarter of the whole time, and a rest adds no more than itself.
+// Whoever follows it: the expected end moves by at most a quarter of the whole time, and a rest adds no
+// more than itself.
 TEST(Guide, TheExpectedEndIsSteady) {
   for (const double rest_s : {0.0, 60.0}) {
     Obedient person{.map = MapOf({}), .guide = Guide(0.98)};

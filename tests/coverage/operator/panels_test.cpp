@@ -1,6 +1,7 @@
 // Tests: coverage/operator/panels.
 //
-// What the panels around the live picture say, from staged states; and that the pages list the keys of the code.
+// What the panels around the live picture say, from staged states; and that the pages list the
+// keys of the code.
 #include "coverage/operator/panels.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // Tests: coverage/operator/rendered_review.
 //
-// The review's picture is the renderer's own of the same views and mesh, also as a camera with distortion sees
-// it, and follows the capture.
+// The review's picture is the renderer's own of the same views and mesh, also as a camera with distortion
+// sees it, and follows the capture.
 #include "coverage/operator/rendered_review.h"
 
 #include <gmock/gmock.h>

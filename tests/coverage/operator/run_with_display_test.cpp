@@ -132,8 +132,8 @@ TEST(RunWithDisplay, RethrowsWhatTheCaptureThrows) {
   EXPECT_THROW(RunWithDisplay(Small, {}, feed, requests, [] { throw Error("the disk"); }), Error);
 }
 
-// While it is made, by a marker that does not exist, or with its first picture: before the capture has published a
-// state.
+// While it is made, by a marker that does not exist, or with its first picture: before the capture has
+// published a state.
 TEST(RunWithDisplay, CaptureSurvivesABrokenDisplay) {
   class Breaking : public OffscreenSurface {
    public:

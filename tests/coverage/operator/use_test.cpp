@@ -3,13 +3,13 @@
 // A capture as it is used: tracked in one thread, mapped in another, written in others, displayed in this
 // one, while everything that the display offers is asked for again and again. Three minutes of the
 // camera's time every day, in which every key is pressed three times;
-// `./run test --long` runs twenty minutes of it under each of the sanitizers, and twenty with ten times the
-// frames without any: nothing may race, nothing may leak, and memory must not grow beyond what new views explain.
+// `./run test --long` runs twenty minutes of it under each of the sanitizers, and twenty with ten times
+// the frames without any: nothing may race, nothing may leak, and memory must not grow beyond what new
+// views explain.
 //
-//   ULF_USE_MINUTES    of the camera's time (3)
-//   ULF_USE_FPS        frames a second of it (1)
-//   ULF_USE_WIDTH      of the picture, 4:3 (320)
-//   ULF_USE_PACED=1    frames come no faster than a live camera sends them, and the minutes are the clock's; else they
+//   ULF_USE_MINUTES of the camera's time (3) ULF_USE_FPS frames a second of it (1) ULF_USE_WIDTH of the
+//   picture, 4:3 (320) ULF_USE_PACED=1 frames come no faster than a live camera sends them, and the minutes
+//   are the clock's; else they
 //                      come as fast as they are taken
 //   ULF_USE_ROW_DEG    between the rows of the hand (5): the finer, the longer there are new viewpoints
 //   ULF_USE_THRESHOLD  px (12)
@@ -152,8 +152,8 @@ TEST(Use, ExercisesEverythingTheDisplayOffers) {
   EXPECT_GT(taken_back, 0u) << "views that were taken back are kept";
   fmt::print("{} frames, {} dropped, {} views, {} taken back\n", summary.frames, summary.device.dropped,
              light_field.views.size(), taken_back);
-  // A map and a review come and go; and in the first 150 frames the review, its threads and the software renderer's compiler
-  // take some 120 MB. A view keeps its pictures for display and geometry.
+  // A map and a review come and go; and in the first 150 frames the review, its threads and the software
+  // renderer's compiler take some 120 MB. A view keeps its pictures for display and geometry.
   const bool is_long = summary.frames >= 600;
   const double pixels = width / 640.0 * width / 640;
   EXPECT_EQ(WhatGrows(growth.rows(), {.mb_a_view = 0.5 * pixels,

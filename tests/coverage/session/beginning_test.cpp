@@ -1,7 +1,8 @@
-// Tests: coverage/session/light_and_focus, coverage/session/subject_anchors, coverage/session/subject_proposal.
+// Tests: coverage/session/light_and_focus, coverage/session/subject_anchors,
+// coverage/session/subject_proposal.
 //
-// A capture before its first view: nothing is recorded until somebody asks for it, what holds the start, and a
-// sphere that follows the map and gets the subject's size.
+// A capture before its first view: nothing is recorded until somebody asks for it, what holds the start, and
+// a sphere that follows the map and gets the subject's size.
 #include <gmock/gmock.h>
 
 #include <opencv2/imgproc.hpp>

@@ -99,8 +99,8 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
       "views", "smaller cap");
 }
 
-// Black things, small ones and those before white are taken with a warning; a cap over the lens, no light and an
-// exposure that is far off are not.
+// Black things, small ones and those before white are taken with a warning; a cap over the lens, no light and
+// an exposure that is far off are not.
 TEST(Preflight, LightBlocksOnlyWhereNothingIsVisible) {
   struct Case {
     SubjectLight light;

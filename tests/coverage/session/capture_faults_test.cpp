@@ -1,5 +1,6 @@
-// Tests: coverage/session/capture_session, coverage/session/record/view_spool, acquisition/device/reconnecting_device,
-// core/light_field/folder/light_field_writer, core/light_field/folder/opened_folder.
+// Tests: coverage/session/capture_session, coverage/session/record/view_spool,
+// acquisition/device/reconnecting_device, core/light_field/folder/light_field_writer,
+// core/light_field/folder/opened_folder.
 //
 // What a capture keeps through each fault, counted: rows of docs/reliability.md.
 #include <gmock/gmock.h>
@@ -191,8 +192,8 @@ TEST(CaptureFaults, ADiskThatIsReadOnlyFromTheStart) {
                 fmt::format("{} views", lost), go_on_s);
 }
 
-// Moved away or deleted by another program while the capture runs: it ends. What was moved is whole; of what was deleted
-// the views taken since are set aside.
+// Moved away or deleted by another program while the capture runs: it ends. What was moved is whole; of what
+// was deleted the views taken since are set aside.
 TEST(CaptureFaults, AFolderThatIsRemoved) {
   int tried = 0, moved_lost = 0;
   std::size_t uncounted = 0;
@@ -245,8 +246,8 @@ TEST(CaptureFaults, AFolderThatIsRemoved) {
                 longest_s);
 }
 
-// The same with frames that have masters, in folders of their own, and in every step of closing: never is a folder made anew
-// under the old name, and both names are said.
+// The same with frames that have masters, in folders of their own, and in every step of closing: never is a
+// folder made anew under the old name, and both names are said.
 TEST(CaptureFaults, AFolderThatIsRemovedIsNotMadeAnew) {
   for (const char* at : {"a frame", "the last views to the disk",
                          "poses, points and the files for other programs", "depth maps and the mesh"})

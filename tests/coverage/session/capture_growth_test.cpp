@@ -99,8 +99,9 @@ TEST(CaptureGrowth, TwoThousandViewsGrowTheDiskAlone) {
             "");
 }
 
-// A camera that stands, or lies on the table: its pose trembles by what the tracker is off, and one view is enough. The
-// bound of a view with itself is 2 px, so that no threshold below that can be met (the command refuses it).
+// A camera that stands, or lies on the table: its pose trembles by what the tracker is off, and one view
+// is enough. The bound of a view with itself is 2 px, so that no threshold below that can be met (the
+// command refuses it).
 TEST(CaptureGrowth, ACameraThatStandsIsRecordedOnce) {
   for (const double threshold_px : {2.2, 7.0}) {
     const ScratchFolder scratch;

@@ -1,5 +1,5 @@
-// Tests: coverage/session/capture_session, coverage/session/record/view_spool, core/light_field/folder/light_field_writer,
-// core/light_field/folder/folder_repair.
+// Tests: coverage/session/capture_session, coverage/session/record/view_spool,
+// core/light_field/folder/light_field_writer, core/light_field/folder/folder_repair.
 //
 // SIGKILL at every stage of a capture: rows of docs/reliability.md.
 #include <gmock/gmock.h>
@@ -224,7 +224,8 @@ std::vector<Stage> Stages() {
   return stages;
 }
 
-// Forks: 0 where the child ended by itself, else the signal. `dies_before`: the call of the disk; INT_MAX: none.
+// Forks: 0 where the child ended by itself, else the signal. `dies_before`: the call of the disk;
+// INT_MAX: none.
 int InChild(const Stage& stage, const fs::path& dir, int dies_before, Said& said) {
   said.count = 0;
   const pid_t child = fork();
@@ -240,8 +241,8 @@ int InChild(const Stage& stage, const fs::path& dir, int dies_before, Said& said
   return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
 }
 
-// Bytes of all files of the folder. A view that is taken back leaves the journal first; killed there, its photograph still
-// lies where it was, and nothing is written over it.
+// Bytes of all files of the folder. A view that is taken back leaves the journal first; killed there, its
+// photograph still lies where it was, and nothing is written over it.
 std::set<std::string> AllFiles(const fs::path& dir) {
   std::set<std::string> bytes;
   for (const auto& file : fs::recursive_directory_iterator(dir))
@@ -262,7 +263,8 @@ TEST(CaptureFaults, KilledWhateverItWrites) {
       if (stage.before) fs::copy(start, at, fs::copy_options::recursive);
     };
     if (stage.before) stage.before(start);
-    // Twice: the first run may also write what the simulator keeps of its scene, which the killed ones find there.
+    // Twice: the first run may also write what the simulator keeps of its scene, which the killed
+    // ones find there.
     for (int run = 0; run < 2; ++run) {
       begin(whole);
       ASSERT_EQ(InChild(stage, whole, INT_MAX, *said), 0) << stage.name;

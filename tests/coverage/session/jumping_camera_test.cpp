@@ -1,7 +1,9 @@
-// Tests: coverage/session/capture_session, coverage/session/record/capture_record, coverage/measured/error_meter.
+// Tests: coverage/session/capture_session, coverage/session/record/capture_record,
+// coverage/measured/error_meter.
 //
-// A camera that is torn away and held somewhere else in the next frame, with geometry and measured errors: nothing
-// wrong is recorded or measured while nobody knows where it is, and the capture goes on when it is back.
+// A camera that is torn away and held somewhere else in the next frame, with geometry and measured
+// errors: nothing wrong is recorded or measured while nobody knows where it is, and the capture goes on
+// when it is back.
 #include <gmock/gmock.h>
 
 #include "acquisition/simulator/hand.h"
@@ -15,8 +17,8 @@ namespace {
 
 constexpr double kJumps_s = 6, kIsBack_s = 7.5, kEnds_s = 12;
 
-// Goes to and fro before the studio; between the two moments it stands on the other side of the arc and looks at
-// the wall.
+// Goes to and fro before the studio; between the two moments it stands on the other side of the arc and
+// looks at the wall.
 class JumpingHand : public HandMotion {
  public:
   Rigid3 CamFromWorld(double time_s) const override {

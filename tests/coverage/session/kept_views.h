@@ -26,8 +26,8 @@ inline CaptureOptions InThreads() {
   return options;
 }
 
-// What the camera gave for each view: its master or, without one, its photograph, as the disk has it. Each photograph, or
-// what it is made from, is whole, and so is every exposure beside it.
+// What the camera gave for each view: its master or, without one, its photograph, as the disk has it. Each
+// photograph, or what it is made from, is whole, and so is every exposure beside it.
 inline std::map<int, std::string> Photographs(const std::filesystem::path& dir) {
   const LightField light_field = ReadLightField(dir);
   std::map<int, std::string> photographs;

@@ -1,4 +1,5 @@
-// between_views FOLDER PICTURE.png: what a camera sees halfway between the first two viewpoints of a light field.
+// between_views FOLDER PICTURE.png: what a camera sees halfway between the first two viewpoints of
+// a light field.
 #include <cstdio>
 #include <exception>
 

@@ -1,7 +1,8 @@
 // Tests: render/gl/gl_objects, render/gl/gl_photographs, render/gl/gl_renderer,
 // render/stereo/gl_plane_sweep.
 //
-// A driver that has no more memory: what is refused, what is said, and what goes on. Rows of docs/reliability.md.
+// A driver that has no more memory: what is refused, what is said, and what goes on. Rows of
+// docs/reliability.md.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 
@@ -37,8 +38,8 @@ struct Calls {
   PFNGLGETERRORPROC error = epoxy_glGetError;
 };
 
-// Refuses one kind as a driver does that has no room for it: the call has no effect, and glGetError() says so once. epoxy's
-// entry points are variables.
+// Refuses one kind as a driver does that has no room for it: the call has no effect, and glGetError() says so
+// once. epoxy's entry points are variables.
 class FullDriver {
  public:
   // `after`: so many of this kind are still made.

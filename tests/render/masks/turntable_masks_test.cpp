@@ -64,8 +64,8 @@ TEST(TurntableMasks, RefusesWhatDoesNotTurn) {
       ThrowsMessage<Error>(AllOf(HasSubstr("turn about one axis"), HasSubstr("let the camera stand"))));
 }
 
-// A plaster temple before black cloth, whose cameras see one axis in one place: to the pictures it turned. The cloth is
-// dark and the plaster is not, but where it is in shadow.
+// A plaster temple before black cloth, whose cameras see one axis in one place: to the pictures it turned.
+// The cloth is dark and the plaster is not, but where it is in shadow.
 TEST(TurntableMasks, FitThePlasterOfARealRing) {
   ULF_NEED_TEST_DATA(dir, "temple_ring");
   const LightField light_field = test::MiddleburyLightField(dir, "templeR_par.txt");
@@ -85,7 +85,8 @@ TEST(TurntableMasks, FitThePlasterOfARealRing) {
   EXPECT_GT(Quantile(overlaps, 0), 0.75);
 }
 
-// Noise on a still wall, before which a square comes and goes; a corner of the picture always shows something else.
+// Noise on a still wall, before which a square comes and goes; a corner of the picture always shows
+// something else.
 TEST(StillBackground, IsWhatRecursAndNotWhatChanges) {
   std::mt19937 random(7);
   std::normal_distribution<float> noise(0, 2);

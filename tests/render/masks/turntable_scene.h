@@ -18,7 +18,8 @@ struct TurntableField {
   std::map<int, cv::Mat> truth;  // by View::id
 };
 
-// `views` of one turn from each of the heights of sim:turntable with these options; the world is the board's frame.
+// `views` of one turn from each of the heights of sim:turntable with these options; the world is the
+// board's frame.
 inline TurntableField MakeTurntableField(const std::filesystem::path& dir, const std::string& options,
                                          int views, int heights) {
   const acquisition::SimulatedCamera camera(

@@ -1,8 +1,8 @@
 // Tests: render/output/gltf_file, render/output/texture_atlas,
 // render/output/surface_views.
 //
-// A textured mesh for other programs: the file by the rules of glTF 2.0, its cameras against the photographs', its
-// texture drawn again against the photograph of a recorded camera.
+// A textured mesh for other programs: the file by the rules of glTF 2.0, its cameras against the
+// photographs', its texture drawn again against the photograph of a recorded camera.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Tests: core/image/clipped, core/light_field/folder/light_at_points, render/photographs/photograph, render/scene/exposure_scales,
-// render/scene/scene.
+// Tests: core/image/clipped, core/light_field/folder/light_at_points, render/photographs/photograph,
+// render/scene/exposure_scales, render/scene/scene.
 //
 // Views of different exposures: what clips in the long ones, and what is not known of some.
 #include <gmock/gmock.h>
@@ -102,7 +102,8 @@ TEST(Clipped, ShortExposuresReplaceClippedLongOnes) {
   }
 }
 
-// All views but one, which looks elsewhere, are long: what clips in all of them stays as light as it clips, and is no hole.
+// All views but one, which looks elsewhere, are long: what clips in all of them stays as light as it clips,
+// and is no hole.
 TEST(Clipped, StaysClippedWhereAllViewsClip) {
   test::ScratchFolder scratch;
   WriteExposures(scratch / "lf", [](std::size_t i) { return i == 0 ? kShortS : 4 * kShortS; });

@@ -1,7 +1,8 @@
-// Tests: render/prediction/frame_predictor, render/prediction/prediction_error, render/prediction/block_alignment.
+// Tests: render/prediction/frame_predictor, render/prediction/prediction_error,
+// render/prediction/block_alignment.
 //
-// The error that is measured at a frame against the error that is there: pictures of two textured planes whose
-// geometry is known, so that each kind of error can be made alone.
+// The error that is measured at a frame against the error that is there: pictures of two textured planes
+// whose geometry is known, so that each kind of error can be made alone.
 #include "render/prediction/prediction_error.h"
 
 #include <gmock/gmock.h>
@@ -139,13 +140,15 @@ TEST(PredictionError, ExposureIsMatched) {
 TEST(PredictionError, MisregistrationFollowsDepthError) {
   double last = 0, last_db = MeasuredWith({}).inside.db;
   for (const double off : {0.05, 0.15, 0.3}) {
-    // Views on both sides of the frame see the slab displaced to both sides: one view alone shows by how much.
+    // Views on both sides of the frame see the slab displaced to both sides: one view alone
+    // shows by how much.
     FramePredictor alone({.views = 1});
     alone.SetGeometry(kSubject, Mesh(off));
     alone.AddView(0, Views()[4].view);
     const StereoView frame = DrawFrom(kBetween).view;
     const PredictionError error = Measured(alone, frame, {.center_sigma = 1e-4});
-    // Of the point at the sphere's centre: where the ray to it meets the moved slab, and where that is in the view.
+    // Of the point at the sphere's centre: where the ray to it meets the moved slab, and where that
+    // is in the view.
     const Vector3d center = kSubject.center_in_world + Vector3d(0, 0, 0.05);
     const Vector3d ray = center - frame.center_in_world;
     const Vector3d shown = frame.center_in_world + ray * ((center.z() + off) / center.z());

@@ -1,5 +1,5 @@
-// A simulated scene with views on a grid of directions, and its true geometry: a light field in which nothing is
-// wrong, so that a test can make one thing wrong.
+// A simulated scene with views on a grid of directions, and its true geometry: a light field in which nothing
+// is wrong, so that a test can make one thing wrong.
 #pragma once
 
 #include <memory>

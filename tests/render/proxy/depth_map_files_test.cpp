@@ -154,8 +154,8 @@ TEST_F(DepthMapFiles, AMeshWithoutMapsTakesThemAway) {
   EXPECT_EQ(GeometryStateOf(light_field_)->problem, "");
 }
 
-// SIGKILL before each call that changes the disk: the geometry is the one of before or the new one, with all of its maps, and
-// the next writer leaves nothing else.
+// SIGKILL before each call that changes the disk: the geometry is the one of before or the new one, with all
+// of its maps, and the next writer leaves nothing else.
 TEST_F(DepthMapFiles, AKillLeavesOneGeometryOrTheOther) {
   const TriangleMesh other{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
   const std::string ply = MeshPlyBytes(other);

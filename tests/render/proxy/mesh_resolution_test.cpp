@@ -36,7 +36,7 @@ TriangleMesh Box(int steps) {
   return box;
 }
 
-TEST(MeshSimplification, ACoarserBoxKeepsItsFacesAndCorners) {
+TEST(MeshSimplification, ACoarserBoxKeepsFacesAndCorners) {
   const TriangleMesh fine = Box(40);
   const TriangleMesh coarse = Simplified(fine, 1500);
   EXPECT_LE(coarse.triangles.size(), 1500u);

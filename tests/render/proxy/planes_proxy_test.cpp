@@ -213,7 +213,8 @@ TEST(PlanesProxyTest, NeedsNoObservations) {
 
 TEST(PlanesProxyTest, EndsWhereItsPointsEnd) {
   const LightField light_field = TwoLayers().light_field;
-  // Of the near layer, its middle and beside each edge: a tenth inside and, past the spacing of its points, outside.
+  // Of the near layer, its middle and beside each edge: a tenth inside and, past the spacing of its
+  // points, outside.
   EXPECT_NEAR(DepthTowards(light_field, -0.2 / 0.75, 0.1 / 0.75), 1.5, 0.02);
   for (const auto& [x, y] : {std::pair{-0.47, 0.1}, {0.07, 0.1}, {-0.2, -0.07}, {-0.2, 0.27}})
     EXPECT_NEAR(DepthTowards(light_field, x / 0.75, y / 0.75), 1.5, 0.02) << x << " " << y;

@@ -1,4 +1,5 @@
-// Tests: render/quality/light_fit, render/quality/light_samples, render/quality/light_solution, render/scene/scene.
+// Tests: render/quality/light_fit, render/quality/light_samples, render/quality/light_solution,
+// render/scene/scene.
 #include "render/quality/light_fit.h"
 
 #include <gmock/gmock.h>
@@ -83,7 +84,8 @@ std::vector<LightCorrection> Corrections(const std::vector<cv::Vec3f>& gains, fl
   return corrections;
 }
 
-// The largest share by which what was found is off, of all views, channels and places between axis and corner.
+// The largest share by which what was found is off, of all views, channels and places between
+// axis and corner.
 double Off(const RenderScene& scene, const LightFit& fit, const std::vector<LightCorrection>& truth) {
   const auto fitted = WithLight(scene, fit);
   double off = 0;
@@ -283,7 +285,8 @@ TEST(LightFit, LeftOutViewsAreShownBetterThanWithoutIt) {
   RecordProperty("with_db", std::to_string(with));
 }
 
-// A left-out view's own exposure is never looked at: it is that of its neighbours where these tell it, else the mean.
+// A left-out view's own exposure is never looked at: it is that of its neighbours where these tell it,
+// else the mean.
 TEST(LightFit, UnfittedViewTakesItsNeighboursExposure) {
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(7, 7, 0.2, 2.0)});
   LightFit smooth{.model = LightModel::kGains}, random = smooth;

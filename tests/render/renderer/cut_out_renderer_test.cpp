@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 
 constexpr double kDisc = 0.3;  // of the plane z = 0: what the masks leave
 
-// Over the plane on which the disc lies its outline is where it is, in both renderers, and the background is gone.
+// Over the plane on which the disc lies its outline is where it is, in both renderers, and the
+// background is gone.
 TEST(CutOutRenderer, AlphaIsWhatTheMasksLeave) {
   const test::SceneSpec spec{
       .viewpoints = test::GridViewpoints(5, 5, 0.15, 2.0), .width = 160, .height = 120, .focal_px = 140};

@@ -73,7 +73,8 @@ TEST(GlRenderer, EqualsTheReference) {
       {.kind = FieldKind::kLumigraphPerPixel},
       {.kind = FieldKind::kNearest}};
   double worst_band = 0, worst_within = 1, worst_of_all = 1;
-  // All fields over the first scene; over the others those that weigh views differently, by triangles or by pixels.
+  // All fields over the first scene; over the others those that weigh views differently, by
+  // triangles or by pixels.
   const std::vector<FieldOptions> few_fields{fields[0], fields[2], fields[4]};
   for (const Case& c : cases) {
     const auto scene = test::MakeScene(c.spec);

@@ -1,4 +1,5 @@
-// Tests: render/renderer/soft_pixel, render/gl/gl_depth_maps, render/proxy/soft_proxy, render/proxy/view_depth_map.
+// Tests: render/renderer/soft_pixel, render/gl/gl_depth_maps, render/proxy/soft_proxy,
+// render/proxy/view_depth_map.
 // A small square before a plane, of which the mesh knows nothing and the views' maps do.
 #include <gtest/gtest.h>
 
@@ -221,8 +222,9 @@ TEST(SoftPixel, WeightsSumToOne) {
   EXPECT_NEAR(most, 1, 0.01);
 }
 
-// Of many views only the nearest few propose depths. Which ones they are changes on a camera's way, in all of the picture
-// at once if their distance to the camera decided, and maps that are off by a step then propose others.
+// Of many views only the nearest few propose depths. Which ones they are changes on a camera's way, in all
+// of the picture at once if their distance to the camera decided, and maps that are off by a step then
+// propose others.
 TEST(SoftPixel, PicturesDoNotJumpWhereOtherViewsPropose) {
   const auto scene = SoftScene(
       *MakeScene({.viewpoints = CapViewpoints(60, 0.6, 2.0, 0.03), .with_square = true}), {.noise_steps = 1});

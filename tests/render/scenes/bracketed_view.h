@@ -1,5 +1,5 @@
-// A view of the scene lightbox with other exposures, taken one after another while the simulated hand moves on, as
-// `ulf capture --bracket` leaves it; poses are exact. And what a merge of it is measured against.
+// A view of the scene lightbox with other exposures, taken one after another while the simulated hand moves
+// on, as `ulf capture --bracket` leaves it; poses are exact. And what a merge of it is measured against.
 #pragma once
 
 #include <cmath>
@@ -74,7 +74,8 @@ inline LightField TakeBracket(const SimulatedCamera& camera, const BracketedView
   return ReadLightField(dir);
 }
 
-// Of green, by whole stops of the true light (0: up from full scale of the view's own exposure): shares of the light.
+// Of green, by whole stops of the true light (0: up from full scale of the view's own exposure):
+// shares of the light.
 using ErrorsByStop = std::map<int, std::vector<double>>;
 
 inline void AddErrors(const cv::Mat& light, const cv::Mat& truth, ErrorsByStop& errors) {

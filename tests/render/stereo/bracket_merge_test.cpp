@@ -78,8 +78,8 @@ double MedianOf(std::vector<double> all) {
   return all[all.size() / 2];
 }
 
-// Also just below full scale, beside pixels that are full and where another colour is: there the view's own exposure is the
-// least noisy one.
+// Also just below full scale, beside pixels that are full and where another colour is: there the view's own
+// exposure is the least noisy one.
 TEST(BracketMerge, IsNeverWorseThanTheViewsExposure) {
   ErrorsByStop merged, own;
   for (const unsigned seed : {7u, 8u}) {

@@ -139,8 +139,8 @@ std::vector<Drawn> WallAndPost(double post_px) {
   return photographs;
 }
 
-// The first sweep sees photographs of this size at a quarter, and looks for surfaces at an eighth: four pixels of a post
-// are left there. Of one of 18 pixels nothing remains.
+// The first sweep sees photographs of this size at a quarter, and looks for surfaces at an eighth: four
+// pixels of a post are left there. Of one of 18 pixels nothing remains.
 TEST(DepthRange, HoldsAThinPostOfALargePhotograph) {
   const auto photographs = WallAndPost(30);
   std::vector<const StereoView*> neighbours;
@@ -396,7 +396,8 @@ TEST(SurfaceCut, IsTheSameWhateverTheThreads) {
   EXPECT_EQ(one.triangles, four.triangles);
 }
 
-// 1 - ZNCC of the window around a pixel and what a neighbour shows of it by way of a plane, straight from the definition.
+// 1 - ZNCC of the window around a pixel and what a neighbour shows of it by way of a plane, straight from
+// the definition.
 float CostOfWindow(const StereoView& view, const StereoView& neighbour, float inverse_depth, int x, int y,
                    int radius, double noise) {
   const PlaneCarrier carrier = MakePlaneCarrier(view, neighbour);

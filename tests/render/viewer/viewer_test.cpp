@@ -393,8 +393,8 @@ TEST(Viewer, PicturesAndKeyframesGoToFiles) {
   EXPECT_EQ(ReadWholeFile(scratch / kKeyframeFile), "{\"frames\": []}");
 }
 
-// What the views' masks leave out is grey, whatever the photographs show there, and the rest is as without masks;
-// over another proxy the masks are drawn over it, too.
+// What the views' masks leave out is grey, whatever the photographs show there, and the rest is as without
+// masks; over another proxy the masks are drawn over it, too.
 TEST(Viewer, MaskedPartsAreGrey) {
   constexpr double kDisc = 0.3;
   const std::vector<std::string> keys{"Left", "p", "p,Up"};

@@ -1,5 +1,5 @@
 // Tests: render/web/web_page, render/web/web_file, render/web/web_pictures, render/proxy/mesh_resolution,
-// commands/rendering/export_web_command.
+// commands/light_field/export_web.
 //
 // `ulf export web`: what it writes, and the page itself in Chromium, beside pictures of the GL renderer.
 #include <gmock/gmock.h>
@@ -261,8 +261,8 @@ TEST_F(ExportWeb, RefusesWhatCannotBeAndLeavesNothing) {
 
 // ---- The page in a browser ----
 
-// What Chromium and the tools of `./run web` are needed for; failing where they are missing, because a page that nobody
-// has opened is not tested.
+// What Chromium and the tools of `./run web` are needed for; failing where they are missing, because a page
+// that nobody has opened is not tested.
 std::string Browse(const fs::path& site, json plan, const fs::path& out) {
   plan["chromium"] = CHROMIUM;
   fs::create_directories(out);
@@ -297,8 +297,8 @@ struct Difference {
   double large = 0;  // share of the pixels that are off by more than 20 levels in a colour
 };
 
-// Opens the page of a light field with a mesh and compares its pictures with the GL renderer's. What else `plan` asks for
-// stands in `report`.
+// Opens the page of a light field with a mesh and compares its pictures with the GL renderer's. What else
+// `plan` asks for stands in `report`.
 std::vector<Difference> DifferencesFromRenderer(const fs::path& dir, const fs::path& site,
                                                 const std::vector<Pose>& poses, json plan,
                                                 const fs::path& out, json& report) {

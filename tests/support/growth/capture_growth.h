@@ -1,5 +1,5 @@
-// What a capture takes as it goes on: memory, time for a frame, disk, in rows over its time; and whether one of them
-// grows that must not.
+// What a capture takes as it goes on: memory, time for a frame, disk, in rows over its time; and whether one
+// of them grows that must not.
 #pragma once
 
 #include <chrono>
@@ -18,10 +18,11 @@ struct GrowthRow {
   std::uint64_t frames = 0;
   std::size_t views = 0;     // in the light field
   std::size_t recorded = 0;  // the same, with those that were taken back since
-  // The least of the row's time: what is open for a while (a review, an adjustment) needs memory while it is open.
+  // The least of the row's time: what is open for a while (a review, an adjustment) needs memory
+  // while it is open.
   double resident_mb = 0, used_mb = 0;
-  // Of the capture's own work on a frame, from the frame's arrival to the decision: by the clock, and of processor time in
-  // the capture's thread, which other programs do not lengthen.
+  // Of the capture's own work on a frame, from the frame's arrival to the decision: by the clock, and of
+  // processor time in the capture's thread, which other programs do not lengthen.
   double frame_ms = 0, slow_frame_ms = 0, processor_ms = 0;  // medians, and the slowest twentieth
   double files_mb = 0, journal_mb = 0;                       // blocks taken on the disk, as `du` counts
 };
@@ -66,18 +67,20 @@ struct GrowthLimits {
   double disk_share =
       0.25;  // by which a view's share of the disk may change from the first half of them to the second
 };
-// What grows beyond the limits, over the last two thirds of the rows (the first fills caches), by the median of the slopes
-// between all pairs of rows (Theil and Sen), which single rows do not move. Empty: nothing does. At least nine rows.
+// What grows beyond the limits, over the last two thirds of the rows (the first fills caches), by the median
+// of the slopes between all pairs of rows (Theil and Sen), which single rows do not move. Empty: nothing
+// does. At least nine rows.
 std::string WhatGrows(const std::vector<GrowthRow>& rows, const GrowthLimits& limits);
 
-// A capture of many views one after the other, as fast as they are taken: what grows with the number of views.
+// A capture of many views one after the other, as fast as they are taken: what grows with the
+// number of views.
 struct LongCapture {
   CameraModel camera;
   coverage::CaptureSummary summary;
   std::vector<GrowthRow> rows;
 };
-// `views` viewpoints of a textured plane over a cap of a hundred degrees, at 320x240, poses known: each becomes a view.
-// No tracking, no geometry, no display.
+// `views` viewpoints of a textured plane over a cap of a hundred degrees, at 320x240, poses known: each
+// becomes a view. No tracking, no geometry, no display.
 LongCapture CaptureManyViews(const std::filesystem::path& light_field, int views, int rows);
 
 }  // namespace ulf::test

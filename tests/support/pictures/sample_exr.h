@@ -1,4 +1,5 @@
-// OpenEXR files of layouts that other programs write, with the six patches of sample_pictures.h in linear light.
+// OpenEXR files of layouts that other programs write, with the six patches of sample_pictures.h
+// in linear light.
 #pragma once
 
 #include <array>
@@ -27,7 +28,8 @@ struct ExrPartLayout {
 };
 // One part is written as a plain file.
 void WriteExrSample(const std::filesystem::path& path, const std::vector<ExrPartLayout>& parts);
-// Luminance with chroma of half the size (Y, RY, BY), which is filtered over 27 pixels: the patches are larger by this factor.
+// Luminance with chroma of half the size (Y, RY, BY), which is filtered over 27 pixels: the patches are
+// larger by this factor.
 inline constexpr int kLuminanceChromaScale = 4;
 void WriteLuminanceChromaExr(const std::filesystem::path& path);
 

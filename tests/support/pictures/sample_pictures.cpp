@@ -355,8 +355,8 @@ cv::Mat EncodedIn(const std::string& kind, const cv::Mat& srgb8) {
 
 std::string ExifSegment(const std::string& taken, int orientation, const std::string& thumbnail_jpeg,
                         bool is_adobe_rgb) {
-  // TIFF, big-endian: IFD 0 with the orientation and the place of the Exif IFD, that with the time and the place of the
-  // interoperability IFD, IFD 1 with the thumbnail.
+  // TIFF, big-endian: IFD 0 with the orientation and the place of the Exif IFD, that with the time and the
+  // place of the interoperability IFD, IFD 1 with the thumbnail.
   std::string tiff("MM\0*\0\0\0\x08", 8);
   const auto entry = [&](std::uint32_t tag, std::uint32_t type, std::uint32_t count, std::uint32_t value,
                          bool is_short = false) {

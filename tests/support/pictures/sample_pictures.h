@@ -1,4 +1,5 @@
-// Picture files of many layouts with six patches of known colours, written by the libraries of their formats, for tests of reading.
+// Picture files of many layouts with six patches of known colours, written by the libraries of their formats,
+// for tests of reading.
 #pragma once
 
 #include <array>
@@ -19,8 +20,8 @@ inline constexpr int kPatchPx = 20;
 cv::Mat PatchPicture();
 cv::Mat PatchGrey();
 
-// The largest difference in the middle of any patch, in levels of 255; `read` is sRGB of 8 or 16 bits or linear float, with one
-// channel (compared with the green one) or three.
+// The largest difference in the middle of any patch, in levels of 255; `read` is sRGB of 8 or 16 bits or
+// linear float, with one channel (compared with the green one) or three.
 double LargestPatchError(const cv::Mat& read);
 
 struct TiffLayout {
@@ -51,7 +52,8 @@ struct PngLayout {
 };
 void WritePngSample(const std::filesystem::path& path, const PngLayout& layout);
 
-// A plain TIFF of these numbers (CV_8UC3 or CV_16UC3), in their order; `white`, `most`: its tags WhitePoint and MaxSampleValue.
+// A plain TIFF of these numbers (CV_8UC3 or CV_16UC3), in their order; `white`, `most`: its tags WhitePoint
+// and MaxSampleValue.
 void WriteTiffNumbers(const std::filesystem::path& path, const cv::Mat& samples, int photometric,
                       const std::optional<std::array<float, 2>>& white = {}, int most = 0);
 
@@ -62,13 +64,14 @@ std::string WithPngChunk(const std::string& png, const std::string& name, const 
 std::string WithWebpChunk(const std::string& webp, char flag, const std::string& name,
                           const std::string& content);
 
-// An ICC profile: "sRGB", "P3" (Display P3), "linear" (sRGB's primaries), "grey" (exponent 1.8), "CMYK" or "Lab".
+// An ICC profile: "sRGB", "P3" (Display P3), "linear" (sRGB's primaries), "grey" (exponent 1.8),
+// "CMYK" or "Lab".
 std::string IccProfile(const std::string& kind);
 // What numbers mean those colours in that RGB space: B G R.
 cv::Mat EncodedIn(const std::string& kind, const cv::Mat& srgb8);
 
-// A JPEG segment APP1 with an Exif block that says when the picture was taken ("2026:11:29 10:11:12"), and its orientation.
-// `is_adobe_rgb`: with DCF's mark R03.
+// A JPEG segment APP1 with an Exif block that says when the picture was taken ("2026:11:29 10:11:12"), and
+// its orientation. `is_adobe_rgb`: with DCF's mark R03.
 std::string ExifSegment(const std::string& taken, int orientation = 1, const std::string& thumbnail_jpeg = {},
                         bool is_adobe_rgb = false);
 // The JPEG with that segment behind its start.

@@ -1,6 +1,6 @@
 // A USB3 Vision camera that is not there: the control protocol over its control endpoint (registers of the
-// bootstrap map, a manifest with a zipped GenICam description), leader, payload and trailer over its streaming
-// endpoint, on an emulated USB device (usb_node.h). The client is any library over libusb.
+// bootstrap map, a manifest with a zipped GenICam description), leader, payload and trailer over its
+// streaming endpoint, on an emulated USB device (usb_node.h). The client is any library over libusb.
 //
 // Works in a process that runs under the preloaded libraries; `NoUsbEmulation` tells why it cannot.
 #pragma once

@@ -315,7 +315,8 @@ struct UsbNode::State {
     while (recv(file.ours, nothing.data(), nothing.size(), 0) > 0) continue;
     file.ready = true;
   }
-  // Closed with something unread in it, the pair reports POLLERR, as the kernel does for a device that is gone.
+  // Closed with something unread in it, the pair reports POLLERR, as the kernel does for a
+  // device that is gone.
   static void Break(File& file) {
     if (file.ours < 0) return;
     Fill(file);
@@ -502,8 +503,8 @@ struct UsbNode::State {
 
   std::size_t PacketBytes() const { return identity.megabits >= 5000 ? 1024 : 512; }
 
-  // What the device has meets what the host wants. A transfer that is shorter than a request ends it; one that
-  // is longer goes on in the next request, unless a packet does not fit in the rest.
+  // What the device has meets what the host wants. A transfer that is shorter than a request ends it; one
+  // that is longer goes on in the next request, unless a packet does not fit in the rest.
   void Match(Endpoint& endpoint) {
     while (!endpoint.wanted.empty() && !endpoint.unsent.empty()) {
       const Wanted wanted = endpoint.wanted.front();

@@ -1,4 +1,5 @@
-// Writes small videos as cameras, telephones and editors do: any layout of pixels, with the tags that are asked for.
+// Writes small videos as cameras, telephones and editors do: any layout of pixels, with the tags that
+// are asked for.
 #pragma once
 
 extern "C" {

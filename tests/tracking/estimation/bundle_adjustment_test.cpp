@@ -172,7 +172,8 @@ TEST(BundleAdjustment, FindsRowVelocitiesWithThePoses) {
   }
   EXPECT_LT(found, 0.3 * guessed);
   EXPECT_LT(guessed, 0.5 * ignored);
-  // A turn and a shift of the camera look alike over so little depth: together they are known better than each.
+  // A turn and a shift of the camera look alike over so little depth: together they are known
+  // better than each.
   EXPECT_LT(off, 0.8 * off_before);
 }
 

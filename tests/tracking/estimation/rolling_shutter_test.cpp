@@ -209,8 +209,8 @@ Outcome Follow(double readout_s, const TrackerOptions& options, std::size_t paus
   return {error ? error->ate_rmse : 1e9, late ? late->ate_rmse : 1e9, tracker.Statistics().rolling_shutter};
 }
 
-// A map that goes on is an earlier session's: as long as its camera adds no keyframe, nothing is measured, and a global
-// shutter must not be reckoned to roll.
+// A map that goes on is an earlier session's: as long as its camera adds no keyframe, nothing is measured,
+// and a global shutter must not be reckoned to roll.
 TEST(RollingShutter, ContinuedMapSuspectsNone) {
   const CameraModel camera = SimulatedIntrinsics(320, 240);
   const test::ScratchFolder scratch;
@@ -261,8 +261,8 @@ struct TurnOutcome {
   double late_m = 0;  // centres, RMS after the first 140 frames
 };
 
-// A hand that turns on the spot, with some sway, in a room whose walls are 3 m away, before a shutter that rolls for
-// 26 ms.
+// A hand that turns on the spot, with some sway, in a room whose walls are 3 m away, before a shutter that
+// rolls for 26 ms.
 TurnOutcome FollowTurns(unsigned room_seed, const CameraModel& camera, const TrackerOptions& options,
                         int frames) {
   const test::TexturedRoom room({.furniture = test::Furniture::kRound, .seed = room_seed});
@@ -369,8 +369,8 @@ TEST(RollingShutter, ReportsAContradictedReadout) {
 }
 
 // Keyframes get their rows while a mapper has the map, too. How far it gets between frames is the machine's
-// business, so that no two runs err alike: of three pairs the middle one counts, so that two that agree are enough. In
-// the pauses it gets to its end.
+// business, so that no two runs err alike: of three pairs the middle one counts, so that two that agree are
+// enough. In the pauses it gets to its end.
 TEST(RollingShutter, IsCompensatedWithAMapperThread) {
   int better = 0, not_better = 0;
   while (better < 2 && not_better < 2) {

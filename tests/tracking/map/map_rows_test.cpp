@@ -69,7 +69,8 @@ TEST(GiveRowsTest, TakesTheRowsMotionOutAndBackIn) {
   EXPECT_NEAR(LargestErrorPx(world, 1), bent_px, 1e-3);
 }
 
-// A keyframe that turns fast, with a velocity that is a third off: the map's adjustment finds it, in any unit.
+// A keyframe that turns fast, with a velocity that is a third off: the map's adjustment finds
+// it, in any unit.
 TEST(AdjustedRowsTest, AreFoundWithTheMapAndScaledWithIt) {
   constexpr double kScale = 3;
   World world(6);

@@ -1,4 +1,5 @@
-// Tests: tracking/map/frame_report, tracking/map/mapper, tracking/map/mapper_options, tracking/map/mapper_points.
+// Tests: tracking/map/frame_report, tracking/map/mapper, tracking/map/mapper_options,
+// tracking/map/mapper_points.
 #include "tracking/map/mapper.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,7 @@
-// Tests: tracking/tracker/tracker_parts, tracking/tracker/tracker_core, tracking/map/loop_closer, tracking/map/map.
-// A camera that is lost for good begins another part of the map; parts are joined when a place is seen from both.
+// Tests: tracking/tracker/tracker_parts, tracking/tracker/tracker_core, tracking/map/loop_closer,
+// tracking/map/map.
+// A camera that is lost for good begins another part of the map; parts are joined when a place is
+// seen from both.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -79,7 +81,8 @@ TEST(Parts, PartAfterACutJoinsWhereItMeetsTheFirst) {
   EXPECT_LT(run.FinalError(), 0.01);
 }
 
-// The camera returns to the main part, and joins from there: the other part moves, though it is the newer one.
+// The camera returns to the main part, and joins from there: the other part moves, though it is
+// the newer one.
 TEST(Parts, ThePartThatWasLeftIsJoinedFromTheMainOne) {
   const RoomRun run(FromTo({{0, 110}, {190, 280}, {60, 230}}), kInOneThread);
   EXPECT_EQ(run.tracker.Statistics().parts_joined, 1);
@@ -109,7 +112,8 @@ TEST(Parts, WithoutBeginningOthersTheCameraStaysLost) {
   EXPECT_EQ(run.tracker.Statistics().parts, 1);
 }
 
-// A part that is followed for longer takes the main one's place, as long as no view lies in the main one's world.
+// A part that is followed for longer takes the main one's place, as long as no view lies in the
+// main one's world.
 TEST(Parts, MainPartIsTheLongerOrTheRecordedOne) {
   const TexturedRoom room({.furniture = Furniture::kRound}),
       other({.furniture = Furniture::kRound, .seed = 7});

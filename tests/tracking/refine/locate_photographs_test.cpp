@@ -1,5 +1,6 @@
 // Tests: tracking/refine/locate_photographs, commands/tracking/refine_command.
-// Photographs without poses are found from views that have them, also those that show nothing of these themselves.
+// Photographs without poses are found from views that have them, also those that show nothing of
+// these themselves.
 #include "tracking/refine/locate_photographs.h"
 #include "core/base/json_text.h"
 

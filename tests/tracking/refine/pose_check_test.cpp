@@ -1,4 +1,5 @@
-// Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, commands/light_field/info_command, commands/reports/light_field_report.
+// Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, commands/light_field/info_command,
+// commands/reports/light_field_report.
 #include "tracking/refine/pose_check.h"
 
 #include <fmt/format.h>
@@ -126,7 +127,8 @@ void WriteSet(const std::filesystem::path& folder, const RoomViews& views,
   WriteFileAtomically(folder / kTransformsFile, JsonText(document));
 }
 
-// What other programs take for a pose: a transform_matrix leads from the camera to the world, its y axis up and z back.
+// What other programs take for a pose: a transform_matrix leads from the camera to the world, its y axis
+// up and z back.
 TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
   const auto views = MakeViews(12, 0, 0, 5);
   const Eigen::Matrix4d half_turn = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();

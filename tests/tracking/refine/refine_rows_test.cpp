@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kReadout_s = 0.02;
 
-// Points that a hand's rolling shutter sees while it moves differently at every view. The views' poses are the pictures'.
+// Points that a hand's rolling shutter sees while it moves differently at every view. The views' poses are
+// the pictures'.
 struct RollingScene {
   RefineInput input;
   RefineScene scene;

@@ -1,6 +1,7 @@
 // Tests: commands/tracking/refine_command, commands/tracking/refine_report,
-// tracking/estimation/calibration_check, tracking/estimation/lens_evidence, tracking/refine/refine_input, tracking/refine/refine, tracking/refine/refine_result,
-// tracking/refine/refine_truth, tracking/refine/track_building, tracking/refine/triangulate.
+// tracking/estimation/calibration_check, tracking/estimation/lens_evidence, tracking/refine/refine_input,
+// tracking/refine/refine, tracking/refine/refine_result, tracking/refine/refine_truth,
+// tracking/refine/track_building, tracking/refine/triangulate.
 // Poses that are a little off come back, and what cannot be refined is named.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -217,8 +218,8 @@ TEST(CalibrationCheck, ReportsAFivePercentFocalError) {
   }
 }
 
-// Poses that were adjusted under the wrong lens, as a tracker's are: matches and poses speak for it until both are taken
-// anew.
+// Poses that were adjusted under the wrong lens, as a tracker's are: matches and poses speak for it until
+// both are taken anew.
 TEST(RefinedLens, IsReachedFromFarAndKnowsHowSureItIs) {
   const auto views = MakeViews(20, 0, 0, 10);
   CameraModel& lens = views->input.lenses[0];

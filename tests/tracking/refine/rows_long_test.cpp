@@ -1,7 +1,7 @@
 // Tests: tracking/refine/refine_rows.
 //
-// Views of a simulated rolling shutter, tracked and refined with and without knowing the rows, and of a global one.
-// Prints the rows of the table in docs/tracking_measured.md.
+// Views of a simulated rolling shutter, tracked and refined with and without knowing the rows, and of a
+// global one. Prints the rows of the table in docs/tracking_measured.md.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -55,7 +55,8 @@ std::unique_ptr<RollingViews> Record(unsigned seed, double readout_s) {
   return views;
 }
 
-// The poses that explain the pictures best, by what is true of the camera: of points about where a result has them.
+// The poses that explain the pictures best, by what is true of the camera: of points about where a
+// result has them.
 std::vector<Rigid3> TruePictures(const RollingViews& views, const RefineResult& result, double readout_s) {
   std::vector<Eigen::Vector3d> estimated, truth;
   for (std::size_t v = 0; v < views.truth.size(); ++v) {

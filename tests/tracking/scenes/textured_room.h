@@ -49,7 +49,8 @@ class TexturedRoom {
   Frame Take(const Rigid3& cam_from_world, std::uint64_t id, const CameraModel& camera,
              const Moment& moment) const;
 
-  // As a rolling shutter takes it, band by band; `motion`: the pose at a time in frames, the middle row's at `frame`.
+  // As a rolling shutter takes it, band by band; `motion`: the pose at a time in frames, the middle
+  // row's at `frame`.
   Frame TakeRolling(const std::function<Rigid3(double)>& motion, int frame, double readout_s,
                     const CameraModel& camera) const;
 

@@ -18,7 +18,8 @@ namespace {
 
 using namespace tracking;
 
-// Frames `from` to `to`, forwards or backwards; mirrored, they show another place that looks much like this one.
+// Frames `from` to `to`, forwards or backwards; mirrored, they show another place that looks much
+// like this one.
 struct Cut {
   int from, to;
   bool mirrored = false;
@@ -45,8 +46,8 @@ struct SplicedRun {
       error;  // after the run, of frames that are not mirrored and whose poses were sure
 };
 
-// The rows of film that runs backwards are read from the last to the first: no one readout is right for a splice that
-// runs both ways.
+// The rows of film that runs backwards are read from the last to the first: no one readout is right for a
+// splice that runs both ways.
 SplicedRun Follow(const Film& film, const std::vector<Cut>& cuts,
                   const ReadoutArgs& readout = {.readout_s = 0}) {
   Tracker tracker(film.camera, {.deterministic = true, .readout = readout});
@@ -70,7 +71,8 @@ SplicedRun Follow(const Film& film, const std::vector<Cut>& cuts,
   const auto last = std::find_if(tracks.rbegin(), tracks.rend(),
                                  [](const auto& one) { return one.first.cam_from_world.has_value(); });
   if (last == tracks.rend()) return run;
-  // A place that was passed twice has two poses of one time in the film: the truth is given anew for every frame.
+  // A place that was passed twice has two poses of one time in the film: the truth is given anew
+  // for every frame.
   std::vector<TimedPose> poses, truth;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const auto& [track, in_film_s] = tracks[i];

@@ -320,7 +320,8 @@ TEST(TrackerTest, QualityPredictsTheError) {
   const std::vector<test::ErrorBin> bins = test::BinErrors(std::move(errors), 3);
   for (const test::ErrorBin& bin : bins) {
     std::printf("of the distance: predicted %.6f, true %.6f\n", bin.predicted, bin.actual);
-    // No camera's lens is known as well as this one's: the prediction counts on a real one, and is careful here.
+    // No camera's lens is known as well as this one's: the prediction counts on a real one, and
+    // is careful here.
     EXPECT_GT(bin.actual, bin.predicted / 6);
     EXPECT_LT(bin.actual, bin.predicted);
   }

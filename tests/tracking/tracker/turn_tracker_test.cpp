@@ -34,8 +34,8 @@ TEST(TurnTrackerTest, TurningCameraHasATurnAndNoPose) {
   }
 }
 
-// Begun on the spot with 20 cm of sway: a turn until there is a pose. The sway looks like a turn by as much parallax as it
-// makes before the map starts.
+// Begun on the spot with 20 cm of sway: a turn until there is a pose. The sway looks like a turn by as much
+// parallax as it makes before the map starts.
 TEST(TurnTrackerTest, KnowsTheTurnFromTheFirstFrame) {
   const TexturedRoom room({.furniture = Furniture::kRound, .seed = 3});
   Tracker tracker(kTurnCamera, {.deterministic = true, .features = 500});
@@ -88,8 +88,8 @@ TEST(TurnTrackerTest, WhileTheCameraIsLostTheTurnGoesOn) {
   EXPECT_TRUE(track.cam_from_world) << "found again where the map is";
 }
 
-// Elsewhere another part of the map begins and is lost within its first frames: how the camera is turned from where it
-// had a pose is as unknown as before.
+// Elsewhere another part of the map begins and is lost within its first frames: how the camera is turned from
+// where it had a pose is as unknown as before.
 TEST(TurnTrackerTest, APartThatIsLostAtOnceMakesNoTurn) {
   const TexturedRoom room({.furniture = Furniture::kRound});
   Tracker tracker(kTurnCamera, {.deterministic = true, .features = 500});

@@ -158,7 +158,8 @@ TEST(ZoomWatch, TrackerFollowsAZoomAndKeepsItsMap) {
   }
 }
 
-// A young map under a wrong lens may hold until frames disagree with it: here before it was checked for the first time.
+// A young map under a wrong lens may hold until frames disagree with it: here before it was checked for
+// the first time.
 TEST(ZoomWatch, AnotherLensThanTheGivenOneIsNoZoom) {
   const auto device = acquisition::OpenDevice("sim:studio?seed=201&fault=lens=0.85");
   device->Start();

@@ -1,7 +1,8 @@
 // Tests: acquisition/calibration/lens_files/lens_files, acquisition/calibration/lens_files/lens_tree,
 // acquisition/calibration/lens_files/lens_words, acquisition/calibration/lens_files/matrix_files.
 //
-// What is read: files with a camera matrix, of OpenCV and ROS, by texts written here, with the numbers that they must give.
+// What is read: files with a camera matrix, of OpenCV and ROS, by texts written here, with the numbers that
+// they must give.
 #include "acquisition/calibration/lens_files/lens_files.h"
 
 #include <fmt/format.h>

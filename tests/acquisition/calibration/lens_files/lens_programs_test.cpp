@@ -198,8 +198,8 @@ TEST(LensPrograms, BasaltAndCalibIo) {
   EXPECT_EQ(Read(two, "1").lens.camera.cx, 331);
 }
 
-// By Agisoft's formulas: u = w/2 + cx + x' (f + b1), v = h/2 + cy + y' f, with the middle of the first pixel at one half;
-// x' has P1 (r² + 2x²) + 2 P2 x y, where OpenCV's has 2 p1 x y + p2 (r² + 2x²).
+// By Agisoft's formulas: u = w/2 + cx + x' (f + b1), v = h/2 + cy + y' f, with the middle of the first pixel
+// at one half; x' has P1 (r² + 2x²) + 2 P2 x y, where OpenCV's has 2 p1 x y + p2 (r² + 2x²).
 TEST(LensPrograms, Metashape) {
   const auto file = [](const char* projection, const char* more) {
     return fmt::format(

@@ -2,8 +2,8 @@
 // acquisition/calibration/lens_files/matrix_files, acquisition/calibration/lens_files/lens_numbers,
 // acquisition/calibration/lens_files/matrix_files, acquisition/calibration/lens_files/lens_tree.
 //
-// What scripts and small programs write: sizes under many words, lenses without a matrix, ini, TOML and attributes of XML;
-// and files that were cut.
+// What scripts and small programs write: sizes under many words, lenses without a matrix, ini, TOML and
+// attributes of XML; and files that were cut.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -43,7 +43,8 @@ TEST(LensScripts, ReadTheSizeUnderManyNames) {
   ExpectLens(Read(fmt::format("K: {}\nD: {}\nresolution: 640x480\n", kK, kFive)), Radial());
 }
 
-// NumPy has the height first; some scripts turn the shape around under the same name. The principal point tells.
+// NumPy has the height first; some scripts turn the shape around under the same name. The
+// principal point tells.
 TEST(LensScripts, PrincipalPointTellsTheOrderOfAShape) {
   const ReadLens turned = Read(WithSize("\"image_shape\": [640, 480]"));
   ExpectLens(turned, Radial());

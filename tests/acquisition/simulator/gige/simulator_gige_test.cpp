@@ -400,8 +400,8 @@ TEST_F(GigeSimulator, NextRunRemovesAStaleAddress) {
   EXPECT_FALSE(is_there("127.0.0.23"));
 }
 
-// With chunk data, by which the camera says which frame has which exposure, its sequencer takes them; without, each time is
-// set and the frames on their way are let pass.
+// With chunk data, by which the camera says which frame has which exposure, its sequencer takes them;
+// without, each time is set and the frames on their way are let pass.
 TEST_F(GigeSimulator, RequestedExposuresComeWithTheirLight) {
   GigeServerOptions options = Options();
   options.simulation.exposure_s = 0.004;

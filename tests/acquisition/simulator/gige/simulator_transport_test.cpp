@@ -1,9 +1,10 @@
 // Tests: acquisition/simulator/gige/gige_transport, acquisition/simulator/gige/gvsp_sender,
-// acquisition/simulator/gige/pose_file, acquisition/simulator/gige/genicam_description, acquisition/aravis/aravis_clock,
-// acquisition/aravis/aravis_link, acquisition/aravis/aravis_frames.
+// acquisition/simulator/gige/pose_file, acquisition/simulator/gige/genicam_description,
+// acquisition/aravis/aravis_clock, acquisition/aravis/aravis_link, acquisition/aravis/aravis_frames.
 //
-// What the simulated camera sends beyond what Aravis's camera side can: chunk data, packets with pauses between them, a
-// throughput of its own, times by a clock that IEEE 1588 sets. Opened by the Aravis device like any other camera.
+// What the simulated camera sends beyond what Aravis's camera side can: chunk data, packets with pauses
+// between them, a throughput of its own, times by a clock that IEEE 1588 sets. Opened by the Aravis device
+// like any other camera.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -101,8 +102,8 @@ TEST_F(SimulatedTransport, ChunkDataReachTheFrames) {
     EXPECT_EQ(device->Statistics().incomplete, 0u);
     EXPECT_THAT(Notices(*device), Not(Contains(HasSubstr("chunk"))));
   }
-  // The same eight pictures, to and fro, with chunk data and without. A busy machine passes some over, so that the hand
-  // may have to come by several times.
+  // The same eight pictures, to and fro, with chunk data and without. A busy machine passes some over, so
+  // that the hand may have to come by several times.
   const cv::Mat with = WholeFrames(*Open("chunks=on"), 1).at(0).image.pixels;
   const auto without = Open("chunks=off");
   std::vector<double> differences;

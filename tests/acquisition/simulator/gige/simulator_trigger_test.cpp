@@ -128,8 +128,8 @@ TEST_F(TriggeredCamera, TheLastFrameIsToldInRegisters) {
   EXPECT_EQ(block[10] << 8 | block[11], 2000);
 }
 
-// Pulses far apart, at a hardware line and by software, each camera through our device: as many frames as triggers, no
-// fault in between.
+// Pulses far apart, at a hardware line and by software, each camera through our device: as many frames as
+// triggers, no fault in between.
 void RunSparseTriggers(double seconds, double every_s) {
   static const std::optional<std::string> why_not = test::EnterLoopbackNamespace();
   if (why_not) GTEST_SKIP() << *why_not;

@@ -1,6 +1,8 @@
-// Tests: core/image/files/stored_picture, core/image/files/picture_projection, core/image/files/picture_folder, core/image/files/picture_kind, core/image/files/tiff_numbers.
+// Tests: core/image/files/stored_picture, core/image/files/picture_projection,
+// core/image/files/picture_folder, core/image/files/picture_kind, core/image/files/tiff_numbers.
 //
-// Pictures that are valid and do not mean what their pixels seem to: what is doubtful is named, what no lens made is refused.
+// Pictures that are valid and do not mean what their pixels seem to: what is doubtful is named, what no lens
+// made is refused.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -143,7 +145,8 @@ TEST_F(NamedPictures, FaultOfManyPicturesIsSaidOnce) {
   EXPECT_THAT(words, HasSubstr("1 NaN, 0 infinite"));
 }
 
-// They get no weight where photographs are blended, so they stay what they are, also behind a conversion of colours.
+// They get no weight where photographs are blended, so they stay what they are, also behind a
+// conversion of colours.
 TEST_F(NamedPictures, NonFiniteNumbersAreCountedAndStay) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
                   kInfinity = std::numeric_limits<float>::infinity();
@@ -349,7 +352,8 @@ std::string LittleEndian(std::size_t value, int count = 4) {
   return bytes;
 }
 
-// With a header of version 5: `space` says what the 48 bytes `calibration` hold, the profile stands behind the pixels.
+// With a header of version 5: `space` says what the 48 bytes `calibration` hold, the profile stands
+// behind the pixels.
 std::string BmpBytes(const cv::Mat& bgr, const std::string& space, const std::string& calibration,
                      const std::string& icc = {}) {
   std::string rows;

@@ -100,7 +100,8 @@ TEST(ImageHeader, IsReadFromTiffOfBothByteOrders) {
   EXPECT_FALSE(ReadImageHeader(big.string()));
 }
 
-// The least side of a square picture whose pixels are more than small files may stand for (RequirePixelsOfFile).
+// The least side of a square picture whose pixels are more than small files may stand for
+// (RequirePixelsOfFile).
 int SideTooLarge(int bytes_of_pixel) {
   constexpr double kGranted = 256e6;
   return static_cast<int>(std::sqrt(kGranted / bytes_of_pixel)) + 1;

@@ -3,7 +3,8 @@
 // core/image/files/picture_end, core/image/files/stored_picture, core/image/files/jpeg_codec,
 // core/image/files/picture_codecs.
 //
-// Valid pictures of many layouts, each with six patches of known colours: they are read right, or what is not understood is named.
+// Valid pictures of many layouts, each with six patches of known colours: they are read right, or what is not
+// understood is named.
 #include "core/image/files/picture_file.h"
 
 #include <gmock/gmock.h>
@@ -140,7 +141,8 @@ TEST_F(PictureFiles, RefuseTiffPagesThatAreNoPicture) {
 TEST_F(PictureFiles, OverclaimingTiffIsRefusedUndecoded) {
   WriteTiffSample(In("a.tif"), {.photometric = 1});
   std::string bytes = ReadWholeFile(In("a.tif"));
-  // The directory's entries of ImageWidth (256) and ImageLength (257): their value is the last four of twelve bytes.
+  // The directory's entries of ImageWidth (256) and ImageLength (257): their value is the last four
+  // of twelve bytes.
   for (const char low : {'\x00', '\x01'}) {
     const std::size_t at =
         bytes.find(std::string{low, '\x01', '\x03', '\x00', '\x01', '\x00', '\x00', '\x00'});

@@ -94,7 +94,8 @@ TEST(RawFile, ReadsUncompressedTiles) {
   EXPECT_LT(WorstError(ReadRawFile((folder / "a.dng").string()), LightOf(Slopes, *camera.crop)), 0.0015);
 }
 
-// Of a linear DNG LibRaw 0.20 subtracts the black level and scales as if there were none: 13 % too dark at a black level of 13 %.
+// Of a linear DNG LibRaw 0.20 subtracts the black level and scales as if there were none: 13 % too dark at a
+// black level of 13 %.
 TEST(RawFile, LinearFilesHaveTheirBlackLevelTakenOff) {
   struct Case {
     int bits, black, white;
@@ -323,7 +324,8 @@ TEST(RawFile, AFileThatIsCutShortIsAnError) {
               ThrowsMessage<Error>(HasSubstr("missing")));
 }
 
-// LibRaw alone would take eight bytes for each: 288 MB, where a small file may stand for 256 (RequirePixelsOfFile).
+// LibRaw alone would take eight bytes for each: 288 MB, where a small file may stand for 256
+// (RequirePixelsOfFile).
 TEST(RawFile, RefusesTooManyPixelsBeforeAllocating) {
   std::string lying = DngBytes({}, Slopes);
   const auto claim = [&](char tag, int was) {

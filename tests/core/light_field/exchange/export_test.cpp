@@ -155,7 +155,8 @@ TEST(Export, CountsNonSrgbCopiesWithTheirProfile) {
       << "what is drawn anew is sRGB";
 }
 
-// Notes alone are doubts; ImageMagick's way is told where a profile says all, since it would only attach sRGB's to others.
+// Notes alone are doubts; ImageMagick's way is told where a profile says all, since it would only attach
+// sRGB's to others.
 TEST(Export, OnlyWhatOtherProgramsSeeOtherwiseIsDoubted) {
   const ScratchFolder scratch;
   CopiedMeanings meanings;

@@ -3,8 +3,9 @@
 // core/light_field/exchange/export_light_field, core/image/undistortion,
 // core/light_field/exchange/writers/set_writers.
 //
-// What nerfstudio, instant-ngp, the readers of NeRF's synthetic sets, RealityScan and Metashape make of an export, by their own
-// published rules, written here anew: poses and projections are the source's. Then our importer takes it back.
+// What nerfstudio, instant-ngp, the readers of NeRF's synthetic sets, RealityScan and Metashape make of an
+// export, by their own published rules, written here anew: poses and projections are the source's. Then our
+// importer takes it back.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,8 +2,9 @@
 // core/light_field/exchange/nerf_synthetic_set,
 // core/light_field/formats/posed_set, core/image/files/picture_file.
 //
-// Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those whose photographs lie
-// elsewhere, because the set comes from another computer or its photographs were made smaller.
+// Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those
+// whose photographs lie elsewhere, because the set comes from another computer or its photographs
+// were made smaller.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -347,8 +348,8 @@ TEST_F(SetNamedElsewhere, TwoPosesFarFromTheOriginDiffer) {
               ThrowsMessage<Error>(HasSubstr("two poses, number 1 and 3, lead")));
 }
 
-// A set of poses alone, as another program has it: `change` of each matrix that the format would have. On a cap around
-// the origin, or along a rail.
+// A set of poses alone, as another program has it: `change` of each matrix that the format would have. On a
+// cap around the origin, or along a rail.
 void WriteSetWith(const fs::path& set, bool around,
                   const std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>& change) {
   WriteSample(set, 9);

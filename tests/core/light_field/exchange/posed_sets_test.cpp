@@ -4,8 +4,8 @@
 // core/light_field/exchange/set_readers, core/light_field/formats/colmap_files,
 // core/light_field/formats/set_format.
 //
-// The same cameras before the same wall in every format: what is read is what was written, and what is damaged is
-// refused by name.
+// The same cameras before the same wall in every format: what is read is what was written, and what is
+// damaged is refused by name.
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/read_posed_set.h"
@@ -391,7 +391,8 @@ TEST_P(ColmapSet, OtherModelsBesideItAreNamed) {
   EXPECT_THAT(ReadPosedSet(model(), {}, {}).light_field.doubts, IsEmpty());
 }
 
-// What a set's files say must not make ulf write, or fetch photographs from, outside of the folders that it was given.
+// What a set's files say must not make ulf write, or fetch photographs from, outside of the folders
+// that it was given.
 TEST_P(ColmapSet, NamesThatLeaveTheFolderAreNotFollowed) {
   ColmapReconstruction colmap = ToColmap(wall_);
   fs::copy_file(set() / "images/shot1.png", scratch_ / "outside.png");

@@ -1,4 +1,5 @@
-// Tests: core/light_field/formats/raw_beside, core/light_field/exchange/import_light_field, core/light_field/folder/view_files.
+// Tests: core/light_field/formats/raw_beside, core/light_field/exchange/import_light_field,
+// core/light_field/folder/view_files.
 #include "core/base/json_text.h"
 #include "core/light_field/formats/raw_beside.h"
 

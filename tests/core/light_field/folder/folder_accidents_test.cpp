@@ -1,8 +1,9 @@
-// Tests: core/light_field/folder/followed_links, core/light_field/folder/leftovers, core/light_field/folder/opened_folder,
-// core/light_field/folder/journal_writer, core/base/atomic_file.
+// Tests: core/light_field/folder/followed_links, core/light_field/folder/leftovers,
+// core/light_field/folder/opened_folder, core/light_field/folder/journal_writer, core/base/atomic_file.
 //
-// Ordinary accidents of a light field's folder: photographs moved to another disk, a copy by hard links, a pipe in the place
-// of a file, lines that this version does not read, a kill between two files that belong together.
+// Ordinary accidents of a light field's folder: photographs moved to another disk, a copy by hard links,
+// a pipe in the place of a file, lines that this version does not read, a kill between two files that
+// belong together.
 #include "core/light_field/folder/followed_links.h"
 
 #include <gmock/gmock.h>
@@ -421,7 +422,8 @@ TEST_F(FolderAccident, KillLeavesOldPointsOrNewOnes) {
                 fmt::format("{} times there were no points", without), std::nullopt);
 }
 
-// Whatever a writer writes: nothing under the old name, neither a folder nor into another one that has that name by now.
+// Whatever a writer writes: nothing under the old name, neither a folder nor into another one that has
+// that name by now.
 TEST_F(FolderAccident, MovedFolderIsNotWrittenByOldName) {
   for (const bool another_came : {false, true}) {
     fs::remove_all(dir());

@@ -1,4 +1,5 @@
-// Tests: core/light_field/folder/light_check, core/light_field/folder/light_at_points, core/image/color_profile.
+// Tests: core/light_field/folder/light_check, core/light_field/folder/light_at_points,
+// core/image/color_profile.
 #include "core/light_field/folder/light_check.h"
 
 #include <gmock/gmock.h>
@@ -166,7 +167,8 @@ TEST(LightCheck, CountsWhatIsClipped) {
   EXPECT_NE(check.most_clipped_view, 0);
 }
 
-// A lamp and filters that are known, and the profile that undoes them, kept by the light field: its light is the scene's.
+// A lamp and filters that are known, and the profile that undoes them, kept by the light field: its light
+// is the scene's.
 TEST(ColorProfile, RestoresTheScenesLight) {
   const std::string sensor = "&lamp_k=3200&crosstalk=0.2&format=bayerrg12&noise=0&exposure_us=1500";
   const acquisition::SensorColors colors{.lamp_k = 3200, .crosstalk = 0.2};

@@ -1,5 +1,6 @@
 // Tests: core/light_field/folder/unposed_photographs, core/light_field/folder/light_field_io.
-// Photographs without a pose keep what their camera said of them, and become views when somebody has found their place.
+// Photographs without a pose keep what their camera said of them, and become views when somebody has
+// found their place.
 #include "core/light_field/folder/unposed_photographs.h"
 
 #include <sys/wait.h>
@@ -75,7 +76,8 @@ TEST(Unposed, LocatedPhotographBecomesACompleteView) {
     }
     writer.AddUnposed(found);
     EXPECT_THAT(UnposedPhotographs(writer.Contents()), IsEmpty());
-    // The name of one that became a view is free again, and what was said of the first is not said of the next.
+    // The name of one that became a view is free again, and what was said of the first is not
+    // said of the next.
     writer.KeepUnposed(NoiseFrame(7));
     writer.Close(1);
   }
@@ -150,7 +152,8 @@ TEST(Unposed, PhotographWithoutMasterHasEightBits) {
   EXPECT_FALSE(HasMoreThanEightBits(read, read.views[1]));
 }
 
-// A photograph is a view, or waits in unposed/, whenever the writer dies; it is never lost and never offered twice.
+// A photograph is a view, or waits in unposed/, whenever the writer dies; it is never lost and never
+// offered twice.
 TEST(Unposed, SurvivesSigkillAtAnyMoment) {
   const ScratchFolder scratch;
   constexpr std::size_t kPhotographs = 40;

@@ -99,8 +99,8 @@ TEST(BracketCapture, GivesEachViewItsPosedExposures) {
       times.insert(exposure.exposure_s);
       EXPECT_GT(exposure.device_time_s, view.device_time_s);
       EXPECT_LT(exposure.device_time_s, view.device_time_s + 0.2);
-      // The hand moves at 8 degrees a second round a subject at the distance 1 in its own unit: the camera's way from view
-      // to exposure, over that from this view to any other in the same time, is its share.
+      // The hand moves at 8 degrees a second round a subject at the distance 1 in its own unit: the camera's
+      // way from view to exposure, over that from this view to any other in the same time, is its share.
       const double moved = RotationAngle(exposure.exposure_from_view.rotation);
       EXPECT_GT(moved, 0.05 * M_PI / 180 * (exposure.device_time_s - view.device_time_s));
       EXPECT_LT(moved, 25 * M_PI / 180 * (exposure.device_time_s - view.device_time_s));

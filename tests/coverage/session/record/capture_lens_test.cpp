@@ -1,5 +1,5 @@
-// Tests: coverage/session/record/capture_lens, coverage/session/running_capture, coverage/session/subject_anchors,
-// coverage/session/preflight, coverage/session/record/capture_record.
+// Tests: coverage/session/record/capture_lens, coverage/session/running_capture,
+// coverage/session/subject_anchors, coverage/session/preflight, coverage/session/record/capture_record.
 //
 // A capture whose lens is replaced while it records: everything that was recorded follows.
 #include "coverage/session/record/capture_lens.h"

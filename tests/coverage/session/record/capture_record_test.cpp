@@ -20,8 +20,8 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 
-// A correction for which the disk has no room yet moves no view. If the cap counted as covered by the poses of
-// before, the capture would end, and the last correction could open the cap again.
+// A correction for which the disk has no room yet moves no view. If the cap counted as covered by the poses
+// of before, the capture would end, and the last correction could open the cap again.
 TEST(CaptureRecord, SpooledPosesDoNotCoverACap) {
   const ScratchFolder scratch;
   CaptureRecord::Options options;

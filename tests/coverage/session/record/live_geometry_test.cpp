@@ -1,6 +1,7 @@
 // Tests: coverage/session/record/live_geometry.
 //
-// Depth maps and meshes that are made beside a capture: right, within their share, and no harm when they fail.
+// Depth maps and meshes that are made beside a capture: right, within their share, and no harm
+// when they fail.
 #include "coverage/session/record/live_geometry.h"
 
 #include <gmock/gmock.h>
@@ -143,8 +144,8 @@ TEST(LiveGeometry, IsRepeatableWithoutAThread) {
   EXPECT_TRUE(once == mesh());
 }
 
-// From the end of one map to the end of another: the thread's processor time, which does not depend on what others
-// take, by the time that passed, which they make longer.
+// From the end of one map to the end of another: the thread's processor time, which does not depend on what
+// others take, by the time that passed, which they make longer.
 // Without a subject none can be made.
 TEST(LiveGeometry, GoesOnFromMapsThatWereMadeBefore) {
   LiveGeometry before(Small(false));
@@ -346,7 +347,8 @@ TEST(LiveGeometry, UnreadablePictureIsReportedOnce) {
   EXPECT_FALSE(geometry.TakeProblem()) << "once";
 }
 
-// A machine with no time for geometry at all: what is missing is counted, and the maps that are there make a mesh.
+// A machine with no time for geometry at all: what is missing is counted, and the maps that are
+// there make a mesh.
 TEST(LiveGeometry, CountsWorkThatTimeDidNotAllow) {
   LiveGeometry::Options options = Small(true);
   options.processor_share = 1e-6;
@@ -365,7 +367,8 @@ TEST(LiveGeometry, WithoutASubjectThereIsNoMesh) {
   EXPECT_FALSE(geometry.Finish().mesh);
 }
 
-// A picture that the thread cannot get done with, as a thread that gets no processor: Finish() does without it.
+// A picture that the thread cannot get done with, as a thread that gets no processor: Finish()
+// does without it.
 class Stuck {
  public:
   ~Stuck() { Release(); }

@@ -271,8 +271,9 @@ TEST(PosedPhotographs, CountTurnsWithoutTranslation) {
   EXPECT_GT(summary.start_obstacles.at(StartObstacle::kRotationOnly), summary.frames / 2);
 }
 
-// The camera is carried to another side of a room, without seeing the way, and walks on to where it began. Until then
-// nobody knows how the two sides lie to each other: what is recorded before and after is in one world.
+// The camera is carried to another side of a room, without seeing the way, and walks on to where it
+// began. Until then nobody knows how the two sides lie to each other: what is recorded before and after
+// is in one world.
 TEST(PosedPhotographs, RecordNothingInAnUnjoinedPart) {
   const ScratchFolder scratch;
   const TexturedRoom room({.furniture = Furniture::kRound});

@@ -1,8 +1,9 @@
-// Tests: coverage/session/watch/mistake_watch, coverage/session/watch/light_watch, coverage/session/watch/focus_watch,
-// coverage/session/watch/dust_watch, coverage/session/watch/picture_tracks, acquisition/simulator/imperfections.
+// Tests: coverage/session/watch/mistake_watch, coverage/session/watch/light_watch,
+// coverage/session/watch/focus_watch, coverage/session/watch/dust_watch,
+// coverage/session/watch/picture_tracks, acquisition/simulator/imperfections.
 //
-// Mistakes that the pictures alone show, one capture each, and none where nothing is wrong. Those that the tracker
-// finds, all scenes and recordings by others: mistakes_long_test.
+// Mistakes that the pictures alone show, one capture each, and none where nothing is wrong. Those that the
+// tracker finds, all scenes and recordings by others: mistakes_long_test.
 #include <gmock/gmock.h>
 
 #include <opencv2/imgproc.hpp>
@@ -174,7 +175,8 @@ TEST(Mistakes, StandInThePreflightWithTheirCure) {
                                  "lamps: it flickers. Take others", "lens: a spot stays. Clean it"));
 }
 
-// A hand before the lens, and the picture's jump to another scene, are no change of light and no swing of the focus.
+// A hand before the lens, and the picture's jump to another scene, are no change of light and no
+// swing of the focus.
 TEST(PictureTracks, AnotherSceneIsAGapAndNoChange) {
   cv::Mat texture(240, 320, CV_8U), other(240, 320, CV_8U);
   cv::RNG random(5);
