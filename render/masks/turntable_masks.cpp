@@ -13,6 +13,7 @@
 #include "core/base/quantile.h"
 #include "core/fiducials/board.h"
 #include "core/image/image.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/view_images.h"
 #include "render/masks/background_cut.h"
 #include "render/masks/silhouette_hull.h"

@@ -13,6 +13,8 @@
 #include "core/image/files/exr_file.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/view_images.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/proxy_choice.h"
