@@ -87,7 +87,7 @@ Trial TrialOf(const Example& example) {
       {R"(^ulf mask vase$)", "needs the capture of a turntable"},
       {R"(^\./run\b)", "is a program of its own that builds first: ./run"},
       {R"(_benchmark\b)", "is a benchmark: ./run bench"},
-      {R"(^render_quality\b)", "is a study of half an hour (docs/rendering.md)"},
+      {R"(^render_quality\b)", "is a study of half an hour (docs/measured/rendering.md)"},
       {R"(^(ulf|\S+/ulf) view (?!.*--screenshot))", "needs a person before a window"},
       {R"(\b(demo)/)", "needs what ./run demo leaves"},
   };

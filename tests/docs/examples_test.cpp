@@ -35,8 +35,9 @@ std::string TextOf(const fs::path& file) {
 
 std::vector<std::string> Pages() {
   std::vector<std::string> pages{"README.md", "CONTRIBUTING.md", "udev/README.md"};
-  for (const auto& entry : fs::directory_iterator(Checkout() / "docs"))
-    if (entry.path().extension() == ".md") pages.push_back("docs/" + entry.path().filename().string());
+  for (const auto& entry : fs::recursive_directory_iterator(Checkout() / "docs"))
+    if (entry.path().extension() == ".md")
+      pages.push_back(entry.path().lexically_relative(Checkout()).generic_string());
   std::sort(pages.begin(), pages.end());
   return pages;
 }
