@@ -85,6 +85,7 @@ Trial TrialOf(const Example& example) {
       {R"((aravis|v4l2|gphoto2):|\b(CAMERA|URI)\b|\bto_ulf\b|>&3)", "needs a camera"},
       {R"(^ulf evaluate vase --proxy points$)", "needs tracked points"},
       {R"(^ulf mask vase$)", "needs the capture of a turntable"},
+      {R"(^ulf merge vase$)", "needs exposure brackets"},
       {R"(^\./run\b)", "is a program of its own that builds first: ./run"},
       {R"(_benchmark\b)", "is a benchmark: ./run bench"},
       {R"(^render_quality\b)", "is a study of half an hour (docs/measured/rendering.md)"},
