@@ -110,7 +110,8 @@ Trial TrialOf(const Example& example) {
   if (Has(command, R"(^ulf simulate\b)")) trial.stop_after_s = 2;
   if (Has(command, R"(^ulf render\b.*--frames \d{3})"))
     change(R"(--frames \d+)", "--frames 6", "6 frames");
-  else if (Has(command, R"(^ulf render\b.*--path\b)") || Has(command, R"(^ulf render\b.*-o \S+\.mp4)"))
+  else if (!Has(command, R"(--frames\b)") &&
+           (Has(command, R"(^ulf render\b.*--path\b)") || Has(command, R"(^ulf render\b.*-o \S+\.mp4)")))
     command += " --frames 12", trial.changes.push_back("12 frames");
   if (Has(command, R"(^ulf evaluate\b.*--temporal)")) change(R"(--frames \d+)", "--frames 8", "8 frames");
   return trial;
