@@ -1,5 +1,5 @@
 // The figures of a device's transport (packets, buffers, photographs): what each is, whether it counts, and
-// its name for people, in one place. docs/devices_measured.md says what the figures of GigE Vision count, and
+// its name for people, in one place. docs/measured/cameras.md says what the figures of GigE Vision count, and
 // which are not reliable.
 #pragma once
 

@@ -1,5 +1,5 @@
 // What a lens, a lamp and a camera's automatics do to the pictures of somebody who has not taken care: the
-// simulated camera's mistakes (docs/mistakes.md), each asked for as a fault (simulated_faults.h).
+// simulated camera's mistakes (docs/capture.md#mistakes), each asked for as a fault (simulated_faults.h).
 //
 // Light is linear radiance, CV_32FC4 as of RayCaster. Lengths are pixels of the camera's own picture, times
 // seconds of the hand's clock.

@@ -224,7 +224,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--cover", args->cover,
                    fmt::format("What makes a viewpoint covered: bound (the threshold), measured or "
                                "measured:DB (frames are predicted well enough by the recorded views; DB: to "
-                               "how many decibels, default {:g}), both or both:DB (docs/guidance.md)",
+                               "how many decibels, default {:g}), both or both:DB (docs/capture.md#guidance)",
                                coverage::CoverGoal{}.db))
       ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
@@ -233,7 +233,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option(
       "--turntable", args->turntable,
       "The camera stands and the subject turns on this printed board, such as charuco:5x5:54:40:DICT_4X4_50: "
-      "the board is the world, the background is masked (docs/turntable.md)");
+      "the board is the world, the background is masked (docs/capture.md#turntable)");
   AddReadoutOption(*command, args->readout);
   AddLensUseOptions(*command, *lens);
   AddTrackingSideOption(*command, args->tracking_side_px);
@@ -259,7 +259,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   Knows(command->add_option(
             "--operator", args->person,
             "Simulated person who holds a simulated camera: guided, unguided, novice or unguided-novice, "
-            "with a seed such as novice:7 (default: a hand that scans by a plan; docs/guidance.md)"),
+            "with a seed such as novice:7 (default: a hand that scans by a plan; docs/capture.md#guidance)"),
         "guided,unguided,novice,unguided-novice");
   command->add_flag("--headless", args->headless, "Capture without the operator display");
   command->add_flag("--offscreen", args->offscreen,
@@ -290,7 +290,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast\n\n"
-      "Keys of the display (docs/operator.md):" +
+      "Keys of the display (docs/capture.md):" +
       KeyLines(coverage::kKeysAlways) + "\nWhile the subject is placed:" +
       KeyLines(coverage::kKeysInSubject) + "\nIn the review:" + KeyLines(coverage::kKeysInReview));
   command->callback([args, lens, command, &chosen] {

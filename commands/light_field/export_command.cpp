@@ -195,7 +195,7 @@ void AddForm(CLI::App& command, ChosenCommand& chosen, const FormOption& option)
 }  // namespace
 
 void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* command = app.add_subcommand("export", "A light field for other programs (docs/export.md)");
+  CLI::App* command = app.add_subcommand("export", "A light field for other programs (docs/exchange.md)");
   command->require_subcommand(1);
   for (const FormOption& form : kForms) AddForm(*command, chosen, form);
   AddSceneForms(*command, chosen);

@@ -82,7 +82,7 @@ int RunImport(const ImportArgs& args) {
 void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<ImportArgs>();
   CLI::App* command = app.add_subcommand(
-      "import", "Take in posed photographs by other programs (docs/import.md lists the formats)");
+      "import", "Take in posed photographs by other programs (docs/exchange.md lists the formats)");
   command->add_option("SOURCE", args->source, "Folder of the set, or the file with its poses")->required();
   command->add_option("-o,--output", args->dir, "New folder for the light field")->required();
   command->add_option("--subject", args->subject,

@@ -271,13 +271,15 @@ void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
   auto* protocol = sub.add_option(
       "--protocol", args.protocol,
       "Measure as papers do: llff, nerf-synthetic, every:N, or a file that names the photographs to leave "
-      "out; geometry, points and all choices are made without them (docs/published.md)");
+      "out; geometry, points and all choices are made without them "
+      "(docs/measured/rendering.md#beside-published-tables)");
   sub.add_option("-o,--output", args.out,
                  "With --protocol: new folder for pictures, photographs, differences, table, JSON and mesh")
       ->needs(protocol);
-  sub.add_flag("--refine", args.refine,
-               "With --protocol: refine lens and poses first; the given views among themselves, the left-out "
-               "ones only to find where they were taken from (docs/published.md)")
+  sub.add_flag(
+         "--refine", args.refine,
+         "With --protocol: refine lens and poses first; the given views among themselves, the left-out "
+         "ones only to find where they were taken from (docs/measured/rendering.md#beside-published-tables)")
       ->needs(protocol);
   sub.add_option("--geometry-size", args.geometry_px,
                  "With --protocol: longer side of the photographs of which geometry is made, in pixels (as "

@@ -351,7 +351,7 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
                   "the window)")
       ->needs(screenshot);
   sub->add_flag("--json", args->json, "Report as one JSON object");
-  sub->footer("Example: ulf view lightfield\n\nKeys of the window (docs/viewer.md):" +
+  sub->footer("Example: ulf view lightfield\n\nKeys of the window (docs/rendering.md#viewer):" +
               KeyLines(render::kViewerKeys));
   sub->callback([&chosen, args] { chosen = [args] { return RunView(*args); }; });
 }

@@ -144,7 +144,7 @@ class UpOfCameras {
   Eigen::Matrix3d rights_ = Eigen::Matrix3d::Zero();
 };
 
-// The error that a capture measured at frames (docs/guidance.md, "Measured errors"), by direction.
+// The error that a capture measured at frames (docs/capture.md, "Measured errors"), by direction.
 struct MeasuredDirection {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // from the subject, unit, world frame
   double nearest_view_angle = 0;  // radians: of the nearest recorded view at that moment
@@ -263,7 +263,7 @@ std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field);
 // axes are nearly parallel or meet behind the cameras.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
 
-// The files of a view and of its other exposures (`ulf capture`, bracket). docs/disk_format.md describes
+// The files of a view and of its other exposures (`ulf capture`, bracket). docs/light_field.md describes
 // them.
 
 inline constexpr const char* kExposuresFolder = "exposures";

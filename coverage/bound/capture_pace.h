@@ -14,7 +14,7 @@ namespace ulf::coverage {
 
 class CapturePace {
  public:
-  // Guessed; what they come to with simulated people: docs/guidance.md.
+  // Guessed; what they come to with simulated people: docs/capture.md#guidance.
   struct Options {
     double least_s = 8;      // not over less,
     double least_views = 4;  // nor over less area than so many views paint

@@ -19,9 +19,9 @@ namespace ulf::coverage {
 // So `share` of a cap as wide and high as this one and R / 2 more, at sqrt(3) R^2 each.
 //
 // A hand wobbles, and the last holes are filled one by one: simulated people, experienced and novices, over
-// caps, thresholds and sizes, took between `fewest` and `most` (docs/guidance.md). They went where guidance
-// pointed. Who does not records what lies beyond the cap as well: a hand that scans 60 x 40 degrees took 139
-// views where 16 x 10 were asked for and 9 to 17 expected. So the words speak of the cap alone.
+// caps, thresholds and sizes, took between `fewest` and `most` (docs/capture.md#guidance). They went where
+// guidance pointed. Who does not records what lies beyond the cap as well: a hand that scans 60 x 40 degrees
+// took 139 views where 16 x 10 were asked for and 9 to 17 expected. So the words speak of the cap alone.
 struct ViewsEstimate {
   double usual = 0, fewest = 0, most = 0;
   static ViewsEstimate Of(const Cap& cap, double disc_radius, double share = 1);
@@ -31,9 +31,9 @@ std::string InWords(const ViewsEstimate& views);  // "about 140 views (120 to 18
 // How long somebody takes for so many views who goes where guidance points, with a camera of 15 frames a
 // second or more. The rows are as long as the views' number times the disc's radius; an experienced hand
 // takes 0.075 s for each degree of them and 0.117 s for each view, a novice 0.022 and 0.39 s (through the
-// medians of docs/guidance.md, "With and without guidance": 36 to 123 and 39 to 220 s). `usual` is between
-// the two, the spread a fifth below the first and a third above the second, as the seeds scatter there. Not
-// for photographs, of which each camera takes its own time.
+// medians of docs/measured/capture.md, "With and without guidance": 36 to 123 and 39 to 220 s). `usual` is
+// between the two, the spread a fifth below the first and a third above the second, as the seeds scatter
+// there. Not for photographs, of which each camera takes its own time.
 struct TimeEstimate {
   double usual_s = 0, least_s = 0, most_s = 0;
   static TimeEstimate Of(const ViewsEstimate& views, double disc_radius);

@@ -1,7 +1,7 @@
 // Guidance: where to move the camera next, at which distance, and how long it will take, from the coverage
 // map. (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2 names
-// what is hard: the offset from the previous scan line, and the distance.) docs/guidance.md describes and
-// measures it.
+// what is hard: the offset from the previous scan line, and the distance.) docs/capture.md#guidance describes
+// and measures it.
 //
 // The cap is scanned in rows. While cells are open ahead at the row's height, the row goes on, at the offset
 // from the painted row beside it that leaves no gap; `toward` then runs ahead of the hand by what a hand
@@ -45,8 +45,8 @@ struct Guidance {
 
 class Guide {
  public:
-  // Set by hand with simulated people (seeds 1 to 5) and tried as a whole: docs/guidance.md has what they
-  // come to with other seeds. None was measured alone.
+  // Set by hand with simulated people (seeds 1 to 5) and tried as a whole: docs/capture.md#guidance has what
+  // they come to with other seeds. None was measured alone.
   struct Options {
     double near = 0.6;       // nearer to a place it is the same place: skipped, waited for
     double strip = 0.8;      // a movement covers so much on both sides of its path,

@@ -21,7 +21,7 @@ namespace ulf::coverage {
 
 class OpenDirections {
  public:
-  // Lengths in disc radii. What one call costs was measured (docs/guidance.md); the rest is guessed.
+  // Lengths in disc radii. What one call costs was measured (docs/capture.md#guidance); the rest is guessed.
   struct Options {
     double reach = 1.2;  // around a new view; a disc that other views' distances enlarge still fits
     // Without a cap.

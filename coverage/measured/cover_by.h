@@ -16,7 +16,7 @@ CoverBy CoverByNamed(const std::string& name);  // kBound for a name that is not
 
 struct CoverGoal {
   CoverBy by = CoverBy::kBound;
-  // At least, inside the subject's silhouette, in small pictures (docs/guidance.md, "Measured errors").
+  // At least, inside the subject's silhouette, in small pictures (docs/capture.md, "Measured errors").
   // Guessed.
   double db = 33;
   // "bound", "measured", "both", or "measured:35", "both:35". Throws Refusal.

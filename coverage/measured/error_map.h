@@ -35,7 +35,7 @@ struct MeasuredFrame {
 };
 
 // By how much pictures get better when the nearest view stands half as far away, dB. Simulated scenes: 0 to
-// 3.4 from 12 to 6 degrees, 1.5 in the middle (docs/charts/measured_error.csv).
+// 3.4 from 12 to 6 degrees, 1.5 in the middle (docs/measured/charts/measured_error.csv).
 inline constexpr double kDbPerHalving = 2;
 
 class ErrorMap {

@@ -12,7 +12,8 @@
 // found at half the size alone, where they look sharper. So edges' slopes are looked at, too: how steep they
 // are after little smoothing against more, which falls with the width of the blur, whatever its shape. The
 // lower of the two counts. In the middle of four sets by others, over 300 pictures, 0.80 to 1.4 as they are;
-// the simulator's scenes 1.3 to 1.5, 0.7 to 0.76 with a disc of eight pixels' radius (docs/mistakes.md).
+// the simulator's scenes 1.3 to 1.5, 0.7 to 0.76 with a disc of eight pixels' radius
+// (docs/capture.md#mistakes).
 #pragma once
 
 #include <Eigen/Core>

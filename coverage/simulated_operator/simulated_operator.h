@@ -1,5 +1,5 @@
 // A simulated person who holds the simulated camera: tests whether a person can cover a subject with what the
-// display shows (docs/guidance.md, "Simulated people").
+// display shows (docs/capture.md, "Simulated people").
 //
 // The person sees what the display draws and nothing else (operator/shown_sphere.h and the line of
 // instruction): the dot, the arrow and the paint on the side of the sphere that faces the camera, their

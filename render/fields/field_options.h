@@ -32,7 +32,7 @@ FieldKind FieldFromName(const std::string& name, std::string_view parameter = "f
 struct FieldOptions {
   FieldKind kind = FieldKind::kSubdivision;
   // Of subdivision: 0 to kFinestLevel; 0 equals kLinear. Measured
-  // (docs/speed_and_accuracy.md: further levels bring 0.01 to 0.04 dB).
+  // (docs/measured/speed_and_accuracy.md: further levels bring 0.01 to 0.04 dB).
   int level = 1;
   SubdivisionRules rules = SubdivisionRules::kDelaunay;
   int lumigraph_k = 0;                // views that get weight at a point; 0: chosen by FieldThatServes()

@@ -1,7 +1,7 @@
 // A light field's geometry on disk: its mesh (DIR/proxy.ply) and the depth maps of its views: DIR/depth/, a
 // 16-bit PNG for each (1 / depth along the optical axis, in units of its own) and maps.json, which says
 // whose they are, by which camera, in which unit, how uncertain, and which pose the view had.
-// docs/disk_format.md describes it.
+// docs/light_field.md describes it.
 //
 // Mesh and maps change together: while they do, maps.json lists the maps of both meshes, each with its mesh's
 // checksum. The renaming of the new mesh is the one moment of change, so that a kill leaves the geometry of

@@ -1,5 +1,5 @@
 // Whose the mesh of a light field is, and whether mesh and depth maps fit its views as they are now. The
-// mesh's file tells it in comments of its header (docs/disk_format.md): which command made it, how many views
+// mesh's file tells it in comments of its header (docs/light_field.md): which command made it, how many views
 // there were, how many of them it was made without, and a digest of the views' numbers, poses and cameras.
 // Meshes of other programs, and of earlier versions of this one, tell nothing.
 #pragma once

@@ -14,8 +14,8 @@
 namespace ulf::render {
 
 struct MapsMeshOptions {
-  // About: the points are spaced wider until there are half as many. Measured (docs/speed_and_accuracy.md:
-  // beyond 77,000 triangles more hardly help).
+  // About: the points are spaced wider until there are half as many. Measured
+  // (docs/measured/speed_and_accuracy.md: beyond 77,000 triangles more hardly help).
   int most_triangles = 400000;
   bool in_this_thread = false;  // otherwise on all processors
 };

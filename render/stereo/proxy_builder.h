@@ -26,7 +26,8 @@ namespace ulf::render {
 enum class SweepDevice { kProcessor, kGl };
 
 struct ProxyOptions {
-  int size_px = 640;    // longer side of the photographs that are compared (docs/speed_and_accuracy.md)
+  int size_px =
+      640;  // longer side of the photographs that are compared (docs/measured/speed_and_accuracy.md)
   int depth_maps = 60;  // at most. Guessed.
   int neighbours = 8;   // with which a view is compared. Guessed.
   MapsMeshOptions mesh = {};

@@ -1,4 +1,4 @@
-// Makes the charts of docs/charts/, each as table, SVG and PNG.
+// Makes the charts of docs/measured/charts/, each as table, SVG and PNG.
 //
 //   charts FOLDER [--quick] [NAME...]   measures and draws; without names all but what takes an hour
 //   charts FOLDER --draw [NAME...]      draws the tables in FOLDER anew
@@ -107,7 +107,7 @@ int main(int count, char** words) {
     known.emplace_back(maker.name);
     if (!maker.takes_an_hour) usual.emplace_back(maker.name);
   }
-  CLI::App app("Makes the charts of docs/charts/");
+  CLI::App app("Makes the charts of docs/measured/charts/");
   app.add_option("folder", arguments.folder, "Where tables and pictures go")->required();
   app.add_option("names", arguments.names, "Which charts; without, all that take minutes")
       ->check(CLI::IsMember(known));

@@ -1,5 +1,5 @@
-// docs/mistakes.jpg: the simulator's mistakes (docs/mistakes.md), each as a frame whose left part is without
-// it and whose right part is with it.
+// docs/mistakes.jpg: the simulator's mistakes (docs/capture.md#mistakes), each as a frame whose left part is
+// without it and whose right part is with it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

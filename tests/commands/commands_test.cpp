@@ -82,7 +82,7 @@ TEST(PlanCommand, AShareOfTheCapTakesFewerViews) {
               0.5 * JsonOf(RunUlf(plan))["views_estimate"].get<double>(), 1e-6);
 }
 
-// 66 views in half a minute to two and a half: what simulated people take stands in docs/guidance.md.
+// 66 views in half a minute to two and a half: what simulated people take stands in docs/capture.md#guidance.
 TEST(PlanCommand, TellsDistancesAndMinutesInWords) {
   const std::string plan = "plan --distance 1 --radius 0.15 --cap 40x30 --quality fast";
   const CommandResult given = RunUlf(plan + " --focal-px 560 --width 640");

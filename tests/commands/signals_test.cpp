@@ -2,7 +2,7 @@
 // core/base/stop_signal.
 //
 // SIGINT and SIGTERM at random moments of every command that writes: what it writes is as before or new,
-// nothing between, and after its next run nothing temporary is left. Rows of docs/reliability.md.
+// nothing between, and after its next run nothing temporary is left. Rows of docs/measured/cameras.md.
 #include <gmock/gmock.h>
 #include <signal.h>
 

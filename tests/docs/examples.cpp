@@ -32,31 +32,25 @@ bool Has(const std::string& text, const char* pattern) {
 std::vector<Example> ExamplesOf(const std::string& page, const std::string& text) {
   std::vector<Example> examples;
   std::istringstream lines(text);
-  const bool symptoms = page == "docs/troubleshooting.md";
-  bool fenced = false, figures = false;
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    if (line.starts_with("## ")) figures = line == "## Figures";
-    if (line.starts_with("```")) {
-      fenced = !fenced;
-      continue;
-    }
-    // Within an item of a list a block is indented by more.
-    const bool indented = line.starts_with("    ");
-    const std::string code = fenced     ? line
-                             : indented ? line.substr(std::min(line.size(), line.find_first_not_of(' ')))
-                                        : "";
-    if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
-    if ((!figures && !symptoms) || !line.starts_with("|")) continue;
-    static const std::regex quoted(R"(`(ulf [^`\s]+ [^`]*|\./run [^`]*)`)"),
-        cells(R"(^\|[^|]*\|([^|]*)\|.*)");
-    // Of symptoms: what tells, not what helps.
-    const std::string told = symptoms ? std::regex_replace(line, cells, "$1") : line;
-    for (std::sregex_iterator it(told.begin(), told.end(), quoted), end; it != end; ++it)
-      if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
+  const bool symptoms = page == "docs/troubleshooting.md## ")) figures = line == "## Figures";
+  if (line.starts_with("```")) {
+    fenced = !fenced;
+    continue;
   }
-  return examples;
+  // Within an item of a list a block is indented by more.
+  const bool indented = line.starts_with("    ");
+  const std::string code = fenced     ? line
+                           : indented ? line.substr(std::min(line.size(), line.find_first_not_of(' ')))
+                                      : "";
+  if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
+  if ((!figures && !symptoms) || !line.starts_with("|")) continue;
+  static const std::regex quoted(R"(`(ulf [^`\s]+ [^`]*|\./run [^`]*)`)"), cells(R"(^\|[^|]*\|([^|]*)\|.*)");
+  // Of symptoms: what tells, not what helps.
+  const std::string told = symptoms ? std::regex_replace(line, cells, "$1") : line;
+  for (std::sregex_iterator it(told.begin(), told.end(), quoted), end; it != end; ++it)
+    if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
+}
+return examples;
 }
 
 Trial TrialOf(const Example& example) {
@@ -85,9 +79,10 @@ Trial TrialOf(const Example& example) {
       {R"((aravis|v4l2|gphoto2):|\b(CAMERA|URI)\b|\bto_ulf\b|>&3)", "needs a camera"},
       {R"(^ulf evaluate vase --proxy points$)", "needs tracked points"},
       {R"(^ulf mask vase$)", "needs the capture of a turntable"},
+      {R"(^ulf merge vase$)", "needs exposure brackets"},
       {R"(^\./run\b)", "is a program of its own that builds first: ./run"},
       {R"(_benchmark\b)", "is a benchmark: ./run bench"},
-      {R"(^render_quality\b)", "is a study of half an hour (docs/rendering.md)"},
+      {R"(^render_quality\b)", "is a study of half an hour (docs/measured/rendering.md)"},
       {R"(^(ulf|\S+/ulf) view (?!.*--screenshot))", "needs a person before a window"},
       {R"(\b(demo)/)", "needs what ./run demo leaves"},
   };
@@ -109,7 +104,8 @@ Trial TrialOf(const Example& example) {
   if (Has(command, R"(^ulf simulate\b)")) trial.stop_after_s = 2;
   if (Has(command, R"(^ulf render\b.*--frames \d{3})"))
     change(R"(--frames \d+)", "--frames 6", "6 frames");
-  else if (Has(command, R"(^ulf render\b.*--path\b)") || Has(command, R"(^ulf render\b.*-o \S+\.mp4)"))
+  else if (!Has(command, R"(--frames\b)") &&
+           (Has(command, R"(^ulf render\b.*--path\b)") || Has(command, R"(^ulf render\b.*-o \S+\.mp4)")))
     command += " --frames 12", trial.changes.push_back("12 frames");
   return trial;
 }

@@ -1,5 +1,5 @@
-// The tables of docs/devices_measured.md and docs/reliability.md (faults) and docs/tracking_measured.md
-// (where tracking is hard): every row has an outcome, and a test that exists.
+// The tables of docs/measured/cameras.md (faults) and docs/measured/tracking.md (where tracking is hard):
+// every row has an outcome, and a test that exists.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -42,7 +42,7 @@ struct Matrix {
   std::string heading;
   std::size_t cells;  // a row; the last one names the test
 };
-const Matrix kFaults{"\n## Faults", 4}, kCounted{"\n## Faults", 5},
+const Matrix kFaults{"\n## Faults of cameras", 4}, kCounted{"\n## Faults of captures", 5},
     kSituations{"\n## Where tracking is hard", 3};
 
 // Its rows, without the head.
@@ -89,20 +89,19 @@ std::vector<std::string> Faults(const std::string& page, const Matrix& matrix,
 
 TEST(FaultMatrix, EveryRowNamesATestThatExists) {
   const std::set<std::string> tests = TestsUnder(Checkout() / "tests");
-  const std::string devices = ReadWholeFile(Checkout() / "docs" / "devices_measured.md");
-  ASSERT_GT(RowsOf(devices, kFaults).size(), 10u) << "the table was not found";
-  EXPECT_THAT(Faults(devices, kFaults, tests), IsEmpty());
-  const std::string reliability = ReadWholeFile(Checkout() / "docs" / "reliability.md");
-  ASSERT_GT(RowsOf(reliability, kCounted).size(), 10u) << "the table was not found";
-  EXPECT_THAT(Faults(reliability, kCounted, tests), IsEmpty());
-  const std::string tracking = ReadWholeFile(Checkout() / "docs" / "tracking_measured.md");
+  const std::string cameras = ReadWholeFile(Checkout() / "docs" / "measured" / "cameras.md");
+  ASSERT_GT(RowsOf(cameras, kFaults).size(), 10u) << "the table was not found";
+  EXPECT_THAT(Faults(cameras, kFaults, tests), IsEmpty());
+  ASSERT_GT(RowsOf(cameras, kCounted).size(), 10u) << "the table was not found";
+  EXPECT_THAT(Faults(cameras, kCounted, tests), IsEmpty());
+  const std::string tracking = ReadWholeFile(Checkout() / "docs" / "measured" / "tracking.md");
   ASSERT_GT(RowsOf(tracking, kSituations).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(tracking, kSituations, tests), IsEmpty());
 }
 
 TEST(FaultMatrix, FindsWhatIsWrong) {
   const std::set<std::string> tests{"A.B"};
-  const std::string head = "# Page\n\n## Faults\n\n| d | f | o | t |\n| --- | --- | --- | --- |\n";
+  const std::string head = "# Page\n\n## Faults of cameras\n\n| d | f | o | t |\n| --- | --- | --- | --- |\n";
   EXPECT_THAT(Faults(head + "| any | x | y | `A.B` |\n", kFaults, tests), IsEmpty());
   EXPECT_THAT(Faults(head + "| any | x | y | none: needs a USB camera |\n", kFaults, tests), IsEmpty());
   for (const char* row : {"| any | x | y | `A.C` |\n", "| any | x | y | none |\n", "| any | x |  | `A.B` |\n",

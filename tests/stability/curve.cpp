@@ -154,7 +154,7 @@ std::string StabilityPage(const std::vector<MeasuredCurve>& measured, const std:
       "is wrong; the breaking point is the difficulty up to which nine trials in ten are right. What a "
       "tracker "
       "meets in whole sequences (darkness, jumps, mirrors, crowds) is in "
-      "[tracking_measured.md](tracking_measured.md#where-tracking-is-hard).\n\n";
+      "[tracking.md](tracking.md#where-tracking-is-hard).\n\n";
   page += fmt::format(
       "What counts as right was settled on seeds 1 to 20; everything here comes from seeds {} on, as many as "
       "the table says: few where a trial takes long.\n\n"

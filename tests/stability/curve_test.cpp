@@ -1,6 +1,6 @@
-// Two points of every curve of docs/stability.md, on the first of the seeds that it reports: an easy one that
-// must be right, and one beyond the breaking point that must not be wrong without a word. And the measuring
-// itself, on a method whose failures are known.
+// Two points of every curve of docs/measured/stability.md, on the first of the seeds that it reports: an easy
+// one that must be right, and one beyond the breaking point that must not be wrong without a word. And the
+// measuring itself, on a method whose failures are known.
 #include "tests/stability/curve.h"
 
 #include <gtest/gtest.h>

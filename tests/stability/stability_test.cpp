@@ -1,5 +1,5 @@
 // Where trackers fail: each case named by what happens and what shall come of it. The table is in
-// docs/tracking_measured.md.
+// docs/measured/tracking.md.
 //
 // Everyday: small pictures, one seed. With ULF_STABILITY=seeds: full pictures, five seeds.
 #include <gtest/gtest.h>

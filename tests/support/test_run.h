@@ -43,8 +43,9 @@ class WithoutOpenGl {
   static constexpr char kDrivers[] = "__EGL_VENDOR_LIBRARY_FILENAMES";
 };
 
-// What the test of a fault found, as a row of docs/reliability.md; `| grep '^|'` collects them. `go_on_s`:
-// from the end of the fault to the first view or picture after it; none: nothing had to begin anew.
+// What the test of a fault found, as a row of docs/measured/cameras.md; `| grep '^|'` collects
+// them. `go_on_s`: from the end of the fault to the first view or picture after it; none: nothing
+// had to begin anew.
 inline void PrintFaultRow(const std::string& fault, int times, const std::string& lost,
                           const std::optional<double>& go_on_s) {
   fmt::print("| {} | {} | {} | {} |\n", fault, times, lost,

@@ -37,7 +37,7 @@ constexpr double kLeastNoisePx = 0.1;  // one standard deviation of the matches,
 // points look cheap. Guessed.
 constexpr double kLostPointSigmas2 = 1e4;
 // PoseRefinement::center_sigma is scaled by the true error over the one that independent errors of the
-// residuals' size would make (measured: docs/tracking_measured.md, "What the quality value says"), and the
+// residuals' size would make (measured: docs/measured/tracking.md, "What the quality value says"), and the
 // least residual, in sigmas, because few residuals can be small by chance (guessed).
 constexpr double kCommonError = 1.5, kLeastResidual = 0.1;
 

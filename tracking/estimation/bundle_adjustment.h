@@ -13,7 +13,7 @@
 //
 // Intrinsics may be free: all cameras of one lens share them. With few free cameras the reduced system is
 // solved dense, with many by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
-// sees the same things, as in a light field (measured: docs/charts/bundle_adjustment.png).
+// sees the same things, as in a light field (measured: docs/measured/charts/bundle_adjustment.png).
 #pragma once
 
 #include <Eigen/Core>
@@ -62,7 +62,8 @@ struct BundleProblem {
 // The solver of the reduced system (points eliminated).
 enum class BundleSolver { kBySize, kDense, kSparse, kIterative };
 
-// BundleSolver::kBySize solves up to so many free cameras dense. Measured: docs/charts/bundle_adjustment.png.
+// BundleSolver::kBySize solves up to so many free cameras dense. Measured:
+// docs/measured/charts/bundle_adjustment.png.
 inline constexpr int kDenseCameras = 120;
 
 struct BundleOptions {

@@ -45,7 +45,7 @@ std::vector<Matrix3d> SolveFivePoint(std::span<const Vector3d> rays_in_first,
   opengv::relative_pose::CentralRelativeAdapter adapter(first, second);
   std::vector<Matrix3d> essentials;
   // Stewenius' eigenvalue form: Nister's root bracketing, as implemented there, loses a solution now and then
-  // (docs/charts/two_view_solvers.png).
+  // (docs/measured/charts/two_view_solvers.png).
   for (const auto& solution : opengv::relative_pose::fivept_stewenius(adapter)) {
     const Matrix3d real = solution.real();
     if (!real.allFinite() || solution.imag().norm() > 1e-6 * real.norm()) continue;

@@ -43,7 +43,7 @@ inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
 inline double LevelScale(int level) { return kLevelScales[At(level)]; }
 // One standard deviation, px, of a corner that was detected on a level, and of a point that was measured
 // there by aligning a patch (patch_alignment.h). Guessed; smaller ones for aligned patches made young maps
-// worse (docs/tracking_measured.md, "The map").
+// worse (docs/measured/tracking.md, "The map").
 inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
 inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
 // The level whose scale is nearest, by ratio.
@@ -131,7 +131,8 @@ class FeatureSet {
 
 struct FeatureOptions {
   // The finest levels of the pyramid that corners are detected on, 1 to kPyramidLevels. Fewer are lost in
-  // noise, blur and large steps, more cost time and exactness. Measured: docs/charts/tracking_levels.png.
+  // noise, blur and large steps, more cost time and exactness. Measured:
+  // docs/measured/charts/tracking_levels.png.
   int levels = 5;
 };
 

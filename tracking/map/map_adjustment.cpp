@@ -163,7 +163,7 @@ bool RowsAreUnsure(const Keyframe& keyframe) {
 
 RowsMotion RowsMotionOf(const Map& map, const Keyframe& keyframe) {
   // Radians and depths per second, and the share of the velocity. Chosen on drawn rooms
-  // (docs/tracking_measured.md, "Rolling shutter"): with more freedom a map of little parallax drifts in
+  // (docs/measured/tracking.md, "Rolling shutter"): with more freedom a map of little parallax drifts in
   // scale, with less it stays bent.
   constexpr double kTremorTurn = 0.01, kTremorShift = 0.003, kBent = 0.1;
   const Twist& expected = *keyframe.expected_twist;

@@ -47,7 +47,7 @@ constexpr double kMapperAdjustAllGrowth = 1.1;
 constexpr AdjustmentEffort kTwoViewsAdjustment = {15, 15}, kGrowingAdjustment = {5, 10},
                            kMovedAdjustment = {10, 40}, kSeededAdjustment = {10, 10};
 // A growing map needs even measurements that are a little off; a finished one does not: at the end
-// Cauchy's loss begins to doubt at so many times the errors' own scale. Measured (docs/tracking_measured.md,
+// Cauchy's loss begins to doubt at so many times the errors' own scale. Measured (docs/measured/tracking.md,
 // "Cauchy's loss").
 constexpr double kMapperFinalCauchyScales = 2;
 // A map made from given poses: neighbours look the same way (as a cosine), and points are adjusted after so

@@ -4,7 +4,7 @@
 // residuals (RefinePose). The second is what the map's points leave open: a point whose parallax is small has
 // an uncertain depth, and noise, lens and shutter bend the map, which a frame cannot see because it fits the
 // map it was found in. The third is the error that the map is known to have: how far later adjustments have
-// moved the last keyframes since their poses were given. Checked against truth in docs/tracking_measured.md,
+// moved the last keyframes since their poses were given. Checked against truth in docs/measured/tracking.md,
 // "What the quality value says".
 #pragma once
 

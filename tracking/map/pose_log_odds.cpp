@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Checked by the tests of relocalisation (docs/tracking_measured.md, "Found again"); guessed one by one.
+// Checked by the tests of relocalisation (docs/measured/tracking.md, "Found again"); guessed one by one.
 constexpr int kOddsColumns = 4,
               kOddsRows = 3;  // of the grid: smaller cells hold too few points, larger ones hide as a whole
 constexpr double kOddsByChance = 0.05;  // share of the searched points that a wrong pose finds, at most

@@ -32,7 +32,7 @@ constexpr int kCheckCorners = 1200;           // a view, about
 constexpr int kCheckMaxSidePx = 1000;         // larger pictures are reduced
 constexpr std::size_t kCheckMinMatches = 15;  // shared by three views, or by two where no third shows them
 // A corner that is off by more standard deviations contradicts: more misses wrong poses, less blames right
-// ones whose errors are those of the set, but larger than most (settled: docs/tracking_measured.md, "Views
+// ones whose errors are those of the set, but larger than most (settled: docs/measured/tracking.md, "Views
 // whose poses their neighbours contradict").
 constexpr double kCheckMostSigmas = 4;
 // A share of the picture's width: a set whose poses are usually off by more is wrong as a whole, and its

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using PoseChange = std::function<Rigid3(const Rigid3& cam_from_world)>;
 
 // Poses with a larger error fit poorly: twice what the worst of ten right sets comes to, pictures at most
-// 1000 px a side (docs/tracking_measured.md, "Views whose poses their neighbours contradict").
+// 1000 px a side (docs/measured/tracking.md, "Views whose poses their neighbours contradict").
 constexpr double kMostFitErrorPx = 1;
 
 // Along both rays to where they are nearest to each other, in the first camera's frame; none: they are too

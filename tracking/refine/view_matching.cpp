@@ -21,7 +21,7 @@ namespace {
 constexpr double kBandErrors = 4, kLeastBandPx = 2;
 
 // Levels of the pyramid on which corners are detected: the views of a set differ more in distance than frames
-// that follow each other. Measured: docs/tracking_measured.md, "Published sets".
+// that follow each other. Measured: docs/measured/tracking.md, "Published sets".
 constexpr int kReadingLevels = kPyramidLevels;
 // Neighbouring views whose corners share one adapting threshold, whatever the number of threads: more look
 // less alike, fewer give each processor less to do. Guessed.

@@ -29,7 +29,7 @@ inline constexpr double kGateErrors = 6, kLeastGatePx = 4, kRepeatedGateErrors =
 inline constexpr int kGuidedIterations = 10, kUnguidedIterations = 60, kRepeatedIterations = 30,
                      kLaterIterations = 12;
 // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
-// docs/tracking_measured.md, "Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
+// docs/measured/tracking.md, "Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
 inline constexpr double kSettledCauchyScales = 2, kSettledGateScales = 4;
 
 // A part of the work and its share of the progress.

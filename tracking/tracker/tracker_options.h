@@ -28,10 +28,10 @@ enum class LensUse {
 struct TrackerOptions {
   bool deterministic = false;  // mapping runs inside Step(): the same frames give the same bytes
   unsigned seed = 1;           // of every random draw
-  // Corners a frame, twice as many while the map starts. Measured: docs/charts/tracking.png.
+  // Corners a frame, twice as many while the map starts. Measured: docs/measured/charts/tracking.png.
   int features = 850;
   // Images with a longer side are reduced to it; 0: they are tracked as they come. Measured:
-  // docs/charts/tracking_side.png.
+  // docs/measured/charts/tracking_side.png.
   int max_side_px = 960;
   // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay, whose frames
   // come faster than a camera's, waits for the mapper before every frame and leaves none out.

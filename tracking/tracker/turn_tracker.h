@@ -6,7 +6,7 @@
 // shift of the camera looks like a turn by as much parallax as it makes, and what one keyframe hides adds up
 // over the next ones. Measured: swaying by 20 cm before walls 2.6 to 3.4 m away, rotations are off by 0.6 to
 // 4 degrees when the map starts, by up to 7 before one flat wall, where it starts late
-// (docs/tracking_measured.md, "A hand that turns on the spot"). Of the position they tell nothing.
+// (docs/measured/tracking.md, "A hand that turns on the spot"). Of the position they tell nothing.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -12,10 +12,9 @@ namespace ulf::tracking {
 namespace {
 
 // Logarithms of the focal length: 0.01 is 1 %. Measured on recordings and simulated scenes with right lenses,
-// with lenses 5 and 15 % off, and with rolling shutters that turn fast (docs/tracking_measured.md, "A zoom
-// that is moved").
-// A frame that differs by more is no keyframe, nor are those that follow it closely; by so many times the
-// size of the differences before, where a map disagrees all the time.
+// with lenses 5 and 15 % off, and with rolling shutters that turn fast (docs/measured/tracking.md, "A zoom
+// that is moved"). A frame that differs by more is no keyframe, nor are those that follow it closely; by so
+// many times the size of the differences before, where a map disagrees all the time.
 constexpr double kZoomSuspicious = 0.006, kZoomSuspiciousTimes = 2.5;
 // The zoom is moved where the last frames differ by more in the median.
 constexpr double kZoomMoved = 0.01, kZoomMovedTimes = 4;

@@ -30,17 +30,18 @@ namespace fs = std::filesystem;
   if (!fs::exists(source, unknown)) throw Error("{}: there is no such file or folder; check the path", path);
   if (fs::is_regular_file(source, unknown))
     throw Error(
-        "{}: is no set of posed photographs (docs/import.md lists the formats); a video is posed and "
+        "{}: is no set of posed photographs (docs/exchange.md lists the formats); a video is posed and "
         "recorded by "
         "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
         path, word);
   for (const auto& entry : fs::directory_iterator(source, unknown))
     if (HasImageEnding(entry.path()))
       throw Error(
-          "{}: photographs without poses (docs/import.md lists the formats); they are posed and recorded by "
+          "{}: photographs without poses (docs/exchange.md lists the formats); they are posed and recorded "
+          "by "
           "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
           path, word);
-  throw Error("{}: holds no set of posed photographs; docs/import.md lists the formats and their files",
+  throw Error("{}: holds no set of posed photographs; docs/exchange.md lists the formats and their files",
               path);
 }
 
@@ -158,7 +159,7 @@ PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& as
   const std::vector<SetFormat> formats = FormatsIn(source);
   if (asked && std::ranges::find(formats, *asked) == formats.end())
     throw Error("{}: holds no set in the format {}; {}", source.string(), Name(*asked),
-                formats.empty() ? "docs/import.md lists the files of each"
+                formats.empty() ? "docs/exchange.md lists the files of each"
                                 : fmt::format("it holds one in the format {}", Name(formats.front())));
   if (formats.empty()) RefuseUnposed(source);
   const SetFormat format = asked.value_or(formats.front());

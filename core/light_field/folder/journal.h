@@ -1,5 +1,5 @@
 // journal.jsonl: the append-only, authoritative record of a capture, one JSON object per line.
-// docs/disk_format.md has every key with its type, unit and default, and an example of each line:
+// docs/light_field.md has every key with its type, unit and default, and an example of each line:
 //
 //   header       {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
 //                 units, threshold_px, coverage_width_px}

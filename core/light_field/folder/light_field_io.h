@@ -5,7 +5,7 @@
 //   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ulf  points.ply  unposed/
 //   kept/  cache/
 //
-// docs/disk_format.md has every file and key; docs/light_field.md says what is promised about them.
+// docs/light_field.md has every file and key; docs/light_field.md says what is promised about them.
 #pragma once
 
 #include <filesystem>

@@ -23,7 +23,7 @@ bool ReadPointPositions(const std::filesystem::path& ply, LightField& light_fiel
 void WritePoints(const LightField& light_field);
 
 // points.ulf: the points with all their observations. points.ply and sparse/0 are derived from it.
-// (docs/disk_format.md, for other programs.)
+// (docs/light_field.md, for other programs.)
 //
 // Little-endian:
 //   8 bytes "ulfpts\0" and version

@@ -20,7 +20,7 @@ struct DustSpot {
 
 class DustWatch {
  public:
-  // Settled on simulated scenes (docs/mistakes.md).
+  // Settled on simulated scenes (docs/capture.md#mistakes).
   struct Options {
     double moved = 0.03;              // share of the picture's width: what a place showed has moved away
     double alike = 0.7;               // least correlation of a piece of the scene in two looks

@@ -14,7 +14,7 @@ namespace ulf::coverage {
 
 class FocusWatch {
  public:
-  // Settled on simulated scenes (docs/mistakes.md).
+  // Settled on simulated scenes (docs/capture.md#mistakes).
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
   };

@@ -30,7 +30,7 @@ struct LightFinding {
 
 class LightWatch {
  public:
-  // Logarithms of the light. Settled on simulated scenes (docs/mistakes.md).
+  // Logarithms of the light. Settled on simulated scenes (docs/capture.md#mistakes).
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
   };

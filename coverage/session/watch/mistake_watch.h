@@ -1,4 +1,4 @@
-// The mistakes that spoil a capture without stopping it, each named with its cure (docs/mistakes.md).
+// The mistakes that spoil a capture without stopping it, each named with its cure (docs/capture.md#mistakes).
 //
 // One owner of what was noticed: from the pictures themselves (light_watch.h, focus_watch.h, dust_watch.h),
 // from what the preflight and the tracker have found about the same frame, and from what the camera says of

@@ -85,7 +85,7 @@ struct Maker {
   FeatureNames found;
 };
 
-// As the makers' own descriptions name and type them (docs/devices_measured.md says which). What was not read
+// As the makers' own descriptions name and type them (docs/measured/cameras.md says which). What was not read
 // there is left out here, but for PixelFormat, which the standard demands. The library drives GigE Vision and
 // USB3 Vision; of CoaXPress cameras it reads the description alone.
 std::vector<Maker> Makers() {

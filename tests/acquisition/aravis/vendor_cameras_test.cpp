@@ -1,7 +1,7 @@
 // Tests: acquisition/aravis/aravis_setting, acquisition/aravis/aravis_trigger,
 // acquisition/aravis/aravis_white_balance, acquisition/aravis/aravis_link, acquisition/aravis/aravis_region.
 //
-// Cameras that differ from the standard as real ones do (docs/devices_measured.md): full_camera.xml with
+// Cameras that differ from the standard as real ones do (docs/measured/cameras.md): full_camera.xml with
 // some of its features in the types, units and names of other makers, served by the fake camera and
 // driven as any other.
 #include <gmock/gmock.h>

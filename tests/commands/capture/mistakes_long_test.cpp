@@ -1,9 +1,9 @@
 // Tests: coverage/session/watch/mistake_watch, coverage/session/capture_session,
 // commands/capture/capture_report.
 //
-// The gallery of docs/mistakes.md through the whole program: each mistake in captures of different scenes,
-// seeds and motions, ten good captures, and recordings by others. Prints how many were noticed, after how
-// many seconds, and how many false alarms there were; what is asked for is all and none.
+// The gallery of docs/capture.md#mistakes through the whole program: each mistake in captures of different
+// scenes, seeds and motions, ten good captures, and recordings by others. Prints how many were noticed, after
+// how many seconds, and how many false alarms there were; what is asked for is all and none.
 #include <fmt/core.h>
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 // core/base/stop_signal, main.
 //
 // Commands whose standard streams cannot be written, and whose terminal goes away: what they work for is done
-// all the same, and a report that is lost is said. Rows of docs/reliability.md.
+// all the same, and a report that is lost is said. Rows of docs/measured/cameras.md.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <pty.h>

@@ -2,7 +2,7 @@
 
     python3 loaders_of_others.py LOADERS COLMAP_TEXT COLMAP_BINARY NERF_SYNTHETIC
 
-LOADERS: a folder with files of theirs (docs/export.md); those that are missing are left out. The others are exports, the
+LOADERS: a folder with files of theirs (docs/exchange.md); those that are missing are left out. The others are exports, the
 first two with --undistort. Prints one JSON object: of each loader that is there what it read.
 """
 import importlib.util

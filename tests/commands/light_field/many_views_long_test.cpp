@@ -2,7 +2,7 @@
 // commands/rendering/render_command.
 //
 // A light field of ten thousand views: it is written, closed, opened, described and rendered, and memory
-// grows with the number of views by what a view weighs. Rows of docs/reliability.md.
+// grows with the number of views by what a view weighs. Rows of docs/measured/cameras.md.
 #include <gmock/gmock.h>
 #include <spawn.h>
 #include <sys/resource.h>

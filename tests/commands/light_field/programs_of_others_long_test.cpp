@@ -198,8 +198,8 @@ void ExpectOurViews(const json& read, const json& train, const LightField& light
 TEST_F(ProgramsOfOthers, LoadersReadWhatIsExportedForThem) {
   const char* loaders = std::getenv("ULF_LOADERS");
   if (!loaders)
-    GTEST_SKIP() << "loaders of others were not run: set ULF_LOADERS to a folder with them (docs/export.md "
-                    "says which)";
+    GTEST_SKIP() << "loaders of others were not run: set ULF_LOADERS to a folder with them "
+                    "(docs/exchange.mdsays which)";
   const ScratchFolder scratch;
   for (const std::string form : {"colmap --undistort", "colmap --undistort --binary", "nerf-synthetic"})
     Ulf("export " + form + " " + Dir().string() + " -o " + (scratch / form).string().insert(0, "'") + "'");
@@ -207,7 +207,7 @@ TEST_F(ProgramsOfOthers, LoadersReadWhatIsExportedForThem) {
                             (scratch / "colmap --undistort").string() + "' '" +
                             (scratch / "colmap --undistort --binary").string() + "' " +
                             (scratch / "nerf-synthetic").string());
-  ASSERT_FALSE(read.empty()) << loaders << " has none of the loaders that docs/export.md names";
+  ASSERT_FALSE(read.empty()) << loaders << " has none of the loaders that docs/exchange.md names";
   const LightField light_field = ReadLightField(Dir());
   for (const auto& [loader, what] : read.items()) {
     SCOPED_TRACE(loader);

@@ -3,7 +3,7 @@
 // core/light_field/formats/transforms_json.
 //
 // What a damaged light field keeps, and what happens to one by a newer version, counted: rows of
-// docs/reliability.md.
+// docs/measured/cameras.md.
 #include <gmock/gmock.h>
 
 #include <chrono>

@@ -212,7 +212,7 @@ TEST(KeyTables, OnTheOperatorsPageMatchTheDisplay) {
   add("always", kKeysAlways);
   add("placing the subject", kKeysInSubject);
   add("review", kKeysInReview);
-  EXPECT_EQ(TableRowsOf("operator.md", "## Keys"), expected);
+  EXPECT_EQ(TableRowsOf("capture.md", "## Keys"), expected);
 }
 
 // The viewer's page says more of each key, and names keys and mouse apart.
@@ -227,14 +227,14 @@ TEST(KeyTables, OnTheViewersPageMatchTheViewer) {
     return words;
   };
   std::vector<std::set<std::string>> of_page, of_code;
-  for (const auto& row : TableRowsOf("viewer.md", ""))
+  for (const auto& row : TableRowsOf("rendering.md", "## Viewer"))
     if (row.size() == 3 && row[0] != "keys") of_page.push_back(words(row[0] + " " + row[1]));
   for (const KeyHelp& help : kViewerKeys) of_code.push_back(words(help.keys));
   EXPECT_EQ(of_page.size(), of_code.size());
   for (const KeyHelp& help : kViewerKeys)
     EXPECT_TRUE(std::ranges::any_of(
         of_page, [&](const auto& row) { return std::ranges::includes(row, words(help.keys)); }))
-        << "docs/viewer.md lacks " << help.keys;
+        << "docs/rendering.md lacks " << help.keys;
   for (const auto& row : of_page)
     EXPECT_TRUE(
         std::ranges::any_of(of_code, [&](const auto& keys) { return std::ranges::includes(row, keys); }))

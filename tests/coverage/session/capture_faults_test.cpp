@@ -2,7 +2,7 @@
 // acquisition/device/reconnecting_device, core/light_field/folder/light_field_writer,
 // core/light_field/folder/opened_folder.
 //
-// What a capture keeps through each fault, counted: rows of docs/reliability.md.
+// What a capture keeps through each fault, counted: rows of docs/measured/cameras.md.
 #include <gmock/gmock.h>
 #include <sys/mount.h>
 

@@ -1,7 +1,7 @@
 // Tests: coverage/session/capture_session, coverage/session/record/view_spool,
 // core/light_field/folder/light_field_writer, core/light_field/folder/folder_repair.
 //
-// SIGKILL at every stage of a capture: rows of docs/reliability.md.
+// SIGKILL at every stage of a capture: rows of docs/measured/cameras.md.
 #include <gmock/gmock.h>
 #include <sys/mman.h>
 #include <sys/wait.h>

@@ -1,7 +1,7 @@
 // Tests: acquisition/v4l2/v4l2_device, core/image/files/jpeg_codec, coverage/session/capture_session.
 //
 // A webcam whose JPEG pictures lose data on the cable, of which nobody tells: what is captured from it. A row
-// of docs/reliability.md.
+// of docs/measured/cameras.md.
 #include <gmock/gmock.h>
 
 #include <opencv2/imgcodecs.hpp>

@@ -2,7 +2,7 @@
 // render/stereo/gl_plane_sweep.
 //
 // A driver that has no more memory: what is refused, what is said, and what goes on. Rows of
-// docs/reliability.md.
+// docs/measured/cameras.md.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 

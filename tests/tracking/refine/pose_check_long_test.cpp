@@ -1,7 +1,7 @@
 // Tests: tracking/refine/pose_check.
 //
 // Sets of photographs whose poses are good, with every tenth pose made wrong: what is found, and what is
-// blamed that is right. Prints a row of the table in docs/tracking_measured.md for each set.
+// blamed that is right. Prints a row of the table in docs/measured/tracking.md for each set.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Tests: tracking/refine/refine_rows.
 //
 // Views of a simulated rolling shutter, tracked and refined with and without knowing the rows, and of a
-// global one. Prints the rows of the table in docs/tracking_measured.md.
+// global one. Prints the rows of the table in docs/measured/tracking.md.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 // core/light_field/folder/repair_plan, core/light_field/folder/derived_files,
 // commands/light_field/repair_command, core/light_field/journal_stamp.
 //
-// Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
-// docs/light_field.md names a test for every row.
+// Each pair of files that tell one fact, made to disagree: which one is used, what is said, what is kept.
+// Every row of the table in docs/light_field.md, "Which file is used", has a test here.
 #include "core/light_field/folder/folder_check.h"
 #include "core/base/json_text.h"
 
