@@ -138,7 +138,8 @@ int RunRecord(const RecordArgs& args) {
                IsTaken(run.source) ? "no complete picture is in it"
                : run.device.incomplete > 0
                    ? "every frame arrived incomplete (packets lost); see the receive buffer and packet size "
-                     "above, and docs/devices.mdno frame arrived; check whether the camera waits for a trigger");
+                     "above, and docs/devices.md"
+                   : "no frame arrived; check whether the camera waits for a trigger");
   return run.lost || summary.written == 0 || summary.left_out > 0 ? kFailed : kOk;
 }
 

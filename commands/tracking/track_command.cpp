@@ -31,7 +31,6 @@
 #include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/trajectory.h"
-#include "tests/charts/plot/gnuplot.h"
 #include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/track.h"
 

@@ -272,33 +272,34 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
 }  // namespace
 
 CameraPath PathFromFile(const fs::path& file, const PathRequest& request, const RenderScene& scene) {
-  const auto read =
-      [&] {
-        std::error_code unknown;
-        if (fs::is_directory(file, unknown)) return FromLightField(file);
-        if (file.extension() != ".json" || !fs::is_regular_file(file, unknown)) return FromTum(file);
-        const json document = ReadJson(file);
-        if (document.contains("camera_path")) return FromNerfstudio(document, file, request);
-        if (document.contains("keyframes")) return FromKeyframes(document, file, request, scene);
-        if (document.contains("frames")) return FromLightField(file);
-        throw Error(
-            "{}: holds neither 'keyframes' nor 'camera_path' (nerfstudio's camera path) nor 'frames' "
-            "(transforms.json); see docs/rendering.md{}: the camera path holds no pose",
-            file.string());
-        return path;
-      }
+  const auto read = [&] {
+    std::error_code unknown;
+    if (fs::is_directory(file, unknown)) return FromLightField(file);
+    if (file.extension() != ".json" || !fs::is_regular_file(file, unknown)) return FromTum(file);
+    const json document = ReadJson(file);
+    if (document.contains("camera_path")) return FromNerfstudio(document, file, request);
+    if (document.contains("keyframes")) return FromKeyframes(document, file, request, scene);
+    if (document.contains("frames")) return FromLightField(file);
+    throw Error(
+        "{}: holds neither 'keyframes' nor 'camera_path' (nerfstudio's camera path) nor 'frames' "
+        "(transforms.json); see docs/rendering.md",
+        file.string());
+  };
+  CameraPath path = read();
+  if (path.cam_from_world.empty()) throw Error("{}: the camera path holds no pose", file.string());
+  return path;
+}
 
-  CameraPath
-  MakePath(const PathRequest& request, const RenderScene& scene) {
-    constexpr int kUsualFrames = 120;
-    const int frames = request.frames > 0 ? request.frames : kUsualFrames;
-    if (request.path == "orbit") return OrbitPath(scene, frames);
-    if (request.path == "dolly") return DollyPath(scene, frames);
-    if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
-    if (request.path == "spiral") return SpiralPath(scene, frames);
-    if (request.path == "rise") return RisePath(scene, frames);
-    if (request.path == "sweep") return SweepPath(scene, frames);
-    return PathFromFile(request.path, request, scene);
-  }
+CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
+  constexpr int kUsualFrames = 120;
+  const int frames = request.frames > 0 ? request.frames : kUsualFrames;
+  if (request.path == "orbit") return OrbitPath(scene, frames);
+  if (request.path == "dolly") return DollyPath(scene, frames);
+  if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
+  if (request.path == "spiral") return SpiralPath(scene, frames);
+  if (request.path == "rise") return RisePath(scene, frames);
+  if (request.path == "sweep") return SweepPath(scene, frames);
+  return PathFromFile(request.path, request, scene);
+}
 
 }  // namespace ulf::render

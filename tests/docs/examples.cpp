@@ -32,25 +32,31 @@ bool Has(const std::string& text, const char* pattern) {
 std::vector<Example> ExamplesOf(const std::string& page, const std::string& text) {
   std::vector<Example> examples;
   std::istringstream lines(text);
-  const bool symptoms = page == "docs/troubleshooting.md## ")) figures = line == "## Figures";
-  if (line.starts_with("```")) {
-    fenced = !fenced;
-    continue;
+  const bool symptoms = page == "docs/troubleshooting.md";
+  bool fenced = false, figures = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.starts_with("## ")) figures = line == "## Figures";
+    if (line.starts_with("```")) {
+      fenced = !fenced;
+      continue;
+    }
+    // Within an item of a list a block is indented by more.
+    const bool indented = line.starts_with("    ");
+    const std::string code = fenced     ? line
+                             : indented ? line.substr(std::min(line.size(), line.find_first_not_of(' ')))
+                                        : "";
+    if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
+    if ((!figures && !symptoms) || !line.starts_with("|")) continue;
+    static const std::regex quoted(R"(`(ulf [^`\s]+ [^`]*|\./run [^`]*)`)"),
+        cells(R"(^\|[^|]*\|([^|]*)\|.*)");
+    // Of symptoms: what tells, not what helps.
+    const std::string told = symptoms ? std::regex_replace(line, cells, "$1") : line;
+    for (std::sregex_iterator it(told.begin(), told.end(), quoted), end; it != end; ++it)
+      if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
   }
-  // Within an item of a list a block is indented by more.
-  const bool indented = line.starts_with("    ");
-  const std::string code = fenced     ? line
-                           : indented ? line.substr(std::min(line.size(), line.find_first_not_of(' ')))
-                                      : "";
-  if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
-  if ((!figures && !symptoms) || !line.starts_with("|")) continue;
-  static const std::regex quoted(R"(`(ulf [^`\s]+ [^`]*|\./run [^`]*)`)"), cells(R"(^\|[^|]*\|([^|]*)\|.*)");
-  // Of symptoms: what tells, not what helps.
-  const std::string told = symptoms ? std::regex_replace(line, cells, "$1") : line;
-  for (std::sregex_iterator it(told.begin(), told.end(), quoted), end; it != end; ++it)
-    if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
-}
-return examples;
+  return examples;
 }
 
 Trial TrialOf(const Example& example) {

@@ -198,8 +198,8 @@ void ExpectOurViews(const json& read, const json& train, const LightField& light
 TEST_F(ProgramsOfOthers, LoadersReadWhatIsExportedForThem) {
   const char* loaders = std::getenv("ULF_LOADERS");
   if (!loaders)
-    GTEST_SKIP() << "loaders of others were not run: set ULF_LOADERS to a folder with them "
-                    "(docs/exchange.mdsays which)";
+    GTEST_SKIP() << "loaders of others were not run: set ULF_LOADERS to a folder with them (docs/exchange.md "
+                    "says which)";
   const ScratchFolder scratch;
   for (const std::string form : {"colmap --undistort", "colmap --undistort --binary", "nerf-synthetic"})
     Ulf("export " + form + " " + Dir().string() + " -o " + (scratch / form).string().insert(0, "'") + "'");

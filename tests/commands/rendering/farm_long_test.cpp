@@ -168,8 +168,10 @@ TEST(FarmLong, SlurmTasksGiveTheBytesOfOneProcess) {
   for (const char* program : {"munged", "slurmctld", "slurmd", "sbatch", "scontrol", "squeue", "sinfo"})
     if (PathOf(program).empty())
       GTEST_SKIP() << "SKIPPED: no " << program
-                   << " here: apt-get install slurm-wlm munge, to test docs/farm.mdfarmed",
-          alone = scratch / "alone", farm = fs::path(CHECKOUT) / "docs" / "farm";
+                   << " here: apt-get install slurm-wlm munge, to test docs/farm.md";
+  const ScratchFolder scratch;
+  const fs::path farmed = scratch / "farmed", alone = scratch / "alone",
+                 farm = fs::path(CHECKOUT) / "docs" / "farm";
   const auto captured =
       RunUlf("capture 'sim:studio?width=640&height=480&seed=21' -o " + alone.string() +
              " --headless --no-geometry --poses known --subject 0,0,0.07,0.17 --frames 260");

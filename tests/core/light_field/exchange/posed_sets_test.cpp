@@ -571,15 +571,15 @@ TEST(PosedSets, CountsFilesBesideThePhotographs) {
 
 TEST(PosedSets, WithoutPosesTheWayOutIsSaid) {
   const ScratchFolder scratch;
-  EXPECT_THAT([&] {
-    ReadPosedSet(scratch.path(), {}, {}); },
-              ThrowsMessage<Error>(HasSubstr("docs/exchange.mdnone", {}, {});
-}, ThrowsMessage<Error>(HasSubstr("no such")));
-cv::imwrite((scratch / "a.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
-EXPECT_THAT([&] { ReadPosedSet(scratch.path(), {}, {}); },
-            ThrowsMessage<Error>(AllOf(HasSubstr("without poses"), HasSubstr("replay:"))));
-std::ofstream(scratch / "video.mp4") << "x";
-EXPECT_THAT([&] { ReadPosedSet(scratch / "video.mp4", {}, {}); }, ThrowsMessage<Error>(HasSubstr("replay:")));
+  EXPECT_THAT([&] { ReadPosedSet(scratch.path(), {}, {}); },
+              ThrowsMessage<Error>(HasSubstr("docs/exchange.md")));
+  EXPECT_THAT([&] { ReadPosedSet(scratch / "none", {}, {}); }, ThrowsMessage<Error>(HasSubstr("no such")));
+  cv::imwrite((scratch / "a.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_THAT([&] { ReadPosedSet(scratch.path(), {}, {}); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("without poses"), HasSubstr("replay:"))));
+  std::ofstream(scratch / "video.mp4") << "x";
+  EXPECT_THAT([&] { ReadPosedSet(scratch / "video.mp4", {}, {}); },
+              ThrowsMessage<Error>(HasSubstr("replay:")));
 }
 
 TEST(SubjectOfSet, AxesThatMeetWhereNothingIsDoNotCount) {
