@@ -27,12 +27,6 @@ FeatureSet FeaturesOf(const test::TrueView& view) {
   return extractor.Extract(pyramid, 3000);
 }
 
-std::vector<int> AllOf(const FeatureSet& features) {
-  std::vector<int> all(static_cast<std::size_t>(features.size()));
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
-
 // Distances of matches, found without poses, from the epipolar lines of the true poses, px.
 void AddEpipolarErrors(const test::TrueView& first, const test::TrueView& second,
                        std::vector<double>& errors) {

@@ -13,6 +13,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exif.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/files/raw_file.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"

@@ -110,7 +110,7 @@ TEST(CollectViews, StillsAreReleasedAndHaveTheirOwnSize) {
   ASSERT_TRUE(result.ok()) << result.refusal;
   EXPECT_NEAR(result.camera.fx, 0.875 * 1280, 5);
   ScriptedDevice without(false);
-  EXPECT_THROW(CollectViews(without, Board(), options), UsageError);
+  EXPECT_THROW(CollectViews(without, Board(), options), Refusal);
 }
 
 TEST(CollectFrames, AsksForPhotographsOneByOne) {
@@ -125,7 +125,7 @@ TEST(CollectFrames, AsksForPhotographsOneByOne) {
   live.RequestStill();  // one from the body in between
   for (const Frame& frame : CollectFrames(live, 4, {})) EXPECT_EQ(frame.image.width(), 640);
   ScriptedDevice without(false);
-  EXPECT_THROW(CollectFrames(without, 4, options), UsageError);
+  EXPECT_THROW(CollectFrames(without, 4, options), Refusal);
 }
 
 TEST(CollectViews, StopsWhenAskedAndSaysWhatWasLost) {

@@ -87,7 +87,7 @@ TEST(Evaluate, NeedsSomethingLeft) {
   const auto one = test::MakeScene({.viewpoints = {{0, 0, 2}}});
   EXPECT_THROW(Evaluate(*one, {.fields = {{}}}), Error);
   const auto two = test::MakeScene({.viewpoints = {{0, 0, 2}, {0.1, 0, 2}}});
-  EXPECT_THROW(Evaluate(*two, {.every = 1, .fields = {{}}}), UsageError);
+  EXPECT_THROW(Evaluate(*two, {.every = 1, .fields = {{}}}), Refusal);
   EXPECT_EQ(Evaluate(*two, {.every = 2, .fields = {{}}, .renderer = RendererKind::kReference}).held_out, 1);
 }
 

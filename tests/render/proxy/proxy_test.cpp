@@ -13,6 +13,7 @@
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/points_proxy.h"
+#include "render/proxy/proxy_choice.h"
 #include "render/proxy/visible_points.h"
 #include "render/quality/quality.h"
 #include "render/renderer/renderer.h"

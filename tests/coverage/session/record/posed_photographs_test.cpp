@@ -21,6 +21,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/refine/locate_photographs.h"
+#include "tracking/refine/refine.h"
 #include "tracking/refine/refine_input.h"
 
 namespace ulf::test {
