@@ -64,9 +64,6 @@ int Run(int argc, char** argv) {
   try {
     ulf::commands::RequireInputsStay(app);
     return chosen();
-  } catch (const ulf::commands::UsageError& error) {
-    std::fprintf(stderr, "ulf: %s\n", error.what());
-    return ulf::commands::kWrongUsage;
   } catch (const ulf::Refusal& refusal) {
     std::fprintf(stderr, "ulf: %s\n", refusal.what());
     return ulf::commands::kWrongUsage;

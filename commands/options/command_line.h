@@ -33,9 +33,11 @@ inline std::string OptionOf(std::string_view parameter) {
 
 // The command line asks for something impossible: exit status kWrongUsage. Thrown by commands/ alone;
 // libraries throw Refusal, which names a parameter, and the program spells it as the option.
-class UsageError : public Error {
+class UsageError : public Refusal {
  public:
-  using Error::Error;
+  template <typename... Args>
+  explicit UsageError(fmt::format_string<Args...> format, Args&&... args)
+      : Refusal("", "", fmt::format(format, std::forward<Args>(args)...), "") {}
 };
 
 }  // namespace ulf::commands

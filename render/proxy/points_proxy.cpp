@@ -104,8 +104,8 @@ PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& 
   for (const ScenePoint& point : points)
     if (point.position_in_world.allFinite()) points_.push_back(point.position_in_world);
   if (points_.size() < kFewest)
-    throw Error("{} points: the light field has {} tracked points, too few; use another proxy (plane, mesh)",
-                Parameter("proxy"), points_.size());
+    throw Error("{}: the light field has {} tracked points, too few; use another proxy (plane, mesh)",
+                Parameter("proxy") + " points", points_.size());
 }
 
 std::uint64_t PointsProxy::Fingerprint() const {

@@ -151,7 +151,7 @@ TEST(CameraModel, DistortionExtentIsWhereImagesEnd) {
   CameraModel camera = CameraModel::Pinhole(640, 480, 500);
   EXPECT_GT(camera.DistortionExtent(), 1e20) << "no distortion";
   camera.distortion = Distortion::kRadialTangential;
-  camera.coefficients = {-0.3, 0.05, 0, 0, 0};
+  camera.coefficients = {-0.4, 0, 0, 0, 0};
   const auto has_image = [&](double radius) { return camera.ImgFromCam({radius, 0, 1}).has_value(); };
   const double radius = std::sqrt(camera.DistortionExtent());
   EXPECT_TRUE(has_image(0.9999 * radius));
