@@ -105,7 +105,7 @@ struct Filling {
 };
 // Sum of weights below which other views fill up a pixel, for fields of several views. Guessed; with
 // lumigraph weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of the
-// proxy (docs/architecture.md, What differs from the first plan).
+// proxy.
 inline constexpr double kWholeWeight = 0.5;
 // Views that fill a pixel, by lumigraph weights. Guessed.
 inline constexpr int kFillingViews = 4;

@@ -19,8 +19,7 @@ constexpr double kStartMinParallaxDeg = 0.8;
 // Matches between the two views; fewer start again from a new reference. Guessed.
 constexpr int kStartMinMatches = 60;
 // Share of the matches that give points, at least. Measured: 0.98 and more where a scene stands still; less
-// than 0.75 where half of it moves, or tiles are taken for their neighbours (docs/measured/tracking.md, "How
-// a map starts").
+// than 0.75 where half of it moves, or tiles are taken for their neighbours.
 constexpr double kStartMinPointShare = 0.85;
 // A match lies within this share of the image's width of where its feature was last seen. Guessed.
 constexpr double kStartSearchRadius = 0.08;
