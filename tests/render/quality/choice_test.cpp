@@ -49,7 +49,7 @@ TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
         std::make_shared<MeshProxy>(scene->subject, surface)};
     const Choice choice = ChooseByEvidence(*scene, fields, proxies, RendererKind::kGl);
     EXPECT_EQ(choice.proxy->Name(), with_square ? "mesh" : "plane:0,0,1,0") << choice.why;
-    ASSERT_EQ(choice.candidates.size(), 3u);
+    ASSERT_EQ(choice.candidates.size(), 4u);
     EXPECT_EQ(choice.field.kind, FieldKind::kSubdivision) << choice.why;
     EXPECT_THAT(choice.why, testing::HasSubstr("plane:0,0,1,0 "));
     EXPECT_THAT(choice.why, testing::HasSubstr("linear "));
@@ -253,7 +253,7 @@ TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
   const auto scene = test::MakeScene(spec);
   const Choice choice = ChooseByName(
       *scene, kAuto, {}, ProxiesToTry(*scene, "plane", {}, {}, RendererKind::kGl), RendererKind::kGl);
-  ASSERT_EQ(choice.candidates.size(), 3u);
+  ASSERT_EQ(choice.candidates.size(), 4u);
   EXPECT_EQ(choice.field.kind, FieldKind::kLumigraph) << choice.why;
   for (const ModelCandidate& candidate : choice.explained.back().candidates)
     EXPECT_EQ(candidate.chosen, candidate.model == "lumigraph") << ToText(choice.explained.back());
