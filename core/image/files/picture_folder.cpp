@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What people, cameras and programs keep beside photographs.
+// Recognises what people, cameras and programs keep beside photographs.
 bool IsKeptBeside(const fs::path& file) {
   static const std::set<std::string> kEndings = {
       ".txt", ".md",  ".json", ".jsonl", ".xmp", ".xml", ".csv", ".tsv", ".yaml", ".yml", ".ini",
@@ -35,7 +35,7 @@ bool HoldsPictures(const fs::path& folder) {
   return false;
 }
 
-// Texts begin with the letters of some kinds of pictures.
+// Text files may begin with the letters of some kinds of pictures.
 bool SaysASize(const fs::path& file, PictureKind kind) {
   if (kind == PictureKind::kExr || ReadImageHeader(file.string())) return true;
   std::ifstream stream(file, std::ios::binary);
@@ -73,7 +73,7 @@ std::string PictureFolder::LeftOut() const { return fmt::format("{}", fmt::join(
 
 PictureFolder PicturesIn(const fs::path& folder, const std::set<std::string>& used) {
   PictureFolder found;
-  std::map<std::string, std::vector<std::string>> unread;  // by what they are
+  std::map<std::string, std::vector<std::string>> unread;  // by kind
   std::vector<std::string> unnamed, no_pictures, folders;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();

@@ -17,8 +17,8 @@
 namespace ulf {
 namespace {
 
-// Of attributes and of elements that hold text, by their names without the namespace; values are in lower
-// case. What text, comments and other values hold names none.
+// Returns attributes and elements with text, by their names without the namespace; values are in lower case.
+// Text, comments and other values define no names.
 std::map<std::string, std::string> PropertiesOf(std::string_view xmp) {
   constexpr std::string_view kSpaces = " \t\r\n";
   std::map<std::string, std::string> properties;
@@ -57,7 +57,7 @@ std::map<std::string, std::string> PropertiesOf(std::string_view xmp) {
   return properties;
 }
 
-// Numbers of either order of bytes; none beyond the end.
+// Reads numbers of either byte order; none beyond the end.
 struct SegmentNumbers {
   std::string_view bytes;
   bool is_little = false;
@@ -72,12 +72,12 @@ struct SegmentNumbers {
 };
 
 struct FurtherPictures {
-  int count = 0;  // beside the first, thumbnails aside
+  int count = 0;  // beside the first, without thumbnails
   bool is_stereo = false;
 };
 
-// Of the index of CIPA DC-007: a TIFF directory whose entry 0xB002 has 16 bytes for each picture, which begin
-// with its kind.
+// Reads the index of CIPA DC-007: a TIFF directory whose entry 0xB002 has 16 bytes for each picture, which
+// begin with its kind.
 FurtherPictures FurtherPicturesIn(std::string_view index) {
   const SegmentNumbers numbers{index, index.starts_with("II")};
   FurtherPictures further;
@@ -107,7 +107,7 @@ FurtherPictures FurtherPicturesIn(std::string_view index) {
               WayFromStereoPair(layout));
 }
 
-// Behind its mark: a length, then distance, flags, layout and type, a byte each.
+// The mark is followed by a length, then distance, flags, layout and type, a byte each.
 void RequireNoJps(std::string_view segment, const std::string& name) {
   constexpr std::size_t kLayoutAt = 12, kTypeAt = 13;
   constexpr char kSideBySide = 2, kOverUnder = 3, kAnaglyph = 4, kStereo = 1;
@@ -178,7 +178,7 @@ void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, Stored
       kJpsMark("_JPSJPS_");
   const SegmentNumbers numbers{jpeg};
   for (std::size_t at = 2; const auto marker = numbers.At(at + 1, 1);) {
-    if (jpeg[at] != '\xFF' || *marker == 0xFF) {  // bytes that stand before a marker and mean nothing
+    if (jpeg[at] != '\xFF' || *marker == 0xFF) {  // fill bytes before a marker
       ++at;
       continue;
     }

@@ -37,7 +37,7 @@ std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& mo
   for (fs::path around = clean(source);; around = around.parent_path()) {
     for (const char* name : {"images", "images_2", "images_4", "images_8", "input", "photos"})
       folders.push_back(around / name);
-    // From the model's own folder up to what holds sparse/.
+    // Searches from the model's own folder up to the one with sparse/.
     if (around != clean(model) && around.filename() != "sparse") break;
   }
   folders.push_back(clean(source));
@@ -49,7 +49,7 @@ struct TakenImage {
   const ColmapReconstruction::Image* image;
   std::string path;  // relative to the images folder
   CameraModel camera;
-  Eigen::Vector2d scale;  // of image points: photographs may have been resized
+  Eigen::Vector2d scale;  // of image points, for resized photographs
 };
 
 std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::path& model_folder,
@@ -90,7 +90,7 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
   return taken;
 }
 
-// Without reading the model; none: it does not say.
+// Counts without reading the model; none if it does not say.
 std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   if (HoldsModel(folder, "bin")) {
     std::array<unsigned char, 8> bytes{};
@@ -113,7 +113,7 @@ std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   return std::nullopt;
 }
 
-// COLMAP numbers the models of photographs that it could not join: 0, 1, ...; the first need not be the
+// COLMAP numbers the models of photographs that it could not join 0, 1, ...; the first need not be the
 // largest.
 void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
   std::vector<std::string> others;

@@ -32,8 +32,8 @@ bool IsSameFile(int descriptor, const std::filesystem::path& path) {
 }  // namespace
 
 Journal::Journal(const std::filesystem::path& file) : file_(file) {
-  // Another writer may put a copy in the file's place before the lock is ours.
-  constexpr int kMostTries = 100;  // file systems are conceivable that tell two numbers of one file
+  // Another writer may replace the file by a copy before we hold the lock.
+  constexpr int kMostTries = 100;  // a limit for file systems that report two numbers of one file
   for (int tries = 0; tries == 0 || (tries < kMostTries && !IsSameFile(descriptor_, file_)); ++tries) {
     if (descriptor_ >= 0) close(descriptor_);
     Open();
@@ -70,7 +70,7 @@ void Journal::BecomeTheOnlyName() {
     ThrowDiskError(reason, fmt::format("{}: shares its bytes with another light field and cannot be copied",
                                        file_.string()));
   };
-  // The copy is locked before it bears the name: no other writer comes between.
+  // The copy is locked before it gets the name, so that no other writer can intervene.
   if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) != 0) refuse();
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t written = write(descriptor_, bytes.data() + done, bytes.size() - done);
