@@ -2,7 +2,7 @@
 
 #include <epoxy/gl.h>
 #include <fmt/core.h>
-// After OpenGL's own header.
+// This must follow OpenGL's own header.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -15,7 +15,7 @@
 
 #include "core/base/error.h"
 #include "render/gl/gl_objects.h"
-// Its macros come last.
+// This comes last because of its macros.
 #include <X11/Xlib.h>
 #include <fmt/format.h>
 #include <map>
@@ -79,8 +79,8 @@ class Window : public Surface {
       throw Error("no window with OpenGL 4.5: {}", reason);
     }
     glfwMakeContextCurrent(window_);
-    // The title comes after OpenGL: Mesa 22.3 crashes where a server ends while the window gets its OpenGL,
-    // and a program that ends servers finds the window by its title.
+    // The title is set after OpenGL: Mesa 22.3 crashes if a server ends while the window gets its OpenGL, and
+    // a program that ends servers finds the window by its title.
     glfwSetWindowTitle(window_, title.c_str());
     RequireServer();
     SurviveDestroyedWindow();
@@ -165,7 +165,7 @@ class Window : public Surface {
     Display* display = glfwGetX11Display ? glfwGetX11Display() : nullptr;
     if (!display) return;
     display_name_ = DisplayString(display);
-    XSetIOErrorHandler([](Display*) { return 0; });  // the default one prints a message about a fatal error
+    XSetIOErrorHandler([](Display*) { return 0; });  // the default one prints a fatal error
     XSetIOErrorExitHandler(
         display, [](Display*, void* window) { static_cast<Window*>(window)->gone_ = true; }, this);
   }
@@ -177,7 +177,7 @@ class Window : public Surface {
     throw SurfaceKilled("the window was closed by force");
   }
   // Without this Xlib ends the process for any request that fails, such as one for a window that another
-  // program has destroyed. To be called after the window is made, because GLFW then restores the default.
+  // program has destroyed. Call it after the window is made, because GLFW then restores the default.
   void SurviveDestroyedWindow() {
     if (!glfwGetX11Display || !glfwGetX11Display() || !glfwGetX11Window) return;
     destroyed = false;
@@ -199,7 +199,7 @@ class Window : public Surface {
             static_cast<double>(pixels.height) / std::max(1, height)};
   }
 
-  // Static, because Xlib's handler gets only the error. There is one window at a time.
+  // It is static, because Xlib's handler gets only the error. There is one window at a time.
   inline static unsigned long x11_window = 0;
   inline static std::atomic<bool> destroyed{false};
 
@@ -207,7 +207,7 @@ class Window : public Surface {
   bool gone_ = false;
   std::string display_name_;
   mutable cv::Size size_;
-  cv::Rect windowed_;  // its place before it filled the screen
+  cv::Rect windowed_;  // its place before full screen
   std::vector<InputEvent> events_;
 };
 

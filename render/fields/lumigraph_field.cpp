@@ -95,8 +95,8 @@ double LumigraphPenalty(const Vector3d& point, const Vector3d& virtual_center, c
 }
 
 std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtual_center) {
-  // Computed before the comparison: a compiler may round the two sides differently, and then of two views
-  // with one centre each would come before the other.
+  // Computed before the comparison: a compiler may round the two sides differently, and then each of two
+  // views with one centre would come before the other.
   std::vector<std::pair<double, int>> distances;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     distances.emplace_back((scene.views[i].center_in_world - virtual_center).squaredNorm(),

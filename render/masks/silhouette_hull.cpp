@@ -9,7 +9,7 @@
 namespace ulf::render {
 namespace {
 
-// So many silhouettes leave a cell out, of those that have it in their picture, and it is empty. Guessed.
+// A cell is empty if this share of the silhouettes that have it in their picture exclude it. Guessed.
 constexpr double kEmptyShare = 0.06;
 constexpr int kFewestEmpty = 2;
 

@@ -22,9 +22,9 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kFewestViews = 8;        // of a stand whose background can be learnt. Guessed.
-constexpr int kMostCompared = 72;      // of a stand, to learn it from. Guessed.
-constexpr int kMostSilhouettes = 120;  // that carve the hull. Guessed.
+constexpr int kFewestViews = 8;        // needed to estimate a stand's background. Guessed.
+constexpr int kMostCompared = 72;      // number of a stand's views for its background. Guessed.
+constexpr int kMostSilhouettes = 120;  // for the hull. Guessed.
 
 using Eigen::Vector3d;
 
@@ -32,8 +32,8 @@ struct Picture {
   CameraModel camera;  // of the picture's size
   Rigid3 cam_from_world;
   cv::Mat pixels;  // CV_8UC3
-  cv::Mat board;   // CV_8U, 255 where the board is, or what stands on it; empty: no board is known
-  cv::Mat mask;    // CV_8U, 255: turns
+  cv::Mat board;   // CV_8U, 255 at the board, and what stands on it; empty: no board is known
+  cv::Mat mask;    // CV_8U, 255: subject
 };
 
 CameraModel Reduced(const CameraModel& camera, int size_px) {
@@ -42,14 +42,14 @@ CameraModel Reduced(const CameraModel& camera, int size_px) {
                          static_cast<int>(std::lround(scale * camera.height)));
 }
 
-// The board hides whatever stands still, and what hides the board turns with it. Empty from below.
+// The board hides the still background, and what hides the board turns with it. Empty when seen from below.
 cv::Mat BoardIn(const Board& board, const CameraModel& camera, const Rigid3& cam_from_world) {
   cv::Mat covered = cv::Mat::zeros(camera.height, camera.width, CV_8U);
   if (cam_from_world.OriginInSource().z() >= 0) return covered;
   const double width = 0.001 * board.WidthMm(), height = 0.001 * board.HeightMm();
   const Vector3d corners[] = {{0, 0, 0}, {width, 0, 0}, {width, height, 0}, {0, height, 0}};
   std::vector<cv::Point> outline;
-  constexpr int kParts = 12;  // of a side, which the lens bends
+  constexpr int kParts = 12;  // per side, since the lens bends it
   for (int side = 0; side < 4; ++side)
     for (int i = 0; i < kParts; ++i) {
       const Vector3d point = corners[side] + (corners[(side + 1) % 4] - corners[side]) * i / kParts;
@@ -82,7 +82,7 @@ double TurnBetweenPoses(const Rigid3& a, const Rigid3& b) {
   return RotationAngle(a.rotation * b.rotation.conjugate());
 }
 
-// Those with enough views, of one camera.
+// Returns stands with enough views of one camera.
 std::vector<Stand> UsableStands(const TurnAxis& axis, const LightField& light_field,
                                 const std::vector<Rigid3>& poses) {
   const std::vector<int> stand_of = StandsOf(axis, poses);
@@ -107,13 +107,13 @@ cv::Mat Shifted(const cv::Mat& pixels, const cv::Point2d& by, int interpolation)
   return shifted;
 }
 
-// A stand's background and by how much each view is shifted against it.
+// A stand's background and the shift of each view against it.
 struct Learnt {
   StillBackground background;
-  std::vector<cv::Point2d> shifts;  // as Stand::views
+  std::vector<cv::Point2d> shifts;  // in the order of Stand::views
 };
 
-constexpr double kWorthShifting = 0.1;  // pixels; guessed
+constexpr double kWorthShifting = 0.1;  // px; guessed
 
 Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand) {
   Learnt learnt;
@@ -146,7 +146,7 @@ Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand) {
   return learnt;
 }
 
-// Blobs that hang together with neither the axis's surroundings nor the board are noise.
+// Removes components that touch neither the axis' surroundings nor the board: they are noise.
 void KeepLargest(cv::Mat& mask) {
   cv::Mat parts, figures, middles;
   const int count = cv::connectedComponentsWithStats(mask, parts, figures, middles, 8, CV_32S);
@@ -164,7 +164,7 @@ void KeepLargest(cv::Mat& mask) {
     }
 }
 
-// How far the mask reaches from a point, as seen by its camera; 0: it is empty.
+// Returns the mask's extent from a point, as seen by its camera; 0 if it is empty.
 double ReachOf(const Picture& picture, const Vector3d& center_in_world) {
   const Vector3d center = picture.cam_from_world * center_in_world;
   double reach = 0;
@@ -177,14 +177,14 @@ double ReachOf(const Picture& picture, const Vector3d& center_in_world) {
   return reach;
 }
 
-// The point of the axis that the cameras look at.
+// Returns the point of the axis that the cameras look at.
 Vector3d AimedAt(const TurnAxis& axis, const std::vector<Rigid3>& poses) {
   std::vector<double> along;
   for (const Rigid3& pose : poses) {
     const Vector3d eye = pose.OriginInSource(), look = pose.DirectionInSource(Vector3d::UnitZ());
     const Vector3d between = axis.point_in_world - eye;
     const double slant = look.dot(axis.direction_in_world), parallel = 1 - slant * slant;
-    if (parallel < 1e-4) continue;  // along the axis
+    if (parallel < 1e-4) continue;  // the view is along the axis
     along.push_back((slant * look.dot(between) - axis.direction_in_world.dot(between)) / parallel);
   }
   return axis.point_in_world + (along.empty() ? 0 : Quantile(along, 0.5)) * axis.direction_in_world;
@@ -260,7 +260,7 @@ class Masking {
       result_.stands[s].shift_px = std::max(result_.stands[s].shift_px, std::hypot(shift.x, shift.y));
   }
 
-  // With a hull: again, by what it allows.
+  // Cuts again with the limits of a hull, if given.
   void CutAll(const SilhouetteHull* hull, double from_share, double to_share) {
     std::atomic<int> done = 0;
     for (std::size_t s = 0; s < result_.stands.size(); ++s) {
@@ -298,7 +298,7 @@ class Masking {
     KeepLargest(picture.mask);
   }
 
-  // Where no background is known: towards it, as far as the pixel has one of its usual colours.
+  // Leans towards the background, if unknown, as far as the pixel has one of its usual colours.
   cv::Mat LeansByColor(const cv::Mat& pixels, std::size_t s) const {
     constexpr float kUsual = 0.06f, kPerDecade = 2.5f;  // share of the outside; logarithms of odds. Guessed.
     cv::Mat leans = cv::Mat::zeros(pixels.size(), CV_32F);
@@ -365,11 +365,11 @@ class Masking {
   Progress* const progress_;
   TurntableMasks result_;
   std::vector<Rigid3> poses_;
-  std::vector<int> stand_of_;  // of each view; -1: none
+  std::vector<int> stand_of_;  // by view; -1: none
   std::vector<Picture> pictures_;
-  std::vector<Learnt> learnt_;         // as the stands
-  std::vector<cv::Mat> outside_;       // as the stands: CV_8U, 255 where nothing turns
-  std::vector<OutsideColors> colors_;  // as the stands
+  std::vector<Learnt> learnt_;         // by stand
+  std::vector<cv::Mat> outside_;       // by stand: CV_8U, 255 where nothing turns
+  std::vector<OutsideColors> colors_;  // by stand
 };
 
 }  // namespace

@@ -18,9 +18,9 @@
 namespace ulf::render {
 namespace {
 
-// Whether each view's clipped pixels are worth less than what others show there: those that were exposed for
-// less light know more of it. Of views of one exposure none is: a place that clips in one of them and not in
-// another looks different from there, and the highlight belongs to the picture.
+// Returns whether other views show more light at each view's clipped pixels, because they were exposed less.
+// It is false for views of one exposure: a place that clips in one of them and not in another looks different
+// from there, and the highlight belongs to the picture.
 std::vector<bool> ClipsLower(const std::vector<float>& scales, float least_ratio) {
   const float most = scales.empty() ? 1 : *std::ranges::max_element(scales);
   std::vector<bool> lower;
@@ -48,9 +48,9 @@ void ReportExposures(const LightField& light_field, const ExposureScales& scales
         Parameter("light"));
 }
 
-// kAuto: where 8 bits would lose light, because a master or a photograph holds more, a flat field is divided
-// out, or exposures differ so much that photographs are brightened; and for masks, because only the linear
-// form has pixels without light.
+// Decides kAuto: linear if 8 bits would lose light, because a master or a photograph holds more, a flat field
+// is divided out, or exposures differ so much that photographs are brightened; and for masks, because only
+// the linear form has pixels without light.
 bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales,
                  const SceneOptions& options) {
   if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;

@@ -10,7 +10,7 @@ namespace ulf::render {
 
 namespace {
 
-// 255 where the whole pixel has light; empty where all pixels have.
+// Returns 255 where the whole pixel has light; empty if all pixels have.
 cv::Mat ValidPart(const Photograph& photograph) {
   if (!photograph.linear()) return {};
   cv::Mat light, share;
@@ -21,7 +21,7 @@ cv::Mat ValidPart(const Photograph& photograph) {
   return cv::countNonZero(valid) == static_cast<int>(valid.total()) ? cv::Mat() : valid;
 }
 
-// For cv::remap: the place in the photograph of each pixel of its undistorted image.
+// Returns for cv::remap the place in the photograph of each pixel of its undistorted image.
 cv::Mat UndistortionPlaces(const CameraModel& camera, const cv::Size& size) {
   const CameraModel pinhole = camera.WithoutDistortion();
   cv::Mat from(size, CV_32FC2);
@@ -29,7 +29,7 @@ cv::Mat UndistortionPlaces(const CameraModel& camera, const cv::Size& size) {
     for (int x = 0; x < size.width; ++x) {
       const auto img = camera.ImgFromCam(PinholeRay(pinhole, x, y));
       from.at<cv::Vec2f>(y, x) =
-          img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV counts from pixel centres
+          img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV's origin is the first pixel's centre
                           static_cast<float>(img->y() - 0.5))
               : cv::Vec2f(-10, -10);
     }

@@ -19,8 +19,7 @@ namespace {
 constexpr double kRest_s = 0.2;
 constexpr double kReread_s =
     0.02;  // while photographs are missing, a picture is drawn at least this often. Guessed.
-// Photographs are prefetched for a camera that has moved on by this many movements like the last one.
-// Guessed.
+// Photographs are prefetched for the camera after this many movements like the last one. Guessed.
 constexpr int kMovementsAhead = 10;
 
 constexpr std::size_t kFramesRemembered = 1000;  // for the median in the report
@@ -225,7 +224,7 @@ void Viewer::DrawOverlays(const CameraModel& camera, const Rigid3& cam_from_worl
   }
 }
 
-// A cross at the point that stays in focus.
+// Draws a cross at the point that stays in focus.
 void Viewer::DrawFocus(const CameraModel& camera, const Rigid3& cam_from_world) {
   const auto img = camera.ImgFromCam(cam_from_world * state().focus_in_world);
   if (!img) return;

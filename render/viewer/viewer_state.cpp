@@ -13,7 +13,7 @@
 namespace ulf::render {
 namespace {
 
-// What a key, a step of the wheel or a drag does. All guessed.
+// Effects of a key, a step of the wheel or a drag. All are guessed.
 constexpr double kTurnRad = Radians(2);     // an arrow key
 constexpr double kDragRad = M_PI;           // a drag over the height of the window
 constexpr double kPan = 0.03;               // an arrow key with Shift, in distances to the target
@@ -25,7 +25,7 @@ constexpr double kViewerInputWidest = 100;  // the largest aperture, in least ap
 constexpr double kFarther = 1.03;           // U: multiplies the distance of the focus
 constexpr double kStillPx = 4;              // a press that moves less is a click
 
-// Skips those for which a software rasteriser needs seconds: they have their own keys.
+// Skips fields that take a software rasteriser seconds: they have their own keys.
 FieldKind NextField(FieldKind kind) {
   auto next = std::ranges::find(kViewerFields, kind);
   do {

@@ -14,10 +14,10 @@
 namespace ulf::render {
 namespace {
 
-// The sphere is seen from this much above where more than this share of the views stand on its far side.
+// The sphere is seen from this much above if more than this share of the views stand on its far side.
 // Guessed.
 constexpr double kFromAboveRad = Radians(20), kFarShare = 0.25;
-// Views of a row or a ring: a camera farther from all of them than this many median spacings, and this
+// For views of a row or a ring, a camera farther from all of them than this many median spacings, and this
 // angle, is outside. Guessed.
 constexpr double kOutsideSpacings = 2, kOutsideRad = Radians(1);
 // A camera is too near or too far when it leaves the views' distances by more than this factor. Guessed.
@@ -33,7 +33,7 @@ const Rgba kCamera{235, 30, 40}, kCameraRim{255, 255, 255};
 
 constexpr double kRadius = 0.46;  // of the sphere, in sizes of the picture
 
-// The median over the views of the angle to the nearest other view; of many views a sample.
+// Returns the median over the views of the angle to the nearest other view; for many views of a sample.
 double MedianSpacing(const std::vector<Vector3d>& directions) {
   if (directions.size() < 2) return 0;
   constexpr std::size_t kSample = 100;
