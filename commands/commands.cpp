@@ -10,7 +10,7 @@ namespace ulf::commands {
 
 namespace {
 
-// Every command that opens a light field may be told once to follow the links in its folder.
+// Every command that opens a light field has an option that permits the links in its folder.
 void AddFollowLinks(CLI::App& app) {
   for (const char* name :
        {"capture", "record", "track", "calibrate", "plan", "import", "info", "render", "evaluate", "view",

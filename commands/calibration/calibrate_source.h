@@ -1,4 +1,4 @@
-// What `ulf calibrate` is told, where its pictures come from and where its results go.
+// The arguments of `ulf calibrate`, the source of its pictures, and the place of its results.
 #pragma once
 
 #include <memory>
@@ -26,7 +26,7 @@ struct CalibrateArgs {
   bool flat = false, colour = false, grey = false, json = false, explain = false;
 };
 
-// Where frames come from: one device, or files.
+// The source of frames: one device, or files.
 struct CalibrationSource {
   std::unique_ptr<acquisition::Device> device;
   std::vector<std::string> files;
@@ -36,7 +36,7 @@ struct CalibrationSource {
   std::string name;
 
   FrameSource Frames() const { return device ? device->Source() : FrameSource::kPhotographs; }
-  // What is refused cannot be mended in pictures that are taken already: what is advised is for others.
+  // Returns the beginning of advice: pictures that are taken already cannot be improved, others can be taken.
   std::string TakeOthers() const {
     return IsTaken(Frames()) ? "these pictures do not do, take others: " : "";
   }
@@ -45,17 +45,17 @@ struct CalibrationSource {
 // Throws as OpenDevice() and ImagesIn() do.
 CalibrationSource OpenCalibrationSource(const CalibrateArgs& args);
 
-// The named file, else the stored one of the camera, else one in this folder. Throws where it cannot be
+// Returns the named file, or the stored one of the camera, or one in this folder. Throws if it cannot be
 // written.
 std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource& source);
 
-// Called before the frames are taken, so that the user does not hold the board in vain.
+// Checks before frames are taken, so that the user does not hold the board in vain.
 void RequireReportFolder(const CalibrateArgs& args);
 
-// With progress shown, until a signal asks to stop; `progress` must outlive the options.
+// Returns options that show progress until a signal asks to stop; `progress` must outlive them.
 acquisition::CalibrationCaptureOptions CaptureOptions(const CalibrateArgs& args, Progress& progress);
 
-// Intrinsics from a board (board_calibration.cpp).
+// Calibrates intrinsics with a board (board_calibration.cpp).
 int RunBoardCalibration(const CalibrateArgs& args);
 
 }  // namespace ulf::commands

@@ -38,7 +38,7 @@ void WritePictures(const CaptureArgs& args, const LightField& light_field,
     fmt::print(stderr, "no view was recorded: --overlay, --map and --error-map write no pictures\n");
     return;
   }
-  // Its pose and lens may have been corrected since; a view that was taken back has them as it was recorded.
+  // Its pose and lens may have been corrected since; a view that was taken back has the recorded ones.
   Rigid3 cam_from_world = summary.last_recorded->cam_from_world;
   CameraModel camera = summary.last_recorded->camera;
   const auto view = std::ranges::find(light_field.views, summary.last_recorded->id, &View::id);
@@ -66,7 +66,7 @@ void WritePictures(const CaptureArgs& args, const LightField& light_field,
     fmt::print(stderr, "--error-map: no errors were measured; it is not written\n");
 }
 
-// Where somebody counts on them.
+// Warns if measured errors were requested and missing.
 void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSummary& summary) {
   const bool decides = coverage::CoverGoal::Parse(args.cover).by != coverage::CoverBy::kBound;
   if (summary.measured || !(decides || !args.error_map.empty())) return;
@@ -84,7 +84,7 @@ void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSum
       decides ? "; the bound alone decided what was recorded" : "");
 }
 
-// A guess that nothing replaced may still be wrong.
+// Warns of a guessed lens that nothing replaced: it may still be wrong.
 void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
                           const CameraModel& guessed) {
   const bool was_guessed = options.calibration_source == acquisition::kFocalLengthGuessed;
@@ -112,8 +112,8 @@ void PrintResult(const CaptureArgs& args, const coverage::CaptureSummary& summar
   std::fflush(stdout);
 }
 
-// Of the views that were recorded, also in earlier sessions. Reading raw files takes too long for the end of
-// a capture.
+// Checks all recorded views, also of earlier sessions. Reading raw files takes too long for the end of a
+// capture.
 void WarnIfTheLampChanged(LightField& light_field) {
   if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
     return;
@@ -124,7 +124,7 @@ void WarnIfTheLampChanged(LightField& light_field) {
   if (check.not_compared.empty()) KeepLight(check, light_field);
 }
 
-// The exposures are on disk: what cannot be merged now can be later.
+// The exposures are on disk: a merge that fails now can be repeated later.
 std::optional<render::BracketReport> Merged(const CaptureArgs& args,
                                             const coverage::CaptureSummary& summary) {
   if (summary.brackets.exposures == 0 || summary.stopped_because == coverage::StoppedBecause::kDisk)
@@ -149,8 +149,8 @@ void ReportUnwrittenFrames(const coverage::CaptureSummary& summary, bool folder_
                Counted(summary.unwritten, "frame"));
 }
 
-// Masks, and over them the geometry that other captures make while they run. False, with the reason said,
-// where there are none: the views are kept.
+// Makes masks, and with them the geometry that other captures make while they run. Returns false, with the
+// reason logged, if it fails: the views are kept.
 bool MaskTurntable(const CaptureArgs& args) {
   if (args.turntable.empty() || ReadLightField(args.dir).views.empty()) return true;
   try {

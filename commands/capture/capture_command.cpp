@@ -1,4 +1,4 @@
-// ulf capture: the main job, from a device's URI to a light field on disk.
+// ulf capture, the main command: from a device's URI to a light field on disk.
 
 #include <spdlog/spdlog.h>
 
@@ -43,7 +43,7 @@
 namespace ulf::commands {
 namespace {
 
-// The largest share of the limits that end the capture; without limits the device's own.
+// Returns the largest share of the limits that end the capture; without limits the device's own.
 double ShareDone(const CaptureArgs& args, const coverage::CaptureOptions& options,
                  const coverage::CaptureState& now, double first_time_s, const acquisition::Device& device) {
   double share = 0;
@@ -108,7 +108,7 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
   if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
   CaptureRun run;
   if (!args.truth.empty()) run.truth = ReadTum(args.truth);
-  std::optional<coverage::RequestLines> request_lines;  // refused before anything is written
+  std::optional<coverage::RequestLines> request_lines;  // refuses before anything is written
   coverage::CaptureRequests requests;
   const auto script = std::make_shared<coverage::DisplayScript>(requests);
   if (!args.requests.empty()) {

@@ -11,7 +11,7 @@
 namespace ulf::commands {
 namespace {
 
-// "60x40", "60x40:0.95", "60x40:95%" or "none".
+// Parses "60x40", "60x40:0.95", "60x40:95%" or "none".
 void ParseUntilCovered(const std::string& text, coverage::CaptureOptions* options) {
   if (text.empty() || text == "none") return;
   const coverage::CapGoal goal = coverage::CapGoal::Parse(text);
@@ -48,7 +48,7 @@ coverage::PhotographSpacing SpacingWithoutSubject(const CaptureArgs& args) {
   return spacing;
 }
 
-// What a turntable cannot be captured with.
+// Refuses options that a turntable excludes.
 void RequireForTurntable(const CaptureArgs& args) {
   if (args.turntable.empty()) return;
   if (args.no_subject)
@@ -111,7 +111,7 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
   options.deterministic = args.deterministic;
   options.begins_on_request = !args.headless;
   options.checks_hold_start = !args.force_start;
-  // Of a turntable it is made when the background is masked.
+  // For a turntable, geometry is made after the background is masked.
   options.geometry = !args.no_geometry && args.turntable.empty();
   options.cover = coverage::CoverGoal::Parse(args.cover);
   if (options.cover.by != coverage::CoverBy::kBound && args.no_geometry)

@@ -1,4 +1,4 @@
-// ulf repair: a light field's folder put in order, first as a plan.
+// ulf repair repairs a light field's folder, first as a plan.
 
 #include <CLI/CLI.hpp>
 #include <memory>

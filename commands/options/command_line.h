@@ -1,4 +1,4 @@
-// Exit codes, the function that runs the chosen subcommand, how options are spelled, and the error that names
+// Exit codes, the function that runs the chosen subcommand, the spelling of options, and the error about
 // them.
 #pragma once
 
@@ -20,10 +20,10 @@ inline constexpr int kOk = 0;
 inline constexpr int kFailed = 1;
 inline constexpr int kWrongUsage = 2;
 
-// Set by the subcommand that the command line names; returns the exit code.
+// The subcommand that the command line names sets this function, which returns the exit code.
 using ChosenCommand = std::function<int()>;
 
-// A parameter of the libraries as an option: "no_subject" is "--no-subject", "output" is "-o".
+// Spells a parameter of the libraries as an option: "no_subject" is "--no-subject", "output" is "-o".
 inline std::string OptionOf(std::string_view parameter) {
   if (parameter == "output") return "-o";
   std::string option = "--" + std::string(parameter);
@@ -31,8 +31,8 @@ inline std::string OptionOf(std::string_view parameter) {
   return option;
 }
 
-// The command line asks for something impossible: exit status kWrongUsage. Thrown by commands/ alone;
-// libraries throw Refusal, which names a parameter, and the program spells it as the option.
+// Reports an impossible command line: exit status kWrongUsage. Only commands/ throws it; libraries throw
+// Refusal, which names a parameter, and the program spells it as the option.
 class UsageError : public Error {
  public:
   using Error::Error;

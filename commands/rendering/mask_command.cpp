@@ -1,4 +1,4 @@
-// ulf mask: leaves out what stands still in a light field whose subject turned.
+// ulf mask excludes the still background of a light field whose subject turned.
 
 #include <fmt/core.h>
 
@@ -32,13 +32,13 @@ struct MaskArgs {
   bool json = false;
 };
 
-// The share of the pixels of either that belong to both.
+// Returns the intersection of two masks over their union.
 double OverlapOf(const cv::Mat& a, const cv::Mat& b) {
   const int both = cv::countNonZero(a & b), either = cv::countNonZero(a | b);
   return either > 0 ? static_cast<double>(both) / either : 1;
 }
 
-// Of each view, by the simulator that took it. Poses where the world is its board's.
+// Compares with each view's true mask by the simulator that took it. Poses are in the board's world.
 struct AgainstTruth {
   std::vector<double> overlaps, centers_m, directions_deg;
 

@@ -39,8 +39,8 @@ namespace {
 
 constexpr int kLargestPicture = 16384;  // pixels: the largest that was tried (large_long_test)
 
-// The camera with the requested size: width or height alone keeps the shape, both keep the horizontal field
-// of view.
+// Returns the camera with the requested size: width or height alone keeps the shape, both keep the horizontal
+// field of view.
 CameraModel Sized(CameraModel camera, const RenderArgs& args) {
   if (args.width == 0 && args.height == 0) return camera;
   const int width =
@@ -57,7 +57,7 @@ CameraModel Sized(CameraModel camera, const RenderArgs& args) {
   return camera;
 }
 
-// The camera with the requested lens.
+// Returns the camera with the requested lens.
 CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
   const double focal_px =
       args.fov_deg > 0 ? 0.5 * camera.width / std::tan(Radians(0.5 * args.fov_deg)) : args.focal_px;
@@ -65,7 +65,7 @@ CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
   return camera;
 }
 
-// The requested path, with a camera for each pose. The requested lens is that of a named path's first
+// Returns the requested path, with a camera for each pose. The requested lens is that of a named path's first
 // picture.
 render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& scene, int frames) {
   const CameraModel asked = WithLens(Sized(scene.views.front().camera.WithoutDistortion(), args), args);
@@ -95,11 +95,11 @@ void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath
   }
 }
 
-// What a run of ulf render counts.
+// The statistics of a run of ulf render.
 struct RenderReport {
   int rendered = 0, kept = 0;
-  int blank = 0;  // pictures that show nothing
-  double ms = 0;  // of all pictures except the first, at which drivers compile
+  int blank = 0;  // empty pictures
+  double ms = 0;  // all pictures except the first, when drivers compile shaders
   long filled = 0, empty = 0, pixels = 0;
 
   void Add(const render::Rendering& picture) {
@@ -192,7 +192,7 @@ render::PictureEncoding EncodingOf(const RenderArgs& args) {
 
 std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
                                                    const render::PictureEncoding& encoding) {
-  FieldDetails(args.field_details);  // throws before anything is loaded
+  FieldDetails(args.field_details);  // checks before anything is loaded
   if (args.field != render::kAuto) render::FieldFromName(args.field);
   SceneArgs scene_args = args;
   if (encoding.format != render::PictureFormat::kPng) scene_args.form = render::PhotographForm::kLinear;
@@ -201,7 +201,7 @@ std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
   return scene;
 }
 
-// The options that choose this proxy and this field without a comparison.
+// Returns the options that choose this proxy and this field without a comparison.
 std::string OptionsFor(const RenderArgs& args, const render::Choice& choice) {
   const render::FieldOptions& field = choice.field;
   const render::FieldOptions usual, details = FieldDetails(args.field_details);

@@ -1,4 +1,4 @@
-// `ulf review`: shows a light field from where the user holds a marker.
+// `ulf review` shows a light field from where the user holds a marker.
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>

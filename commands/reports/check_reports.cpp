@@ -55,7 +55,8 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
           ? fmt::format("poses          {} ({:.1f} s)\n", FitInWords(check), report.seconds)
           : fmt::format(
                 "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n",
-                check.agree, check.error_px, check.contradicted.size(), check.undecided.size(), report.seconds);
+                check.agree, check.error_px, check.contradicted.size(), check.undecided.size(),
+                report.seconds);
   if (!report.lapsed.empty()) text += fmt::format("               no longer: {}\n", report.lapsed);
   if (!report.not_withdrawn.empty())
     text += fmt::format("               other commands go on repeating what was found before: {}\n",
@@ -125,8 +126,8 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
 
 namespace {
 
-// The views whose light differs from that of most: without them the statement holds no longer. None: the
-// light goes up and down.
+// Returns the views whose light differs from that of most: without them the finding lapses. Returns none if
+// the light fluctuates.
 std::map<int, std::string> ViewsOfOtherLight(const LightCheck& check, const LightField& light_field) {
   std::map<int, std::string> views;
   if (!check.wavers.empty()) return views;
