@@ -14,30 +14,30 @@
 namespace ulf::commands {
 
 struct CalibrateArgs {
-  std::vector<std::string> sources;
-  std::string board = Board().Text();
-  std::string mode = "live";
-  std::string output;
-  std::string report;
-  std::string preview;
-  std::string serial;
-  int views = 14;
-  int frames = 10;
+  std::vector<std::string> sources;    // a device's URI, or files and folders of images, or a video
+  std::string board = Board().Text();  // in the form of core/fiducials/board.h
+  std::string mode = "live";           // "live", or "still" for photographs of a tethered camera
+  std::string output;                  // calibration file; empty: CalibrationOutput() chooses it
+  std::string report;                  // folder for report and frames; empty: none
+  std::string preview;                 // PNG file of the live picture; empty: a window
+  std::string serial;                  // of the camera that took image files; empty: unknown
+  int views = 14;                      // least number of views from a device
+  int frames = 10;                     // averaged for flat field and colours
   bool flat = false, colour = false, grey = false, json = false, explain = false;
 };
 
 // The source of frames: one device, or files.
 struct CalibrationSource {
-  std::unique_ptr<acquisition::Device> device;
-  std::vector<std::string> files;
+  std::unique_ptr<acquisition::Device> device;  // null: files
+  std::vector<std::string> files;               // images; empty with a device
   acquisition::CameraIdentity identity;
-  std::optional<SensorWindow> window;
-  std::optional<CameraModel> truth;
-  std::string name;
+  std::optional<SensorWindow> window;  // part of the sensor in the images; none: unknown
+  std::optional<CameraModel> truth;    // intrinsics that the device knows itself (the simulator)
+  std::string name;                    // for messages
 
   FrameSource Frames() const { return device ? device->Source() : FrameSource::kPhotographs; }
   // Returns the beginning of advice: pictures that are taken already cannot be improved, others can be taken.
-  std::string TakeOthers() const {
+  std::string RetakeAdvice() const {
     return IsTaken(Frames()) ? "these pictures do not do, take others: " : "";
   }
 };
@@ -49,7 +49,7 @@ CalibrationSource OpenCalibrationSource(const CalibrateArgs& args);
 // written.
 std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource& source);
 
-// Checks before frames are taken, so that the user does not hold the board in vain.
+// Throws if the report's folder cannot be written; called before frames are taken.
 void RequireReportFolder(const CalibrateArgs& args);
 
 // Returns options that show progress until a signal asks to stop; `progress` must outlive them.

@@ -17,10 +17,10 @@ class ParseError;
 namespace ulf::commands {
 
 inline constexpr int kOk = 0;
-inline constexpr int kFailed = 1;
-inline constexpr int kWrongUsage = 2;
+inline constexpr int kFailed = 1;      // Error: a file, a device or the data
+inline constexpr int kWrongUsage = 2;  // UsageError, Refusal: the command line
 
-// The subcommand that the command line names sets this function, which returns the exit code.
+// Runs the subcommand that the command line names, and returns the exit code; parsing sets it.
 using ChosenCommand = std::function<int()>;
 
 // Spells a parameter of the libraries as an option: "no_subject" is "--no-subject", "output" is "-o".

@@ -16,18 +16,18 @@ namespace ulf::commands {
 // Adds --calibration, --focal-px and --force-calibration. `args` must outlive the parsing, here and below.
 void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args);
 
-// Adds --readout-ms.
+// Adds --readout-ms, the time from the first to the last row of a rolling shutter.
 void AddReadoutOption(CLI::App& command, tracking::ReadoutArgs& args);
-// Does the same for recorded views, without measuring.
+// Does the same for recorded views, without measuring: `readout_s` is in seconds, none for "auto".
 void AddReadoutOption(CLI::App& command, std::optional<double>& readout_s);
 
-// Adds --tracking-side.
+// Adds --tracking-side, the longer side of the tracked pictures in px.
 void AddTrackingSideOption(CLI::App& command, int& side_px);
 
 // The values of --intrinsics and --calibration-out.
 struct LensUseArgs {
-  tracking::LensUse use = tracking::LensUse::kCheck;
-  std::string calibration_output;  // file for the estimated lens; empty: none is written
+  tracking::LensUse use = tracking::LensUse::kCheck;  // whether images may check or refine the lens
+  std::string calibration_output;                     // file for the estimated lens; empty: none is written
 };
 
 void AddLensUseOptions(CLI::App& command, LensUseArgs& args);

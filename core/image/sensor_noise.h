@@ -1,13 +1,13 @@
 // Estimates the noise of a sensor from photographs that it took: shot noise grows with the light, read noise
-// and rounding are constant. Both depend on the sensor and its gain, not on the exposure, so all photographs
-// at one gain are used together: long exposures of a bracket show the noise of dark numbers, which fill short
-// ones.
+// and rounding are constant. Both depend on the sensor and its gain, not on the exposure time, so all
+// photographs at one gain are used together: the long exposures of a bracket contribute the noise at values
+// that are dark in the short ones.
 //
-// Smooth areas are used, with a second difference that light which rises evenly does not change (Immerkaer
-// 1996, "Fast noise variance estimation"). Numbers at the end of their range are left out: noise is cut off
-// there.
+// Smooth areas are measured by second differences, which cancel a linear gradient (Immerkaer 1996, "Fast
+// noise variance estimation"). Blocks with values at the ends of the range, where noise is cut off, are left
+// out.
 //
-// Light is a share of full scale, above black.
+// Light is a share of full scale, above black; variances are squares of such shares.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -24,10 +24,12 @@ struct SensorNoise {
   double VarianceAt(double light) const { return per_light * (light > 0 ? light : 0) + floor; }
 };
 
+// The mean and the noise variance of one block of pixels in one colour.
 struct NoiseOfLight {
   double light = 0, variance = 0;
 };
 
+// Collects blocks of photographs at one gain, and fits the noise to them.
 class NoiseSamples {
  public:
   // `light` is CV_32FC3, made of `image`; `clipped` is CV_8UC1 of its size, 255 where light is not known.

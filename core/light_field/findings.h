@@ -27,7 +27,7 @@ struct Finding {
   std::string text;                  // for people; "{views}" in it stands for the views
   std::map<int, std::string> views;  // their photographs by id; empty: the light field as a whole
 
-  std::string Words() const;
+  std::string Words() const;  // the text with the views' numbers and photographs in place of "{views}"
 };
 
 // Replaces the check's earlier findings by `found`.
@@ -36,14 +36,15 @@ void Replace(Check check, const std::vector<Finding>& found, std::vector<Finding
 // Logs each finding once in a process, because some commands read a light field several times.
 void WarnOnce(const std::filesystem::path& light_field, const std::vector<Finding>& findings);
 
-// Does the same for complete sentences.
+// Does the same for texts that name the light field themselves.
 void WarnOnce(const std::vector<std::string>& words);
 
-// A finding of an earlier run in the journal, with digests of the inputs: it lapses if they have changed.
+// Digests of the inputs of a check for one view, which reveal later changes.
 struct JudgedView {
-  std::string photograph, pose;  // digests; empty: it does not matter to the check
+  std::string photograph, pose;  // empty: the check does not depend on it
   bool operator==(const JudgedView&) const = default;
 };
+// A finding of an earlier run in the journal: it lapses for views whose inputs have changed.
 struct KeptFinding {
   std::string check, text;
   bool whole = false;  // about the light field as a whole; `views` are examples

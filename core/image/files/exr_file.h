@@ -13,7 +13,7 @@
 
 namespace ulf {
 
-enum class ExrCompression { kZip, kPiz };
+enum class ExrCompression { kZip, kPiz };  // both are lossless
 
 struct ExrChannel {
   std::string name;
@@ -41,8 +41,8 @@ std::string ExrAttribute(const std::string& path, const std::string& name);
 // them. Colours are converted to sRGB's primaries from the header's. Infinities and NaN stay as they are.
 // Throws Error naming the file if it is truncated, is no EXR or has no such channels.
 StoredPicture ReadExrPicture(const std::string& path);
-cv::Mat ReadExr(const std::string& path);   // the picture's pixels
-bool HasExrAlpha(const std::string& path);  // beside the channels that are read; throws as ReadExr()
+cv::Mat ReadExr(const std::string& path);   // StoredPicture::pixels of ReadExrPicture()
+bool HasExrAlpha(const std::string& path);  // whether the picture has alpha, too; throws as ReadExr()
 
 // Returns the data window of one channel as CV_32FC1; empty if the file has none of this name. Throws as
 // ReadExr() does.

@@ -1,6 +1,6 @@
 // Checks the header of an OpenEXR file ("OpenEXR file layout", openexr.com) before the library reads it:
 // the library allocates as much memory as the header claims, and ignores the stated length of attributes of
-// known types, so that it reads what follows from a wrong place.
+// known types, so that it may read later attributes from a wrong place.
 #pragma once
 
 #include <string>
@@ -12,6 +12,7 @@ namespace ulf {
 // (RequirePixelsOfFile). Files that are no OpenEXR pass: the library reports them.
 void RequireExrHeader(const std::string& path);
 
+// Throws Error that says that the file is truncated or damaged, with the reason and the remedy.
 [[noreturn]] void RefuseExr(const std::string& path, const char* why);
 
 }  // namespace ulf

@@ -8,7 +8,7 @@
 
 namespace ulf {
 
-// Returns the photograph as stored, checked against its camera's size. Throws Error if missing or truncated.
+// Returns the photograph as stored. Throws Error if it is missing, truncated or not of its camera's size.
 Image ReadRecordedImage(const LightField& light_field, const View& view);
 // Does the same for rendering: divided by its camera's flat field and in linear sRGB by its colour profile,
 // if there is one (then linear float, three channels). `clipped` receives the pixels of which only a lower
@@ -19,12 +19,12 @@ Image ReadViewImage(const LightField& light_field, const View& view, cv::Mat* cl
 // Returns whether a mask, or the alpha of a PNG, excludes parts of the photograph.
 bool HasMask(const LightField& light_field, const View& view);
 // Returns CV_8UC1 of the photograph's size, 0: excluded; empty if nothing is. A mask of another size is
-// resized (nearest pixel). Throws Error for a mask that is missing or of another aspect.
+// resized (nearest pixel). Throws Error for a mask that is missing or of another aspect ratio.
 cv::Mat ReadViewMask(const LightField& light_field, const View& view);
 
 // Returns the master with its transfer and mosaic, or the photograph if there is no master; the black level
 // is in the view. A camera's raw file is developed (core/image/files/raw_file.h), cropped to the camera
-// model's size. Throws Error as ReadViewImage does.
+// model's size. Throws Error as ReadRecordedImage() does.
 Image ReadViewMaster(const LightField& light_field, const View& view);
 
 // Returns whether the view has more than 8 bits: a readable master, or a photograph in EXR or of 16 bits.
