@@ -20,7 +20,7 @@ void AddFollowLinks(CLI::App& app) {
     if (all.empty()) all = {command};
     for (CLI::App* each : all)
       each->add_flag_callback(
-          "--follow-links", [] { FollowLinksFromNowOn(); },
+          "--follow-links", [] { FollowOutsideLinks(); },
           "Follow links in the light field's folder to other folders of the same owner, now and from now on "
           "(kept in DIR/links.json)");
   }

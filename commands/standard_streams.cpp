@@ -66,7 +66,7 @@ ssize_t WriteOutput(void*, const char* text, std::size_t size) {
     } else if (errno == EAGAIN) {  // another process has made the shared descriptor non-blocking
       pollfd room{STDOUT_FILENO, POLLOUT, 0};
       poll(&room, 1, -1);
-    } else if (errno != EINTR || StopOnSignal::Asked()) {  // nobody reads, and the user wants to stop
+    } else if (errno != EINTR || StopOnSignal::Requested()) {  // nobody reads, and the user wants to stop
       output_problem = errno;
     }
   }

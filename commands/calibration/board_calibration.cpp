@@ -139,7 +139,8 @@ int RunBoardCalibration(const CalibrateArgs& args) {
     fmt::print("{}\n", json.dump(2));
   }
   if (!result.ok())
-    throw Error("no calibration: {}{}", other_board || only_moves ? "" : source.TakeOthers(), result.refusal);
+    throw Error("no calibration: {}{}", other_board || only_moves ? "" : source.RetakeAdvice(),
+                result.refusal);
   if (args.json) return kOk;
   fmt::print("{}", text);
   if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));

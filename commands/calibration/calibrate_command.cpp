@@ -121,7 +121,7 @@ int RunFlatField(const CalibrateArgs& args) {
       WriteFileAtomically(folder / "flat_field.png", PngBytes(acquisition::DrawFlatField(result)));
   }
   if (args.json) fmt::print("{}\n", FlatFieldJson(result, result.ok() ? output : "").dump(2));
-  if (!result.ok()) throw Error("no flat field: {}{}", source.TakeOthers(), result.refusal);
+  if (!result.ok()) throw Error("no flat field: {}{}", source.RetakeAdvice(), result.refusal);
   mode.flat_field = result.flat_field;
   file.modes[args.mode] = mode;
   acquisition::WriteCalibrationFile(output, file);
@@ -219,7 +219,7 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const CalibrationSource& sourc
     Json json = GreyCardJson(card);
     json["file"] = card.ok() ? output : "";
     report(json, card.ok() ? GreyCardText(card) : "", "grey_card");
-    if (!card.ok()) throw Error("no white balance: {}{}", source.TakeOthers(), card.refusal);
+    if (!card.ok()) throw Error("no white balance: {}{}", source.RetakeAdvice(), card.refusal);
     // The matrix belongs to the camera and holds for every lamp.
     ColorProfile profile = kept.value_or(ColorProfile{});
     profile.white_balance = card.white_balance;
@@ -235,7 +235,7 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const CalibrationSource& sourc
   Json json = ColorFitJson(fit, charts.size(), pictures.size());
   json["file"] = fit.ok() ? output : "";
   report(json, fit.ok() ? ColorFitText(fit, charts.size(), pictures.size()) : "", "colours");
-  if (!fit.ok()) throw Error("no colour profile: {}{}", source.TakeOthers(), fit.refusal);
+  if (!fit.ok()) throw Error("no colour profile: {}{}", source.RetakeAdvice(), fit.refusal);
   ColorProfile profile = fit.profile;
   profile.source = fmt::format("chart of 24 patches, {} of them used", fit.patches.size());
   return profile;

@@ -89,7 +89,7 @@ acquisition::CalibrationCaptureOptions CaptureOptions(const CalibrateArgs& args,
   options.mode = args.mode;
   options.least_views = args.views;
   options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   return options;
 }
 

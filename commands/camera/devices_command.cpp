@@ -167,7 +167,7 @@ int RunLinkCheck(const DevicesArgs& args) {
   const StopOnSignal signals;
   acquisition::LinkCheckOptions options;
   options.seconds = args.seconds;
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   options.say = [](const std::string& text) { fmt::print(stderr, "{}\n", text); };
   const acquisition::LinkReport report = acquisition::CheckLink(args.check, options);
   args.json ? PrintLinkJson(report) : PrintLink(report);

@@ -42,7 +42,7 @@ struct RecordRun {
 };
 
 bool IsComplete(const RecordArgs& args, std::uint64_t frames, double seconds) {
-  return StopOnSignal::Asked() || (args.frames > 0 && frames >= args.frames) ||
+  return StopOnSignal::Requested() || (args.frames > 0 && frames >= args.frames) ||
          (args.max_seconds > 0 && seconds >= args.max_seconds);
 }
 

@@ -8,6 +8,7 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "commands/capture/capture_report.h"
+#include "commands/options/command_line.h"
 #include "commands/reports/check_reports.h"
 #include "commands/reports/light_field_report.h"
 #include "commands/reports/work_reports.h"
@@ -18,6 +19,7 @@
 #include "core/base/shell_word.h"
 #include "core/base/waiting.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_check.h"
@@ -67,7 +69,7 @@ void WritePictures(const CaptureArgs& args, const LightField& light_field,
 }
 
 // Warns if measured errors were requested and missing.
-void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSummary& summary) {
+void WarnIfNothingMeasured(const CaptureArgs& args, const coverage::CaptureSummary& summary) {
   const bool decides = coverage::CoverGoal::Parse(args.cover).by != coverage::CoverBy::kBound;
   if (summary.measured || !(decides || !args.error_map.empty())) return;
   const bool mesh_came_late = summary.geometry && summary.geometry->mesh;
@@ -85,8 +87,8 @@ void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSum
 }
 
 // Warns of a guessed lens that nothing replaced: it may still be wrong.
-void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
-                          const CameraModel& guessed) {
+void WarnOfGuessedLens(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
+                       const CameraModel& guessed) {
   const bool was_guessed = options.calibration_source == acquisition::kFocalLengthGuessed;
   const bool is_confirmed = summary.calibration && summary.calibration->determined;
   if (!was_guessed || summary.refined_lens || is_confirmed) return;
@@ -114,7 +116,7 @@ void PrintResult(const CaptureArgs& args, const coverage::CaptureSummary& summar
 
 // Checks all recorded views, also of earlier sessions. Reading raw files takes too long for the end of a
 // capture.
-void WarnIfTheLampChanged(LightField& light_field) {
+void WarnIfLampChanged(LightField& light_field) {
   if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
     return;
   Progress progress("light");
@@ -154,7 +156,7 @@ void ReportUnwrittenFrames(const coverage::CaptureSummary& summary, bool folder_
 bool MaskTurntable(const CaptureArgs& args) {
   if (args.turntable.empty() || ReadLightField(args.dir).views.empty()) return true;
   try {
-    fmt::print(stderr, "{}", InWords(render::WriteTurntableMasks(args.dir)));
+    fmt::print(stderr, "{}", ToText(render::WriteTurntableMasks(args.dir)));
   } catch (const Error& error) {
     fmt::print(stderr,
                "ulf: {}\nulf: the views are kept, without masks; go on with --resume, or make the masks "
@@ -174,13 +176,13 @@ bool MaskTurntable(const CaptureArgs& args) {
 }  // namespace
 
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
-                 CaptureInHand& hand, CaptureRun& run) {
+                 PreparedCaptureCommand& hand, CaptureRun& run) {
   coverage::CaptureSummary& summary = run.summary;
   const acquisition::FrameRecorderSummary& kept = run.kept;
   if (kept.left_out > 0)
     fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
-  const std::optional<std::string> gone = run.folder->WhyGone();
+  const std::optional<std::string> gone = run.folder->WhyNotInPlace();
   if (gone) summary.stopped_because = coverage::StoppedBecause::kDisk, summary.problem = *gone;
   ReportUnwrittenFrames(summary, !gone);
   if (gone) return kFailed;
@@ -197,11 +199,11 @@ int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverag
   if (!args.truth.empty()) errors = CompareWithTruth(run.truth, run.live, light_field);
   closing.reset();
   PrintResult(args, summary, report, run.live.size(), errors, Merged(args, summary));
-  WarnIfTheLampChanged(light_field);
-  SayIfNothingWasMeasured(args, summary);
+  WarnIfLampChanged(light_field);
+  WarnIfNothingMeasured(args, summary);
   WritePictures(args, light_field, summary);
   WriteFoundLens(lens, *hand.device, summary.refined_lens, summary.calibration, "ulf capture");
-  SayIfTheLensIsAGuess(options, summary, hand.camera);
+  WarnOfGuessedLens(options, summary, hand.camera);
   if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(stderr, "the last correction of poses opened a part of the cap again{}\n",
                IsTaken(summary.source) ? "" : ", which must be taken again: go on with --resume");

@@ -26,6 +26,6 @@ struct CaptureRun {
 
 // Returns the command's exit status.
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
-                 CaptureInHand& hand, CaptureRun& run);
+                 PreparedCaptureCommand& hand, CaptureRun& run);
 
 }  // namespace ulf::commands

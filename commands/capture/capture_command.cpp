@@ -120,7 +120,7 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
     request_lines.emplace(args.requests, std::move(take));
   }
   const StopOnSignal signals;
-  CaptureInHand prepared;
+  PreparedCaptureCommand prepared;
   if (!PrepareCapture(args, &options, prepared)) {
     fmt::print(stderr, "stopped before the first frame: no light field was written\n");
     return kOk;
@@ -137,9 +137,9 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.closing = [&](const std::string& step) {
       if (!closing) closing.emplace("closing", step);
-      closing->For(step);
+      closing->SetStep(step);
     };
-    hooks.stop_requested = [] { return StopOnSignal::Asked(); };
+    hooks.stop_requested = [] { return StopOnSignal::Requested(); };
     hooks.requests = &requests;
     const auto read_requests = [&] {
       if (request_lines) request_lines->Take(hooks.say);
@@ -228,7 +228,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
                                coverage::CoverGoal{}.db))
       ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
-  Knows(command->add_option("--poses", args->poses_text, tracking::kPosesHelp), tracking::kPosesValues)
+  OfferValues(command->add_option("--poses", args->poses_text, tracking::kPosesHelp), tracking::kPosesValues)
       ->capture_default_str();
   command->add_option(
       "--turntable", args->turntable,
@@ -256,11 +256,12 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Read requests during the capture from this file or fifo (-: standard input): "
                       "take-back [COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size "
                       "SHARE], subject proposed, pause, record [anyway], finish");
-  Knows(command->add_option(
-            "--operator", args->person,
-            "Simulated person who holds a simulated camera: guided, unguided, novice or unguided-novice, "
-            "with a seed such as novice:7 (default: a hand that scans by a plan; docs/capture.md#guidance)"),
-        "guided,unguided,novice,unguided-novice");
+  OfferValues(
+      command->add_option(
+          "--operator", args->person,
+          "Simulated person who holds a simulated camera: guided, unguided, novice or unguided-novice, "
+          "with a seed such as novice:7 (default: a hand that scans by a plan; docs/capture.md#guidance)"),
+      "guided,unguided,novice,unguided-novice");
   command->add_flag("--headless", args->headless, "Capture without the operator display");
   command->add_flag("--offscreen", args->offscreen,
                     "Run the operator display without a window; --requests then also takes press KEYS "

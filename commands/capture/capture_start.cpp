@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "commands/options/command_line.h"
 #include "core/base/error.h"
@@ -132,7 +133,8 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
   return options;
 }
 
-bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, CaptureInHand& hand) {
+bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options,
+                    PreparedCaptureCommand& hand) {
   coverage::SessionArgs session{.uri = args.uri,
                                 .dir = args.dir,
                                 .open = {},

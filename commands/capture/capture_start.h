@@ -65,11 +65,11 @@ tracking::PosesSpec PosesFrom(const CaptureArgs& args);
 // Returns the options that do not depend on the device. Throws UsageError.
 coverage::CaptureOptions OptionsFrom(const CaptureArgs& args);
 
-struct CaptureInHand : coverage::PreparedCapture {
+struct PreparedCaptureCommand : coverage::PreparedCapture {
   std::shared_ptr<coverage::SimulatedOperator> person;  // holds a simulated camera; null otherwise
 };
 
 // Behaves as coverage::PrepareCapture().
-bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, CaptureInHand& hand);
+bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, PreparedCaptureCommand& hand);
 
 }  // namespace ulf::commands

@@ -109,7 +109,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   ExportOptions options;
   options.form = form;
   options.undistort = args.undistort;
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   Triangulated triangulated;
   const bool measures = HasPoints(form) && !args.known_points;
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed

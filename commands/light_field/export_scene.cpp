@@ -67,8 +67,8 @@ std::string LightFieldName(const std::string& dir) {
   return text.empty() ? "light_field" : text;
 }
 
-void StopWhereAsked() {
-  if (StopOnSignal::Asked()) throw Error("stopped before the end, as asked; nothing was exported");
+void ThrowIfStopped() {
+  if (StopOnSignal::Requested()) throw Error("stopped before the end, as asked; nothing was exported");
 }
 
 // ---- glTF ----
@@ -122,16 +122,16 @@ int RunGltf(const GltfArgs& args) {
 
   progress.Show(0.05, "which views see the surface");
   const std::vector<render::ViewShares> shares = render::SharesOfVertices(*scene, *mesh);
-  StopWhereAsked();
+  ThrowIfStopped();
   progress.Show(0.3, "colours of vertices");
   model.mesh = *mesh;
   model.colors = render::ColorsOfVertices(*scene, *mesh, shares);
   const fs::path colored = folder.path() / (model.name + "_vertex_colors.glb");
   WriteFileAtomically(colored, render::GlbBytes(model));
-  StopWhereAsked();
+  ThrowIfStopped();
   progress.Show(0.4, "charts of the texture");
   const render::TextureAtlas atlas = render::MakeTextureAtlas(*scene, *mesh, args.texture_px);
-  StopWhereAsked();
+  ThrowIfStopped();
   progress.Show(0.6, "baking the texture");
   model.texture_png = PngBytes(render::BakeTexture(*scene, atlas, shares));
   model.texture_size = {atlas.width, atlas.height};
@@ -141,7 +141,7 @@ int RunGltf(const GltfArgs& args) {
   const fs::path textured = folder.path() / (model.name + ".glb");
   const std::string bytes = render::GlbBytes(model);
   WriteFileAtomically(textured, bytes);
-  StopWhereAsked();
+  ThrowIfStopped();
   folder.Commit();
 
   if (args.json) {
@@ -228,7 +228,7 @@ int RunQuilt(const QuiltArgs& args) {
   const render::QuiltViews views = render::QuiltViewsOf(renderer->scene(), options);
   const int tiles = static_cast<int>(views.cameras.size());
   const cv::Mat quilt = render::DrawQuilt(*renderer, views, options.format, [&](int done) {
-    StopWhereAsked();
+    ThrowIfStopped();
     progress.Show(static_cast<double>(done) / tiles, fmt::format("tile {} of {}", done, tiles));
   });
   const std::string name = render::QuiltName(LightFieldName(args.dir), options.format);
@@ -300,11 +300,11 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
       ->add_option("--zoom", quilt_args->zoom,
                    "Above 1: nearer than the whole subject; below: more of what is around it (1)")
       ->check(Positive());
-  Knows(quilt->add_option("--proxy", quilt_args->proxy,
-                          "Geometry for the photographs, as of ulf render (auto)"),
-        kKnownProxies);
-  Knows(quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)"),
-        kKnownFields);
+  OfferValues(quilt->add_option("--proxy", quilt_args->proxy,
+                                "Geometry for the photographs, as of ulf render (auto)"),
+              kKnownProxies);
+  OfferValues(quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)"),
+              kKnownFields);
   quilt->callback([quilt_args, &chosen] { chosen = [quilt_args] { return RunQuilt(*quilt_args); }; });
 }
 

@@ -105,7 +105,7 @@ cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderSc
                       std::max(1, static_cast<int>(std::lround(share * start.photograph.height))));
   const auto renderer = render::MakeRenderer(
       scene, {.field = render::DefaultField(*scene), .renderer = RendererFromName(args.renderer)});
-  const render::Rendering picture = renderer->Render(start.For(size), start.CamFromWorld());
+  const render::Rendering picture = renderer->Render(start.ModelFor(size), start.CamFromWorld());
   cv::Mat poster = Srgb8FromLinear(picture.linear);
   if (picture.empty_px > 0) cv::merge(std::vector<cv::Mat>{poster, picture.drawn}, poster);
   return poster;
@@ -126,7 +126,7 @@ int RunExportWeb(const WebArgs& args) {
   const auto scene = render::WithProxy(light ? *render::WithLight(*plain, *light) : *plain, proxy);
   Progress progress("export", args.json);
   options.progress = [&](double share, const std::string& what) { progress.Show(share, what); };
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   options.poster = Poster(args, scene);
   const StopOnSignal signals;  // from here on a stop removes the output
   const render::WebPageSummary summary = render::ExportWebPage(*scene, args.output, options);
@@ -170,10 +170,11 @@ void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
   AddSceneOptions(*web, *args);
   web->add_option("-o,--output", args->output, "New folder")->required();
   web->add_option("--budget", args->budget, "Size of the whole folder, such as 20MB (20MB)");
-  Knows(web->add_option("--proxy", args->proxy,
-                        "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, "
-                        "or a PLY or OBJ file"),
-        "auto,plane,planes,mesh,FILE");
+  OfferValues(
+      web->add_option("--proxy", args->proxy,
+                      "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, "
+                      "or a PLY or OBJ file"),
+      "auto,plane,planes,mesh,FILE");
   web->add_option("--title", args->title, "Title of the page (the folder's name)");
   web->add_option(
          "--longest", args->longest_px,

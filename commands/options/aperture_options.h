@@ -18,7 +18,7 @@ struct ApertureArgs {
   double sensor_width_mm = 36;
   std::optional<double> focus_distance;  // along the optical axis
   std::string focus_at;                  // in its place: pixel X,Y of the first picture
-  bool Asked() const { return radius || f_number; }
+  bool IsSet() const { return radius || f_number; }
 };
 
 void AddApertureOptions(CLI::App& sub, ApertureArgs& args);

@@ -17,7 +17,7 @@ CLI::Validator NonNegative();
 
 // Declares named values, as "auto,plane,plane:SHARE,FILE": completion offers those in small letters alone,
 // and files if FILE stands last. Nothing is checked: other values are free text.
-CLI::Option* Knows(CLI::Option* option, const std::string& values);
+CLI::Option* OfferValues(CLI::Option* option, const std::string& values);
 
 inline constexpr char kKnownFields[] = "auto,subdivision,linear,lumigraph,lumigraph-per-pixel,soft,nearest";
 inline constexpr char kKnownProxies[] = "auto,plane,plane:SHARE,plane:fitted,planes,points,mesh,soft,FILE";

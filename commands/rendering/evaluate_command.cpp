@@ -190,13 +190,14 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
       "evaluate", "Leaves views out, renders them, and compares them with their photographs");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
-  Knows(sub->add_option("--fields", args->fields,
-                        "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
-                        "lumigraph, lumigraph-per-pixel, soft); with --protocol those to choose from"),
-        "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
+  OfferValues(
+      sub->add_option("--fields", args->fields,
+                      "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
+                      "lumigraph, lumigraph-per-pixel, soft); with --protocol those to choose from"),
+      "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
-  Knows(
+  OfferValues(
       sub->add_option("--proxy", args->proxies,
                       "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
                       "planes (the few on which most tracked points lie), points (the tracked points), mesh "

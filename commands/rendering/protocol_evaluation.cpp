@@ -315,7 +315,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   }
   const render::RendererKind renderer = RendererFromName(scene_args.renderer);
   render::SceneOptions options = OptionsOf(scene_args);
-  const LightField given = render::OnlyViews(all, result.split.given);
+  const LightField given = render::SubsetOfViews(all, result.split.given);
   if (!options.subject) options.subject = given.subject;
   auto given_scene = render::LoadScene(given, options);
 

@@ -150,7 +150,7 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
   proxies.push_back(render::ProxyFromName(mesh_file, scene->subject, args.dir));
   const render::Choice choice =
       render::ChooseByEvidence(*scene, {render::FieldOptions{}}, proxies, RendererFromName("auto"));
-  SayWhy(true, false, choice.why, choice.explained);
+  LogExplanation(true, false, choice.why, choice.explained);
   if (args.leave_out_every == 0)
     fmt::print(stderr, "(the mesh was made with the left-out views, too, and scores a little too well)\n");
 }

@@ -75,7 +75,7 @@ render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& sce
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), asked);
   if (!render::IsNamedPath(args.path))
     for (CameraModel& camera : path.cameras) camera = WithLens(Sized(camera, args), args);
-  if (args.aperture.Asked()) path.apertures.clear();
+  if (args.aperture.IsSet()) path.apertures.clear();
   return path;
 }
 
@@ -231,7 +231,7 @@ struct ChosenRenderer {
 
 ChosenRenderer ChosenRendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
                                 const std::shared_ptr<const render::RenderScene>& plain) {
-  const std::string field = args.field == render::kAuto && args.aperture.Asked()
+  const std::string field = args.field == render::kAuto && args.aperture.IsSet()
                                 ? render::FieldName(render::FieldKind::kSubdivision)
                                 : args.field;
   render::FieldOptions details = FieldDetails(args.field_details);
@@ -239,7 +239,7 @@ ChosenRenderer ChosenRendererOf(const RenderArgs& args, const render::PictureEnc
   const render::RendererKind kind = RendererFromName(args.renderer);
   const ChosenModel chosen = ChooseModel(args, plain, args.proxy, field, details, kind);
   const auto& [scene, choice, explained] = chosen;
-  SayWhy(args.explain, args.json, choice.why, explained);
+  LogExplanation(args.explain, args.json, choice.why, explained);
   if (!choice.candidates.empty())
     spdlog::info("to skip this comparison the next time: {}", OptionsFor(args, choice));
   if (args.proxy == render::kAuto &&
@@ -280,7 +280,7 @@ int RunRender(const RenderArgs& args) {
   }
   const auto [renderer, explained] = ChosenRendererOf(args, encoding, plain);
   Zoom(args, *renderer, path);
-  if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
+  if (args.aperture.IsSet()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {
     RequireRings(renderer->field(), renderer->scene().mesh);
     WarnOfWidth(path.apertures, renderer->scene());
@@ -324,18 +324,19 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<RenderArgs>();
   CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
   AddSceneOptions(*sub, *args);
-  Knows(sub->add_option(
-            "--path", args->path,
-            "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly (towards the "
-            "subject), vertigo (a dolly that zooms out), spiral, a file of TUM poses, another light field "
-            "(its poses), or a JSON file of keyframes or of nerfstudio's viewer"),
-        "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
-  Knows(sub->add_option("--field", args->field,
-                        "Blending field (auto: the best on left-out views): auto, subdivision, linear, "
-                        "lumigraph, lumigraph-per-pixel, soft, nearest"),
-        kKnownFields);
+  OfferValues(
+      sub->add_option(
+          "--path", args->path,
+          "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly (towards the "
+          "subject), vertigo (a dolly that zooms out), spiral, a file of TUM poses, another light field "
+          "(its poses), or a JSON file of keyframes or of nerfstudio's viewer"),
+      "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
+  OfferValues(sub->add_option("--field", args->field,
+                              "Blending field (auto: the best on left-out views): auto, subdivision, linear, "
+                              "lumigraph, lumigraph-per-pixel, soft, nearest"),
+              kKnownFields);
   AddFieldDetails(*sub, args->field_details);
-  Knows(
+  OfferValues(
       sub->add_option("--proxy", args->proxy,
                       "Geometry for the photographs (auto: the best on left-out views): auto, plane (through "
                       "the subject, facing the camera), plane:0.9 (at that share of its distance), "

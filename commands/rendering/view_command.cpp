@@ -65,7 +65,7 @@ render::FieldOptions FieldOf(const ViewArgs& args) {
 render::FieldOptions StartingField(const ViewArgs& args, const render::RenderScene& scene) {
   const render::FieldOptions field = FieldOf(args);
   // Lumigraph weights have no rings to widen.
-  return args.field != render::kAuto || args.aperture.Asked() ? field : render::DefaultField(scene, field);
+  return args.field != render::kAuto || args.aperture.IsSet() ? field : render::DefaultField(scene, field);
 }
 
 // Returns the proxies of the key P, beginning with the one of the command line, or with the light field's own
@@ -106,9 +106,9 @@ void Begin(const ViewArgs& args, const render::Choice& choice, render::ViewerOpt
 
 // Opens the aperture for a path of one picture, the viewer's first one.
 void Open(const ApertureArgs& args, const cv::Size& screen, render::Viewer& viewer) {
-  if (!args.Asked()) return;
+  if (!args.IsSet()) return;
   const render::ViewerCamera& camera = viewer.state().camera;
-  const render::CameraPath here{{camera.CamFromWorld()}, {camera.For(screen)}, {}};
+  const render::CameraPath here{{camera.CamFromWorld()}, {camera.ModelFor(screen)}, {}};
   viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
 }
 
@@ -187,12 +187,12 @@ void HandleInput(render::Surface& surface, const std::future<Result>& work, cons
 
 // Runs in a thread of its own, since a renderer has a context of its own: the window's stays current in this
 // one, and its events are handled. Throws Left.
-ChosenModel ChosenFor(const ViewArgs& args, const std::shared_ptr<const render::RenderScene>& scene,
-                      render::Surface& surface) {
+ChosenModel ChooseForViewer(const ViewArgs& args, const std::shared_ptr<const render::RenderScene>& scene,
+                            render::Surface& surface) {
   const render::ViewerCamera camera = render::StartingCamera(*scene);
   std::atomic<bool> goes_on = true;
-  render::ChoiceOptions options{.in_motion = render::InMotion{camera.For(ScreenOf(args, surface)),
-                                                              camera.CamFromWorld(), args.frame_ms}};
+  render::ChoiceOptions options{.in_motion = render::MotionTiming{camera.ModelFor(ScreenOf(args, surface)),
+                                                                  camera.CamFromWorld(), args.frame_ms}};
   options.between = [&](const std::string&, double) {
     if (!goes_on) throw Left();
   };
@@ -287,11 +287,11 @@ int RunView(const ViewArgs& args) {
                                   .reduces_motion = args.screenshot.empty()};
     std::vector<ModelChoice> explained;
     if (args.frame_ms > 0) {
-      const ChosenModel chosen = ChosenFor(args, scene, *surface);
+      const ChosenModel chosen = ChooseForViewer(args, scene, *surface);
       scene = chosen.scene;
       Begin(args, chosen.choice, options);
       explained = chosen.explained;
-      SayWhy(args.explain, args.json, chosen.choice.why, explained);
+      LogExplanation(args.explain, args.json, chosen.choice.why, explained);
     }
     viewer = std::make_unique<render::Viewer>(*surface, scene, options);
     Open(args.aperture, ScreenOf(args, *surface), *viewer);
@@ -318,18 +318,20 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
-  Knows(sub->add_option("--field", args->field,
-                        "Blending field at the start: auto (subdivision, or lumigraph of fewer than ten "
-                        "views; with --frame-ms the best that is quick enough), subdivision, linear, "
-                        "lumigraph, lumigraph-per-pixel, nearest, soft"),
-        kKnownFields);
+  OfferValues(
+      sub->add_option("--field", args->field,
+                      "Blending field at the start: auto (subdivision, or lumigraph of fewer than ten "
+                      "views; with --frame-ms the best that is quick enough), subdivision, linear, "
+                      "lumigraph, lumigraph-per-pixel, nearest, soft"),
+      kKnownFields);
   AddFieldDetails(*sub, args->field_details);
-  Knows(sub->add_option("--proxy", args->proxy,
-                        "Geometry at the start: auto (the light field's mesh, with its depth maps where "
-                        "there are some, else its tracked points, else the plane; with --frame-ms the best "
-                        "that is quick enough), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, "
-                        "plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file"),
-        kKnownProxies);
+  OfferValues(
+      sub->add_option("--proxy", args->proxy,
+                      "Geometry at the start: auto (the light field's mesh, with its depth maps where "
+                      "there are some, else its tracked points, else the plane; with --frame-ms the best "
+                      "that is quick enough), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, "
+                      "plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file"),
+      kKnownProxies);
   auto* frame_ms =
       sub->add_option(
              "--frame-ms", args->frame_ms,

@@ -27,7 +27,8 @@ void AddExplained(Json& report, const std::vector<ModelChoice>& choices) {
 
 // Logs `why`, one line; with --explain prints all candidates instead, beside the report, or with --json in it
 // (AddExplained()).
-inline void SayWhy(bool explain, bool json, const std::string& why, const std::vector<ModelChoice>& choices) {
+inline void LogExplanation(bool explain, bool json, const std::string& why,
+                           const std::vector<ModelChoice>& choices) {
   if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);
   if (explain && !json) fmt::print(stderr, "{}", ExplainedText(choices));
 }

@@ -14,6 +14,6 @@ std::string ToText(const render::BracketReport& report);
 nlohmann::json ToJson(const render::BracketReport& report);
 
 // Reports masks of a turntable's light field in one or more lines.
-std::string InWords(const render::TurntableMasks& masks);
+std::string ToText(const render::TurntableMasks& masks);
 
 }  // namespace ulf::commands

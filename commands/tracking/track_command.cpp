@@ -74,7 +74,7 @@ double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::
 }
 
 // A run with the poses that the device knows (simulator, recorded light field).
-struct Followed {
+struct TrackedSequence {
   TrackRun run;
   std::vector<TimedPose> known;
 };
@@ -116,15 +116,15 @@ double SeenDistance(const tracking::PoseSource& poses, const tracking::Track& tr
 }
 
 // Tracks until the device ends, enough frames have come or the operator stops.
-void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
-                  std::unique_ptr<tracking::PoseSource>& poses, Followed& followed) {
+void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
+                   std::unique_ptr<tracking::PoseSource>& poses, TrackedSequence& followed) {
   TrackRun& run = followed.run;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
   acquisition::RepeatedEvents repeated;
   device.Start();
-  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
+  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Requested()) {
     for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
       spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));
@@ -146,7 +146,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                                              .readout = args.readout,
                                              .lens = args.lens.use,
                                              .lens_is_guess = !acquisition::IsCalibration(source)},
-                                 .stop = StopOnSignal::Asked});
+                                 .stop = StopOnSignal::Requested});
     }
     if (frame->known_cam_from_world)
       followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
@@ -170,14 +170,14 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
   for (const std::string& line : repeated.AtTheEnd()) spdlog::warn("{}", line);
 }
 
-Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {
-  Followed followed;
+TrackedSequence Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {
+  TrackedSequence followed;
   TrackRun& run = followed.run;
   run.deterministic = args.deterministic;
   run.source = device.Source();
   std::unique_ptr<tracking::PoseSource> poses;
   try {
-    FollowFrames(args, spec, device, poses, followed);
+    TrackSequence(args, spec, device, poses, followed);
   } catch (const std::exception& error) {
     if (LivePoses(run) == 0) throw;
     run.failure = fmt::format("frame {}: {}", run.frames.size(), error.what());
@@ -203,7 +203,7 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
 }
 
 // Returns "poses.txt", for number 2 "poses.map2.txt".
-std::filesystem::path OfEarlierMap(const std::filesystem::path& file, std::size_t number) {
+std::filesystem::path EarlierMapFile(const std::filesystem::path& file, std::size_t number) {
   return file.parent_path() /
          fmt::format("{}.map{}{}", file.stem().string(), number, file.extension().string());
 }
@@ -212,11 +212,11 @@ std::filesystem::path OfEarlierMap(const std::filesystem::path& file, std::size_
 // own.
 void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedPose> GivenPoses::*which) {
   if (path.empty()) return;
-  const std::vector<GivenPoses> maps = ByMap(run);
+  const std::vector<GivenPoses> maps = PosesOfMaps(run);
   WriteTum(path, maps.empty() ? std::vector<TimedPose>() : maps.back().*which);
   for (std::size_t i = 0; i + 1 < maps.size(); ++i) {
     if ((maps[i].*which).empty()) continue;
-    const std::filesystem::path file = OfEarlierMap(path, i + 1);
+    const std::filesystem::path file = EarlierMapFile(path, i + 1);
     WriteTum(file, maps[i].*which);
     spdlog::warn("{}: {} of another map, which nothing joins to the last one: in a world of its own",
                  file.string(), Counted((maps[i].*which).size(), "pose"));
@@ -294,7 +294,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
-  Knows(command->add_option("--poses", args->poses, tracking::kPosesHelp), tracking::kPosesValues)
+  OfferValues(command->add_option("--poses", args->poses, tracking::kPosesHelp), tracking::kPosesValues)
       ->capture_default_str();
   AddReadoutOption(*command, args->readout);
   AddLensUseOptions(*command, args->lens);

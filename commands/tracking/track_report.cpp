@@ -134,7 +134,7 @@ std::map<int, GivenPoses> PosesByMap(const TrackRun& run, PoseOfWhat what) {
   return by_map;
 }
 
-GivenPoses OfLastMap(const TrackRun& run, PoseOfWhat what) {
+GivenPoses LastMapPoses(const TrackRun& run, PoseOfWhat what) {
   const std::optional<int> last = LastMap(run);
   return last ? PosesByMap(run, what)[*last] : GivenPoses();
 }
@@ -264,7 +264,7 @@ int LivePoses(const TrackRun& run) {
   }));
 }
 
-std::vector<GivenPoses> ByMap(const TrackRun& run) {
+std::vector<GivenPoses> PosesOfMaps(const TrackRun& run) {
   const std::optional<int> last = LastMap(run);
   std::vector<GivenPoses> in_order;
   std::map<int, GivenPoses> by_map = PosesByMap(run, PoseOfWhat::kPicture);
@@ -274,7 +274,7 @@ std::vector<GivenPoses> ByMap(const TrackRun& run) {
   return in_order;
 }
 
-GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, PoseOfWhat::kPicture); }
+GivenPoses LastMapPoses(const TrackRun& run) { return LastMapPoses(run, PoseOfWhat::kPicture); }
 
 TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name) {
   TrackErrors errors{.truth_name = std::move(truth_name), .truth = std::move(truth)};
@@ -288,7 +288,7 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
   const auto error = [&](const std::vector<TimedPose>& poses) {
     return CompareTrajectories(poses, errors.truth, tolerance_s, kRelativeErrorStep_s);
   };
-  const GivenPoses poses = OfLastMap(run);
+  const GivenPoses poses = LastMapPoses(run);
   errors.earlier_maps = LivePoses(run) - static_cast<int>(poses.live.size());
   errors.live = error(poses.live);
   if (errors.live) errors.wrong = CountWrong(run, *errors.live);
@@ -296,7 +296,7 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
   if (std::none_of(run.frames.begin(), run.frames.end(),
                    [](const TrackedFrame& frame) { return frame.track.middle_row_from_picture; }))
     return errors;
-  const GivenPoses middle_row = OfLastMap(run, PoseOfWhat::kMiddleRow);
+  const GivenPoses middle_row = LastMapPoses(run, PoseOfWhat::kMiddleRow);
   errors.middle_row_live = error(middle_row.live);
   errors.middle_row_final = error(middle_row.final);
   return errors;

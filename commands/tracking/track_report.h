@@ -47,9 +47,9 @@ struct TrackRun {
 int LivePoses(const TrackRun& run);
 // Returns the poses of each map: each lies in a world of its own. Maps without poses are left out. The last
 // map that gave live poses comes last, the others in their order.
-std::vector<GivenPoses> ByMap(const TrackRun& run);
+std::vector<GivenPoses> PosesOfMaps(const TrackRun& run);
 // Returns the poses of the last map that gave live poses; empty if none did.
-GivenPoses OfLastMap(const TrackRun& run);
+GivenPoses LastMapPoses(const TrackRun& run);
 
 // Counts of live poses: wrong ones are off by 3 % of the distance of the seen points or by 2 degrees, after
 // one alignment of the run; unsaid ones are wrong with a quality of one half or more.

@@ -34,7 +34,7 @@ StopOnSignal::~StopOnSignal() {
   actions_before.clear();
 }
 
-bool StopOnSignal::Asked() { return stop_asked; }
+bool StopOnSignal::Requested() { return stop_asked; }
 
 namespace {
 

@@ -9,7 +9,7 @@ namespace ulf {
 // Returns these signals, without SIGHUP if it was ignored from the start (nohup).
 std::vector<int> StopSignals();
 
-// While an object of this class exists, these signals only make Asked() true. At most one may exist.
+// While an object of this class exists, these signals only make Requested() true. At most one may exist.
 class StopOnSignal {
  public:
   StopOnSignal();
@@ -17,7 +17,7 @@ class StopOnSignal {
   StopOnSignal(const StopOnSignal&) = delete;
   StopOnSignal& operator=(const StopOnSignal&) = delete;
 
-  static bool Asked();
+  static bool Requested();
 };
 
 // A separate stack for a thread's signal handlers lets the crash handler (commands/capture/crash_handler.h)

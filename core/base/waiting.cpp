@@ -21,7 +21,7 @@ Waiting::~Waiting() {
   thread_.join();
 }
 
-void Waiting::For(std::string step) {
+void Waiting::SetStep(std::string step) {
   const MutexLock lock(mutex_);
   step_ = std::move(step);
   since_ = std::chrono::steady_clock::now();

@@ -19,7 +19,7 @@ class Waiting {
   Waiting(const Waiting&) = delete;
   Waiting& operator=(const Waiting&) = delete;
   // Announces that the next step begins.
-  void For(std::string step);
+  void SetStep(std::string step);
 
  private:
   void Loop();

@@ -89,7 +89,7 @@ struct FfmpegCalls {
 const FfmpegCalls& Ffmpeg();
 
 // Returns the meaning of an error number of FFmpeg.
-std::string FfmpegWords(int status);
+std::string FfmpegErrorText(int status);
 
 // Sends FFmpeg's own messages to our log as details, from the first call on.
 void RouteFfmpegLog();

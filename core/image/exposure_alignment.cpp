@@ -71,7 +71,7 @@ AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& c
   return aligned;
 }
 
-AlignedExposure AsItLies(const ExposedLight& exposure, double ratio) {
+AlignedExposure WithoutAlignment(const ExposedLight& exposure, double ratio) {
   return {.light = exposure.light,
           .seen = cv::Mat(exposure.light.size(), CV_8UC1, cv::Scalar(255)),
           .clipped = exposure.clipped,

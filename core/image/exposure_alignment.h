@@ -28,7 +28,7 @@ struct AlignedExposure {
   double misaligned_px = 0;  // px; how far it may be misaligned or blurred
 
   // Returns CV_8UC3, 255 where it is seen and not clipped.
-  cv::Mat Told() const { return InThreeColors(seen) & ~clipped; }
+  cv::Mat Usable() const { return InThreeColors(seen) & ~clipped; }
   // Returns the light divided by the ratio, which is comparable to the reference's.
   cv::Vec3f LightAt(int y, int x) const { return light.at<cv::Vec3f>(y, x) * static_cast<float>(1 / ratio); }
   // Returns the variance of that light.
@@ -47,6 +47,6 @@ AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& c
                               const Rigid3& exposure_from_reference, double ratio);
 
 // Uses an exposure without resampling: the reference itself, or one that is assumed to be aligned with it.
-AlignedExposure AsItLies(const ExposedLight& exposure, double ratio);
+AlignedExposure WithoutAlignment(const ExposedLight& exposure, double ratio);
 
 }  // namespace ulf

@@ -49,7 +49,7 @@ cv::Mat SumAround(const cv::Mat& numbers) {
 
 // Returns the square of the allowed difference between the exposure and the reference light besides noise.
 cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t index,
-                       const LightAlone& alone) {
+                       const GhostReference& alone) {
   const cv::Mat slope = SlopeOf(alone.light, alone.variance);
   cv::Mat allowed(slope.size(), CV_32FC3);
   for (int y = 0; y < slope.rows; ++y)
@@ -86,11 +86,11 @@ double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& a
 
 }  // namespace
 
-LightAlone AloneAt(std::span<const AlignedExposure> exposures) {
+GhostReference GhostReferenceOf(std::span<const AlignedExposure> exposures) {
   const std::vector<std::size_t> order = InOrderOfTrust(exposures);
   const cv::Size size = exposures[0].light.size();
-  LightAlone alone{cv::Mat(size, CV_8UC3), cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32FC3),
-                   cv::Mat::zeros(size, CV_8UC3)};
+  GhostReference alone{cv::Mat(size, CV_8UC3), cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32FC3),
+                       cv::Mat::zeros(size, CV_8UC3)};
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x)
       for (int c = 0; c < 3; ++c) {
@@ -123,10 +123,10 @@ cv::Mat SlopeOf(const cv::Mat& light, const cv::Mat& variance) {
   return slope;
 }
 
-cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const LightAlone& alone) {
+cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const GhostReference& alone) {
   const AlignedExposure& exposure = exposures[index];
   const cv::Mat lower_bound = InThreeColors(exposure.seen) & exposure.clipped & ~alone.clipped;
-  const cv::Mat compared = ((exposure.Told() & ~alone.clipped) | lower_bound) &
+  const cv::Mat compared = ((exposure.Usable() & ~alone.clipped) | lower_bound) &
                            (alone.which != cv::Scalar::all(static_cast<double>(index)));
   // The difference is 0 at invalid pixels, and if the exposure's lower bound holds.
   cv::Mat difference = exposure.light / exposure.ratio - alone.light;

@@ -16,13 +16,13 @@
 namespace ulf {
 
 // The exposure that each colour of a pixel is compared with.
-struct LightAlone {
+struct GhostReference {
   cv::Mat which;     // CV_8UC3: index of the exposure
   cv::Mat light;     // CV_32FC3: its light, divided by its ratio
   cv::Mat variance;  // CV_32FC3: the variance of that light
   cv::Mat clipped;   // CV_8UC3, 255 where all exposures that see the pixel are clipped; the shortest is used
 };
-LightAlone AloneAt(std::span<const AlignedExposure> exposures);
+GhostReference GhostReferenceOf(std::span<const AlignedExposure> exposures);
 
 // Returns the largest change of light from pixel to pixel in the neighbourhood, CV_32FC3. `variance` of the
 // light is subtracted from the change; empty means none.
@@ -30,6 +30,6 @@ cv::Mat SlopeOf(const cv::Mat& light, const cv::Mat& variance = {});
 
 // Returns CV_8UC1, 255 where this exposure must not be used. A clipped pixel disagrees if it claims more
 // light.
-cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const LightAlone& alone);
+cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const GhostReference& alone);
 
 }  // namespace ulf

@@ -145,7 +145,7 @@ double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& ref
   const AlignedExposure& longer = exposure.ratio > reference.ratio ? exposure : reference;
   const AlignedExposure& shorter = exposure.ratio > reference.ratio ? reference : exposure;
   const double told = shorter.ratio / longer.ratio;
-  const cv::Mat both = exposure.Told() & reference.Told();
+  const cv::Mat both = exposure.Usable() & reference.Usable();
   std::vector<double> ratios;
   for (int y = 0; y + kRatioBlock <= both.rows; y += kRatioBlock)
     for (int x = 0; x + kRatioBlock <= both.cols; x += kRatioBlock) {
@@ -169,7 +169,7 @@ double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& ref
 
 MergedLight MergeExposures(std::span<const AlignedExposure> exposures) {
   CV_Assert(!exposures.empty() && exposures.size() < 256);
-  const LightAlone alone = AloneAt(exposures);
+  const GhostReference alone = GhostReferenceOf(exposures);
   MergedLight merged{.light = alone.light.clone(),
                      .clipped = AnyColor(alone.clipped),
                      .ghosts = cv::Mat::zeros(alone.light.size(), CV_8UC1)};
@@ -177,7 +177,7 @@ MergedLight MergeExposures(std::span<const AlignedExposure> exposures) {
   for (std::size_t i = 0; i < exposures.size(); ++i) {
     const cv::Mat ghosts = GhostsIn(exposures, i, alone);
     merged.ghosts |= ghosts;
-    told.push_back(exposures[i].Told() & ~InThreeColors(ghosts));
+    told.push_back(exposures[i].Usable() & ~InThreeColors(ghosts));
   }
   WeighByVariance(exposures, told, {}, merged.light);
   const cv::Mat slope = SlopeOf(merged.light);

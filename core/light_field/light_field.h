@@ -131,7 +131,7 @@ struct CoverageGoal {
 
 // Estimates the upward direction in the world from hand-held cameras: the mean of the cameras' upward axes,
 // or, if these cancel out, the axis that the cameras' rightward axes share.
-class UpOfCameras {
+class UpEstimator {
  public:
   void Add(const Eigen::Matrix3d& cam_from_world);
   Eigen::Vector3d Up() const;  // in the world, a unit vector; -y without any camera
@@ -254,7 +254,7 @@ void PlaceSubject(const Subject& subject, LightField& light_field);
 
 // Returns the point nearest to the optical axes of all views, before the cameras or behind; none if they are
 // nearly parallel.
-std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field);
+std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 
 // Returns this point, with a radius of `width_share` of the median image width at the median distance; none
 // if the axes are nearly parallel or meet behind the cameras.

@@ -70,7 +70,7 @@ VideoLight::VideoLight(const AVFrame& frame)
       range_(frame.color_range),
       primaries_(frame.color_primaries),
       curve_(frame.color_trc) {
-  Judge(frame);
+  InterpretTags(frame);
   if (is_deep_) MakeCurve();
 }
 
@@ -79,7 +79,7 @@ bool VideoLight::IsOf(const AVFrame& frame) const {
          frame.color_primaries == primaries_ && frame.color_trc == curve_;
 }
 
-void VideoLight::Judge(const AVFrame& frame) {
+void VideoLight::InterpretTags(const AVFrame& frame) {
   const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(format_);
   is_rgb_ = layout && (layout->flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL)) != 0;
   const bool is_gray = layout && layout->nb_components <= 2 && !is_rgb_;
@@ -205,7 +205,7 @@ void VideoLight::MakeCurve() {
   }
 }
 
-cv::Mat VideoLight::Finished(const cv::Mat& scaled) const {
+cv::Mat VideoLight::ToSrgbOrLinear(const cv::Mat& scaled) const {
   cv::Mat bgr = scaled;
   if (gray_bits_ > 0) {  // limited range: black is 16, white 235, of 8 bits
     const double codes = (std::pow(2, gray_bits_) - 1) / std::pow(2, gray_bits_ - 8),

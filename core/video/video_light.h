@@ -31,13 +31,13 @@ class VideoLight {
   Transfer transfer() const { return is_linear_ ? Transfer::kLinear : Transfer::kSrgb; }
   // Converts the scaler's B, G, R (16 bits if deep) to sRGB of 8 bits, or to linear light in float with
   // sRGB's primaries where 1 is the white of a sheet of paper.
-  cv::Mat Finished(const cv::Mat& scaled) const;
+  cv::Mat ToSrgbOrLinear(const cv::Mat& scaled) const;
 
   const std::vector<std::string>& notes() const { return notes_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  void Judge(const AVFrame& frame);
+  void InterpretTags(const AVFrame& frame);
   void MakeCurve();
 
   AVPixelFormat format_;

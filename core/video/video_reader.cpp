@@ -45,9 +45,9 @@ Input Open(const fs::path& file) {
   Ffmpeg().av_dict_free(&options);
   if (status < 0) {
     const std::string missing = MissingEnd(file);
-    throw Error(
-        "{}: is no video that can be opened: {}", file.string(),
-        missing.empty() ? FfmpegWords(status) + kNameAnother : missing + "; copy it again from its source");
+    throw Error("{}: is no video that can be opened: {}", file.string(),
+                missing.empty() ? FfmpegErrorText(status) + kNameAnother
+                                : missing + "; copy it again from its source");
   }
   return Input(opened);
 }
@@ -164,7 +164,7 @@ struct VideoReader::State {
           name);
     if (IsDrawnText(*input)) throw Error("{}: is no video{}", name, kNameAnother);
     if (const int status = Ffmpeg().avformat_find_stream_info(input.get(), nullptr); status < 0)
-      throw Error("{}: is no video that can be read: {}", name, FfmpegWords(status));
+      throw Error("{}: is no video that can be read: {}", name, FfmpegErrorText(status));
     index = StreamOf(*input);
     if (index < 0) throw Error("{}: holds sound or data and no video{}", name, kNameAnother);
     RefuseDolbyVision();
@@ -216,7 +216,7 @@ struct VideoReader::State {
     int status = Ffmpeg().avcodec_parameters_to_context(codec.get(), parameters);
     if (status >= 0) status = Ffmpeg().avcodec_open2(codec.get(), decoder, nullptr);
     if (status < 0)
-      throw Error("{}: the decoder of {} cannot be opened: {}", name, decoder->name, FfmpegWords(status));
+      throw Error("{}: the decoder of {} cannot be opened: {}", name, decoder->name, FfmpegErrorText(status));
   }
 
   // Decodes the next picture into `frame`; returns false at the end.
@@ -243,7 +243,7 @@ struct VideoReader::State {
     while (true) {
       const int status = Ffmpeg().av_read_frame(input.get(), packet);
       if (status < 0) {
-        if (status != AVERROR_EOF) problem = FfmpegWords(status);
+        if (status != AVERROR_EOF) problem = FfmpegErrorText(status);
         drains = true;
         Ffmpeg().avcodec_send_packet(codec.get(), nullptr);
         return true;
@@ -272,16 +272,16 @@ struct VideoReader::State {
   void RequireOneLens() const {
     if (const auto* sphere = SideData<AVSphericalMapping>(AV_PKT_DATA_SPHERICAL, AV_FRAME_DATA_SPHERICAL))
       throw Error("{}: is a panorama (it says that its pictures are spherical), which no lens made; {}", name,
-                  WayFromPanorama(sphere->projection == AV_SPHERICAL_EQUIRECTANGULAR, "OUT%05d.png"));
+                  PanoramaRemedy(sphere->projection == AV_SPHERICAL_EQUIRECTANGULAR, "OUT%05d.png"));
     if (const auto* stereo = SideData<AVStereo3D>(AV_PKT_DATA_STEREO3D, AV_FRAME_DATA_STEREO3D);
         stereo && stereo->type != AV_STEREO3D_2D)
       throw Error("{}: shows stereo pairs{}, which no single lens made; {}", name,
                   stereo->type == AV_STEREO3D_SIDEBYSIDE  ? ", side by side"
                   : stereo->type == AV_STEREO3D_TOPBOTTOM ? ", one above the other"
                                                           : "",
-                  WayFromStereoPair(stereo->type == AV_STEREO3D_SIDEBYSIDE  ? StereoLayout::kSideBySide
-                                    : stereo->type == AV_STEREO3D_TOPBOTTOM ? StereoLayout::kOverUnder
-                                                                            : StereoLayout::kOther));
+                  StereoPairRemedy(stereo->type == AV_STEREO3D_SIDEBYSIDE  ? StereoLayout::kSideBySide
+                                   : stereo->type == AV_STEREO3D_TOPBOTTOM ? StereoLayout::kOverUnder
+                                                                           : StereoLayout::kOther));
   }
 
   void TellFacts() {
@@ -358,11 +358,11 @@ struct VideoReader::State {
       whole.height = frame->height;
       std::copy_n(frame->data, whole.data.size(), whole.data.begin());
       std::copy_n(frame->linesize, whole.line_bytes.size(), whole.line_bytes.begin());
-      return {Turned(light->Finished(Converted(whole)), turn), light->transfer()};
+      return {Turned(light->ToSrgbOrLinear(Converted(whole)), turn), light->transfer()};
     }
     const Field field = FieldOf(*frame, is_bottom_first);
     const cv::Mat full = WithLinesBetween(Converted(field), is_bottom_first, frame->height);
-    return {Turned(light->Finished(full), turn), light->transfer()};
+    return {Turned(light->ToSrgbOrLinear(full), turn), light->transfer()};
   }
 
   cv::Mat Converted(const Field& field) {
@@ -384,7 +384,8 @@ struct VideoReader::State {
     std::array<int, 4> line_bytes{static_cast<int>(pixels.step)};
     const int lines = Ffmpeg().sws_scale(scaler.get(), field.data.data(), field.line_bytes.data(), 0,
                                          field.height, data.data(), line_bytes.data());
-    if (lines != field.height) throw Error("{}: a picture cannot be converted: {}", name, FfmpegWords(lines));
+    if (lines != field.height)
+      throw Error("{}: a picture cannot be converted: {}", name, FfmpegErrorText(lines));
     return pixels;
   }
 

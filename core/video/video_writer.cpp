@@ -54,7 +54,7 @@ struct VideoWriter::State {
   void Require(int status, const char* what) const {
     if (status >= 0) return;
     if (status == AVERROR(ENOSPC) || status == AVERROR(EDQUOT)) ThrowDiskError(-status, name + ": " + what);
-    throw Error("{}: {}: {}", name, what, FfmpegWords(status));
+    throw Error("{}: {}: {}", name, what, FfmpegErrorText(status));
   }
 
   void OpenCodec(double frame_rate) {
@@ -90,7 +90,7 @@ struct VideoWriter::State {
           "{}: no video can be written here (neither H.264 nor MPEG-4); give a folder to get pictures", name);
     throw Refusal(
         Parameter("fps"), fmt::format("{}", frame_rate),
-        fmt::format("{} cannot have this rate or size ({})", codec->codec->name, FfmpegWords(status)),
+        fmt::format("{} cannot have this rate or size ({})", codec->codec->name, FfmpegErrorText(status)),
         "give a rounder rate");
   }
 

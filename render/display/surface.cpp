@@ -59,7 +59,7 @@ class Window : public Surface {
  public:
   Window(const std::string& title, cv::Size points) {
     if (!glfwInit()) throw Error("no window: {}", LastGlfwError());
-    SurviveDisplayServer();
+    HandleDisplayServerLoss();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -83,30 +83,31 @@ class Window : public Surface {
     // a program that ends servers finds the window by its title.
     glfwSetWindowTitle(window_, title.c_str());
     RequireServer();
-    SurviveDestroyedWindow();
+    HandleDestroyedWindow();
     glfwSwapInterval(0);  // callers have their own clocks
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
       const auto known = KeyOf(key);
       if (action != GLFW_RELEASE && known)
-        Of(window).Push(KeyPressed{*known, (modifiers & GLFW_MOD_SHIFT) != 0});
+        WindowOf(window).Push(KeyPressed{*known, (modifiers & GLFW_MOD_SHIFT) != 0});
     });
-    glfwSetCharCallback(window_,
-                        [](GLFWwindow* window, unsigned character) { Of(window).Push(Typed{character}); });
+    glfwSetCharCallback(
+        window_, [](GLFWwindow* window, unsigned character) { WindowOf(window).Push(Typed{character}); });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
-      Of(window).Push(MouseMoved{Of(window).PixelsFromPoints().cwiseProduct(Eigen::Vector2d(x, y))});
+      WindowOf(window).Push(
+          MouseMoved{WindowOf(window).PixelsFromPoints().cwiseProduct(Eigen::Vector2d(x, y))});
     });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
-      Of(window).Push(MouseButton{button, action == GLFW_PRESS});
+      WindowOf(window).Push(MouseButton{button, action == GLFW_PRESS});
     });
     glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double steps) {
       const auto held = [&](int left, int right) {
         return glfwGetKey(window, left) == GLFW_PRESS || glfwGetKey(window, right) == GLFW_PRESS;
       };
-      Of(window).Push(WheelTurned{steps, held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT),
-                                  held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)});
+      WindowOf(window).Push(WheelTurned{steps, held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT),
+                                        held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)});
     });
-    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { Of(window).Push(CloseAsked{}); });
+    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { WindowOf(window).Push(CloseAsked{}); });
   }
   ~Window() override {
     if (gone_) return;
@@ -161,7 +162,7 @@ class Window : public Surface {
 
  private:
   // Without this Xlib ends the process when the display server ends.
-  void SurviveDisplayServer() {
+  void HandleDisplayServerLoss() {
     Display* display = glfwGetX11Display ? glfwGetX11Display() : nullptr;
     if (!display) return;
     display_name_ = DisplayString(display);
@@ -178,7 +179,7 @@ class Window : public Surface {
   }
   // Without this Xlib ends the process for any request that fails, such as one for a window that another
   // program has destroyed. Call it after the window is made, because GLFW then restores the default.
-  void SurviveDestroyedWindow() {
+  void HandleDestroyedWindow() {
     if (!glfwGetX11Display || !glfwGetX11Display() || !glfwGetX11Window) return;
     destroyed = false;
     x11_window = glfwGetX11Window(window_);
@@ -188,7 +189,9 @@ class Window : public Surface {
       return 0;
     });
   }
-  static Window& Of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+  static Window& WindowOf(GLFWwindow* window) {
+    return *static_cast<Window*>(glfwGetWindowUserPointer(window));
+  }
   void Push(InputEvent event) { events_.push_back(event); }
   // Window coordinates are pixels on some systems and points on others.
   Eigen::Vector2d PixelsFromPoints() const {

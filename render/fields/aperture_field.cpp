@@ -172,9 +172,9 @@ WarpedRings ApertureField::Warp(const PlacedMesh& placed, const Rigid3& cam_from
 
 namespace {
 
-class ApertureFieldFromHere : public FieldFromHere {
+class ApertureFieldFromHere : public PlacedField {
  public:
-  ApertureFieldFromHere(std::shared_ptr<const MeshField> field, std::unique_ptr<FieldFromHere> ordinary,
+  ApertureFieldFromHere(std::shared_ptr<const MeshField> field, std::unique_ptr<PlacedField> ordinary,
                         std::vector<int> view_of_vertex, WarpedRings rings,
                         const Eigen::Quaterniond& cam_from_world)
       : field_(std::move(field)),
@@ -223,7 +223,7 @@ class ApertureFieldFromHere : public FieldFromHere {
 
  private:
   std::shared_ptr<const MeshField> field_;
-  std::unique_ptr<FieldFromHere> ordinary_;
+  std::unique_ptr<PlacedField> ordinary_;
   std::vector<int> view_of_vertex_;
   WarpedRings rings_;
   Eigen::Quaterniond cam_from_world_;
@@ -231,8 +231,8 @@ class ApertureFieldFromHere : public FieldFromHere {
 
 }  // namespace
 
-std::unique_ptr<FieldFromHere> ApertureField::From(const Rigid3& cam_from_world,
-                                                   const Aperture& aperture) const {
+std::unique_ptr<PlacedField> ApertureField::From(const Rigid3& cam_from_world,
+                                                 const Aperture& aperture) const {
   const Vector3d virtual_center = cam_from_world.OriginInSource();
   const PlacedMesh placed = field_->Place(virtual_center);
   WarpedRings rings = Warp(placed, cam_from_world, aperture);

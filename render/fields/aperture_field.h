@@ -54,7 +54,7 @@ class ApertureField {
   WarpedRings Warp(const PlacedMesh& placed, const Rigid3& cam_from_world, const Aperture& aperture) const;
   // Returns the weights of all rays through the aperture that meet a point of the focal plane; the ordinary
   // field's weights if nothing moved. The result may outlive this object.
-  std::unique_ptr<FieldFromHere> From(const Rigid3& cam_from_world, const Aperture& aperture) const;
+  std::unique_ptr<PlacedField> From(const Rigid3& cam_from_world, const Aperture& aperture) const;
 
  private:
   struct Part {

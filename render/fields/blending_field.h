@@ -49,9 +49,9 @@ struct RayQuery {
 };
 
 // The field for one virtual camera's centre. It may outlive the BlendingField.
-class FieldFromHere {
+class PlacedField {
  public:
-  virtual ~FieldFromHere() = default;
+  virtual ~PlacedField() = default;
   // Returns the field's triangles that rays within `half_angle` (radians, less than a right angle) of `axis`
   // can meet; empty for fields that do not use candidates.
   virtual std::vector<int> CandidatesInCone(const Eigen::Vector3d& /*axis_in_world*/,
@@ -64,7 +64,7 @@ class FieldFromHere {
 class BlendingField {
  public:
   virtual ~BlendingField() = default;
-  virtual std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const = 0;
+  virtual std::unique_ptr<PlacedField> From(const Eigen::Vector3d& virtual_center_in_world) const = 0;
 };
 
 // A field has no view at a point if its weights before normalisation sum to less than this. Guessed.

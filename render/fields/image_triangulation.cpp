@@ -79,7 +79,7 @@ class WeightsAtPoint {
                         [&](int a, int b) { return rough_(a) < rough_(b); });
       for (; looked_at < end; ++looked_at) {
         const SceneView& view = scene_.views[static_cast<std::size_t>(order_[looked_at])];
-        if (view.See(point))
+        if (view.ProjectVisible(point))
           best.push_back({order_[looked_at],
                           LumigraphPenalty(point, virtual_center_, view.center_in_world, resolution_)});
       }
@@ -97,7 +97,7 @@ class WeightsAtPoint {
   std::vector<int> order_;
 };
 
-class FieldOfTriangulation : public FieldFromHere {
+class FieldOfTriangulation : public PlacedField {
  public:
   FieldOfTriangulation(WeightedImageTriangulation image, const CameraModel& camera,
                        const Rigid3& cam_from_world)
@@ -147,9 +147,9 @@ DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const
   };
 }
 
-std::unique_ptr<FieldFromHere> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
-                                                   const Rigid3& cam_from_world, const DepthAt& depth_at,
-                                                   const FieldOptions& options) {
+std::unique_ptr<PlacedField> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
+                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
+                                                 const FieldOptions& options) {
   return std::make_unique<FieldOfTriangulation>(
       TriangulateLumigraph(scene, camera, cam_from_world, depth_at, options), camera, cam_from_world);
 }

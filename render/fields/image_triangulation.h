@@ -33,7 +33,7 @@ WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const 
                                                 const FieldOptions& options);
 
 // Returns the same as a field for this camera's rays.
-std::unique_ptr<FieldFromHere> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
-                                                   const Rigid3& cam_from_world, const DepthAt& depth_at,
-                                                   const FieldOptions& options);
+std::unique_ptr<PlacedField> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
+                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
+                                                 const FieldOptions& options);
 }  // namespace ulf::render

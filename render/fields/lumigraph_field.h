@@ -20,7 +20,7 @@ class LumigraphField : public BlendingField {
   // `options` are the result of FieldThatServes().
   LumigraphField(std::shared_ptr<const RenderScene> scene, const FieldOptions& options)
       : scene_(std::move(scene)), options_(options) {}
-  std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;
+  std::unique_ptr<PlacedField> From(const Eigen::Vector3d& virtual_center_in_world) const override;
 
  private:
   std::shared_ptr<const RenderScene> scene_;
@@ -30,7 +30,7 @@ class LumigraphField : public BlendingField {
 class NearestField : public BlendingField {
  public:
   explicit NearestField(std::shared_ptr<const RenderScene> scene) : scene_(std::move(scene)) {}
-  std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;
+  std::unique_ptr<PlacedField> From(const Eigen::Vector3d& virtual_center_in_world) const override;
 
  private:
   std::shared_ptr<const RenderScene> scene_;

@@ -50,14 +50,14 @@ class MeshField : public BlendingField {
  public:
   MeshField(std::shared_ptr<const RenderScene> scene, int level,
             SubdivisionRules rules = SubdivisionRules::kDelaunay);
-  std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;
+  std::unique_ptr<PlacedField> From(const Eigen::Vector3d& virtual_center_in_world) const override;
 
   PlacedMesh Place(const Eigen::Vector3d& virtual_center_in_world) const;
   const FieldMesh& field_mesh() const { return *mesh_; }
   const Eigen::Vector3d& center_in_world() const { return scene_->mesh.center_in_world; }
 
  private:
-  Eigen::Vector3d OffTheMesh(const Eigen::Vector3d& virtual_center_in_world) const;
+  Eigen::Vector3d MovedOffMesh(const Eigen::Vector3d& virtual_center_in_world) const;
 
   std::shared_ptr<const RenderScene> scene_;
   std::vector<Eigen::Vector3d> centers_;

@@ -192,8 +192,8 @@ void GlRendererState::DrawMesh(const CameraModel& camera, const Rigid3& cam_from
 }
 
 // Returns the field on the processor, for the current picture; null for the soft field.
-std::unique_ptr<FieldFromHere> GlRendererState::FieldFrom(const CameraModel& camera,
-                                                          const Rigid3& cam_from_world) const {
+std::unique_ptr<PlacedField> GlRendererState::FieldFrom(const CameraModel& camera,
+                                                        const Rigid3& cam_from_world) const {
   if (options.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
   if (options.field.kind == FieldKind::kLumigraph)

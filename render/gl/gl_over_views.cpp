@@ -187,13 +187,13 @@ Filling GlRendererState::filling() const { return FillingOf(options); }
 
 // Returns the number of views that a filled pixel needs: one more than get weight, because its penalty is the
 // threshold.
-int GlRendererState::ViewsAsked() const { return filling().views > 1 ? filling().views + 1 : 1; }
+int GlRendererState::FillingViewCount() const { return filling().views > 1 ? filling().views + 1 : 1; }
 
 void GlRendererState::SetFill(const GlProgram& program, const CameraModel& camera,
                               const PlaneInCamera& plane) const {
   SetCommon(program, camera, plane);
   program.Set("depth", 0.0f);
-  program.Set("asked", ViewsAsked());
+  program.Set("asked", FillingViewCount());
   SetPenalties(program, FieldOptions{}.lumigraph_resolution);
 }
 
@@ -207,7 +207,7 @@ ViewTiles GlRendererState::TilesFor(const std::vector<int>& in_order, const Came
       [&](int view) {
         return sees_all && (marks || options.complete || options.show_field || photographs.PlaceOf(view));
       },
-      ViewsAsked());
+      FillingViewCount());
 }
 
 // Uploads the tiles to the shaders; returns their number.

@@ -18,7 +18,7 @@ constexpr std::size_t kMostArrayBytes = 1000000000;
 // Offer() copies no more than this in one call; more would delay the picture. Guessed.
 constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;
 // For a view without any level the loader first reads one that is coarser by this: 1/64 of the bytes.
-constexpr int kGlanceLevels = 3;
+constexpr int kPreviewLevels = 3;
 
 }  // namespace
 
@@ -51,8 +51,8 @@ std::size_t GlPhotographs::LayerBytes(const cv::Size& size) const {
   return static_cast<std::size_t>(size.area()) * pixel_bytes;
 }
 
-int GlPhotographs::GlanceLevel(const LevelRequest& level_request) const {
-  return std::min(level_request.level + kGlanceLevels, PhotographOf(level_request.view).LevelCount() - 1);
+int GlPhotographs::PreviewLevel(const LevelRequest& level_request) const {
+  return std::min(level_request.level + kPreviewLevels, PhotographOf(level_request.view).LevelCount() - 1);
 }
 
 GlPhotographs::LevelRequest GlPhotographs::WithinLimit(LevelRequest level_request) const {
@@ -188,21 +188,21 @@ void GlPhotographs::Use(const Key& key) {
   serving_[key.first] = key;
 }
 
-void GlPhotographs::Ask(std::span<const LevelRequest> missing, bool glance_first) {
+void GlPhotographs::RequestFromLoader(std::span<const LevelRequest> missing, bool preview_first) {
   std::vector<PhotographLoader::Request> requests;
   const auto ask = [&](const LevelRequest& level_request) {
     const auto view = At(level_request.view);
     if (!unreadable_[view]) requests.push_back({KeyOf(level_request), photographs_[view]});
   };
-  if (glance_first)
+  if (preview_first)
     for (const LevelRequest& level_request : missing)
-      if (!serving_.contains(level_request.view)) ask({level_request.view, GlanceLevel(level_request)});
+      if (!serving_.contains(level_request.view)) ask({level_request.view, PreviewLevel(level_request)});
   for (const LevelRequest& level_request : missing) ask(level_request);
   for (const LevelRequest& level_request : expected_) {
     const LevelRequest within = WithinLimit(level_request);
     if (!where_.contains(KeyOf(within))) ask(within);
   }
-  loader_->Ask(std::move(requests));
+  loader_->SetRequests(std::move(requests));
 }
 
 std::size_t GlPhotographs::Require(std::span<const LevelRequest> requests) {
@@ -220,7 +220,7 @@ std::size_t GlPhotographs::Require(std::span<const LevelRequest> requests) {
     else
       missing.push_back(level_requests.back());
   }
-  Ask(missing, false);
+  RequestFromLoader(missing, false);
   // Resident levels stay, except those of the last requests if the first ones would otherwise find no room.
   std::size_t left = missing.size(), done = 0, staying = level_requests.size();
   for (; done < staying; ++done) {
@@ -293,7 +293,7 @@ std::vector<GlPhotographs::LevelRequest> GlPhotographs::CoarsenedToFit(
 // Takes the level from the loader, or else a coarser one. Returns whether the level itself is resident now.
 bool GlPhotographs::TakeFromLoader(const LevelRequest& level_request, std::size_t& copied,
                                    std::size_t wanted) {
-  for (const int level : {level_request.level, GlanceLevel(level_request)}) {
+  for (const int level : {level_request.level, PreviewLevel(level_request)}) {
     if (level != level_request.level && serving_.contains(level_request.view)) return false;
     const Key key{level_request.view, level};
     const auto pixels = loader_->Take(key);

@@ -49,8 +49,8 @@ class GlPhotographs {
   // read, and then ignores it.
   bool Offer(std::span<const LevelRequest> level_requests);
   // Requests from the loader what the last Offer() lacked, then what is expected.
-  void AskForMissing() { Ask(missing_, true); }
-  // Sets what AskForMissing() requests last.
+  void RequestMissing() { RequestFromLoader(missing_, true); }
+  // Sets what RequestMissing() requests last.
   void Expect(std::vector<LevelRequest> level_requests) { expected_ = std::move(level_requests); }
 
   // Returns the place of the view's photograph after Require() or Offer(); none if it has no level.
@@ -88,7 +88,7 @@ class GlPhotographs {
 
   static Key KeyOf(const LevelRequest& level_request) { return {level_request.view, level_request.level}; }
   std::size_t LayerBytes(const cv::Size& size) const;
-  int GlanceLevel(const LevelRequest& level_request) const;
+  int PreviewLevel(const LevelRequest& level_request) const;
   LevelRequest WithinLimit(LevelRequest level_request) const;
   const Photograph& PhotographOf(int view) const { return *photographs_[static_cast<std::size_t>(view)]; }
   Array MakeArray(const cv::Size& size, std::size_t layers);
@@ -105,7 +105,7 @@ class GlPhotographs {
   void Use(const Key& key);
   std::vector<LevelRequest> CoarsenedToFit(std::span<const LevelRequest> requests);
   bool TakeFromLoader(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted);
-  void Ask(std::span<const LevelRequest> missing, bool glance_first);
+  void RequestFromLoader(std::span<const LevelRequest> missing, bool preview_first);
 
   std::vector<std::shared_ptr<const Photograph>> photographs_;
   std::size_t limit_bytes_ = 0;

@@ -230,7 +230,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
       break;  // Resolve() draws the nearest view
   }
   s.Resolve(camera, cam_from_world, plane);
-  if (!s.options.complete) s.photographs.AskForMissing();
+  if (!s.options.complete) s.photographs.RequestMissing();
   glFinish();
   CheckGl("drawing");
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

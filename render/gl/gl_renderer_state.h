@@ -81,7 +81,7 @@ struct GlRendererState {
                               const Rigid3& cam_from_world) const;
   TriangleBatch RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
                               const Rigid3& cam_from_world) const;
-  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  std::unique_ptr<PlacedField> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
   DepthAt DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const;
   TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                                    const PlaneInCamera& plane) const;
@@ -95,7 +95,7 @@ struct GlRendererState {
   ViewTiles TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
                      const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks);
   Filling filling() const;
-  int ViewsAsked() const;
+  int FillingViewCount() const;
   void SetFill(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   std::size_t SetTiles(const ViewTiles& of_views, const CameraModel& camera);
   bool FindGaps(const std::vector<int>& of_views);

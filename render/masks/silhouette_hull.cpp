@@ -69,7 +69,7 @@ double SilhouetteHull::CellPx(const CameraModel& camera, const Rigid3& cam_from_
   return camera.MeanFocalPx() * CellSize() / (cam_from_world * center_in_world_).norm();
 }
 
-cv::Mat SilhouetteHull::SeenFrom(const CameraModel& camera, const Rigid3& cam_from_world) const {
+cv::Mat SilhouetteHull::ProjectedInto(const CameraModel& camera, const Rigid3& cam_from_world) const {
   cv::Mat seen = cv::Mat::zeros(camera.height, camera.width, CV_8U);
   // A cell reaches to its corners.
   const double reach = 0.5 * std::sqrt(3.0) * CellSize();

@@ -28,7 +28,7 @@ class SilhouetteHull {
   bool empty() const { return surface_.empty(); }
   double CellSize() const { return 2 * half_side_ / cells_; }
   // Returns the hull as a camera sees it, CV_8U, 255 inside, dilated by half a cell.
-  cv::Mat SeenFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  cv::Mat ProjectedInto(const CameraModel& camera, const Rigid3& cam_from_world) const;
   // Returns the size of a cell in such a picture, pixels.
   double CellPx(const CameraModel& camera, const Rigid3& cam_from_world) const;
 

@@ -135,7 +135,7 @@ Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise, std::ve
 
 }  // namespace
 
-StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning) {
+StillBackground EstimateBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning) {
   CV_Assert(!pictures.empty() && (turning.empty() || turning.size() == pictures.size()));
   const cv::Size size = pictures[0].size();
   const NoiseByLevel noise(pictures);
@@ -179,7 +179,7 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
   return background;
 }
 
-cv::Mat StillToTheRim(const StillBackground& background) {
+cv::Mat StillConnectedToRim(const StillBackground& background) {
   cv::Mat still;
   cv::morphologyEx(background.still, still, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8U));
   cv::Mat parts;
@@ -197,10 +197,10 @@ cv::Mat StillToTheRim(const StillBackground& background) {
   return outside;
 }
 
-OutsideColors::OutsideColors(const StillBackground& background, const cv::Mat& outside)
+BackgroundColors::BackgroundColors(const StillBackground& background, const cv::Mat& outside)
     : shares_(kBins * kBins * kBins, 0.0f) {
   constexpr double kLeastShare = 0.05;  // of the picture, for the background's colours. Guessed.
-  tell_ = cv::countNonZero(outside) >= kLeastShare * static_cast<double>(outside.total());
+  is_reliable_ = cv::countNonZero(outside) >= kLeastShare * static_cast<double>(outside.total());
   float count = 0;
   for (int y = 0; y < outside.rows; ++y)
     for (int x = 0; x < outside.cols; ++x) {
@@ -212,7 +212,7 @@ OutsideColors::OutsideColors(const StillBackground& background, const cv::Mat& o
   for (float& share : shares_) share /= std::max(1.0f, count);
 }
 
-float OutsideColors::ShareAround(const cv::Vec3f& color) const {
+float BackgroundColors::ShareAround(const cv::Vec3f& color) const {
   const int at[3] = {BinOf(color[0]), BinOf(color[1]), BinOf(color[2])};
   float sum = 0;
   for (int b = std::max(0, at[0] - 1); b <= std::min(kBins - 1, at[0] + 1); ++b)
@@ -222,16 +222,16 @@ float OutsideColors::ShareAround(const cv::Vec3f& color) const {
   return sum;
 }
 
-int OutsideColors::BinOf(float level) {
+int BackgroundColors::BinOf(float level) {
   return std::clamp(static_cast<int>(level * kBins / 256), 0, kBins - 1);
 }
 
-std::size_t OutsideColors::Index(int b, int g, int r) { return At((b * kBins + g) * kBins + r); }
+std::size_t BackgroundColors::Index(int b, int g, int r) { return At((b * kBins + g) * kBins + r); }
 
-void DoubtForeignColors(StillBackground& background, const cv::Mat& outside, const OutsideColors& colors) {
+void DropForeignColors(StillBackground& background, const cv::Mat& outside, const BackgroundColors& colors) {
   constexpr float kForeign = 5e-5f,
                   kFamiliar = 3e-4f;  // shares of the outside's pixels around a colour. Guessed.
-  if (!colors.Tell()) return;
+  if (!colors.IsReliable()) return;
   for (int y = 0; y < outside.rows; ++y)
     for (int x = 0; x < outside.cols; ++x) {
       float& known = background.known.at<float>(y, x);

@@ -21,17 +21,17 @@ struct StillBackground {
 
 // `pictures` are CV_8UC3 in order of time, of one size. `turning` has a CV_8U for each, 255 where it is known
 // to show the turning subject, whatever its look; empty means nowhere.
-StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning);
+StillBackground EstimateBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning);
 
 // Returns CV_8U, 255 at pixels that never change and are connected to the picture's rim: the background's.
 // What they enclose may be the subject, even where it looks still.
-cv::Mat StillToTheRim(const StillBackground& background);
+cv::Mat StillConnectedToRim(const StillBackground& background);
 
 // A histogram of the background's colours outside the subject.
-class OutsideColors {
+class BackgroundColors {
  public:
-  OutsideColors(const StillBackground& background, const cv::Mat& outside);
-  bool Tell() const { return tell_; }  // false: too little of the picture is outside
+  BackgroundColors(const StillBackground& background, const cv::Mat& outside);
+  bool IsReliable() const { return is_reliable_; }  // false: too little of the picture is outside
   // Returns the share of outside pixels with about this colour (levels).
   float ShareAround(const cv::Vec3f& color) const;
 
@@ -40,12 +40,12 @@ class OutsideColors {
   static int BinOf(float level);
   static std::size_t Index(int b, int g, int r);
   std::vector<float> shares_;
-  bool tell_ = false;
+  bool is_reliable_ = false;
 };
 
 // Marks the background inside as unknown if its colour does not occur outside: it is probably a smooth part
 // of the subject.
-void DoubtForeignColors(StillBackground& background, const cv::Mat& outside, const OutsideColors& colors);
+void DropForeignColors(StillBackground& background, const cv::Mat& outside, const BackgroundColors& colors);
 
 // Returns the shift of `picture` against the background in pixels, from the still part. It is found up to
 // some three pixels, and 0 if nothing still has edges.

@@ -108,42 +108,42 @@ cv::Mat Shifted(const cv::Mat& pixels, const cv::Point2d& by, int interpolation)
 }
 
 // A stand's background and the shift of each view against it.
-struct Learnt {
+struct StandBackground {
   StillBackground background;
   std::vector<cv::Point2d> shifts;  // in the order of Stand::views
 };
 
 constexpr double kWorthShifting = 0.1;  // px; guessed
 
-Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand) {
-  Learnt learnt;
-  learnt.shifts.assign(stand.views.size(), {});
+StandBackground EstimateStand(const std::vector<Picture>& pictures, const Stand& stand) {
+  StandBackground estimated;
+  estimated.shifts.assign(stand.views.size(), {});
   const double step = std::max(1.0, static_cast<double>(stand.views.size()) / kMostCompared);
   const auto learn = [&] {
     std::vector<cv::Mat> compared, turning;
     for (double at = 0; at < static_cast<double>(stand.views.size()); at += step) {
       const auto k = static_cast<std::size_t>(at);
       const Picture& picture = pictures[At(stand.views[k])];
-      const bool shifts = std::hypot(learnt.shifts[k].x, learnt.shifts[k].y) > kWorthShifting;
-      compared.push_back(shifts ? Shifted(picture.pixels, learnt.shifts[k], cv::INTER_LINEAR)
+      const bool shifts = std::hypot(estimated.shifts[k].x, estimated.shifts[k].y) > kWorthShifting;
+      compared.push_back(shifts ? Shifted(picture.pixels, estimated.shifts[k], cv::INTER_LINEAR)
                                 : picture.pixels);
       turning.push_back(shifts && !picture.board.empty()
-                            ? Shifted(picture.board, learnt.shifts[k], cv::INTER_NEAREST)
+                            ? Shifted(picture.board, estimated.shifts[k], cv::INTER_NEAREST)
                             : picture.board);
     }
-    learnt.background = LearnBackground(compared, turning);
+    estimated.background = EstimateBackground(compared, turning);
   };
   learn();
   double largest = 0;
   std::vector<cv::Point2d> found(stand.views.size());
   ParallelFor(stand.views.size(), [&](std::size_t k) {
-    found[k] = ShiftAgainst(learnt.background, pictures[At(stand.views[k])].pixels);
+    found[k] = ShiftAgainst(estimated.background, pictures[At(stand.views[k])].pixels);
   });
   for (const cv::Point2d& shift : found) largest = std::max(largest, std::hypot(shift.x, shift.y));
-  if (largest < kWorthShifting) return learnt;
-  learnt.shifts = found;
+  if (largest < kWorthShifting) return estimated;
+  estimated.shifts = found;
   learn();
-  return learnt;
+  return estimated;
 }
 
 // Removes components that touch neither the axis' surroundings nor the board: they are noise.
@@ -252,11 +252,11 @@ class Masking {
   }
 
   void LearnStandAt(std::size_t s) {
-    learnt_.push_back(LearnStand(pictures_, result_.stands[s]));
-    outside_.push_back(StillToTheRim(learnt_.back().background));
-    colors_.emplace_back(learnt_.back().background, outside_.back());
-    DoubtForeignColors(learnt_.back().background, outside_.back(), colors_.back());
-    for (const cv::Point2d& shift : learnt_.back().shifts)
+    stand_backgrounds_.push_back(EstimateStand(pictures_, result_.stands[s]));
+    outside_.push_back(StillConnectedToRim(stand_backgrounds_.back().background));
+    colors_.emplace_back(stand_backgrounds_.back().background, outside_.back());
+    DropForeignColors(stand_backgrounds_.back().background, outside_.back(), colors_.back());
+    for (const cv::Point2d& shift : stand_backgrounds_.back().shifts)
       result_.stands[s].shift_px = std::max(result_.stands[s].shift_px, std::hypot(shift.x, shift.y));
   }
 
@@ -266,7 +266,7 @@ class Masking {
     for (std::size_t s = 0; s < result_.stands.size(); ++s) {
       const Stand& stand = result_.stands[s];
       ParallelFor(stand.views.size(), [&](std::size_t k) {
-        Cut(pictures_[At(stand.views[k])], s, learnt_[s].shifts[k], hull);
+        Cut(pictures_[At(stand.views[k])], s, stand_backgrounds_[s].shifts[k], hull);
         ++done;
       });
       Show(from_share + (to_share - from_share) * done / static_cast<double>(pictures_.size()), "cutting");
@@ -274,7 +274,7 @@ class Masking {
   }
 
   void Cut(Picture& picture, std::size_t s, const cv::Point2d& shift, const SilhouetteHull* hull) const {
-    const StillBackground& background = learnt_[s].background;
+    const StillBackground& background = stand_backgrounds_[s].background;
     const bool shifts = std::hypot(shift.x, shift.y) > kWorthShifting;
     const auto to_stand = [&](const cv::Mat& m, int interpolation) {
       return shifts && !m.empty() ? Shifted(m, shift, interpolation) : m;
@@ -284,7 +284,7 @@ class Masking {
     labels.setTo(static_cast<int>(CutLabel::kStill), outside_[s]);
     if (hull && !hull->empty()) {
       const cv::Mat seen =
-          to_stand(hull->SeenFrom(picture.camera, picture.cam_from_world), cv::INTER_NEAREST);
+          to_stand(hull->ProjectedInto(picture.camera, picture.cam_from_world), cv::INTER_NEAREST);
       const double cell = hull->CellPx(picture.camera, picture.cam_from_world);
       constexpr float kOutside = -4, kInside = 6;  // guessed, logarithms of odds
       cv::add(leans, kOutside, leans, Grown(seen, 1) == 0);
@@ -302,10 +302,10 @@ class Masking {
   cv::Mat LeansByColor(const cv::Mat& pixels, std::size_t s) const {
     constexpr float kUsual = 0.06f, kPerDecade = 2.5f;  // share of the outside; logarithms of odds. Guessed.
     cv::Mat leans = cv::Mat::zeros(pixels.size(), CV_32F);
-    if (!colors_[s].Tell()) return leans;
+    if (!colors_[s].IsReliable()) return leans;
     for (int y = 0; y < pixels.rows; ++y)
       for (int x = 0; x < pixels.cols; ++x) {
-        const float unknown = 1 - learnt_[s].background.known.at<float>(y, x);
+        const float unknown = 1 - stand_backgrounds_[s].background.known.at<float>(y, x);
         if (unknown <= 0) continue;
         const float share = colors_[s].ShareAround(pixels.at<cv::Vec3b>(y, x));
         if (share > kUsual) leans.at<float>(y, x) = -unknown * kPerDecade * std::log10(share / kUsual);
@@ -345,7 +345,7 @@ class Masking {
     for (std::size_t i = 0; i < pictures_.size(); ++i) {
       Picture& picture = pictures_[i];
       if (stand_of_[i] < 0) {
-        picture.mask = Shrunk(hull.SeenFrom(picture.camera, picture.cam_from_world),
+        picture.mask = Shrunk(hull.ProjectedInto(picture.camera, picture.cam_from_world),
                               0.5 * hull.CellPx(picture.camera, picture.cam_from_world));
         if (!picture.board.empty()) picture.mask |= picture.board;
       }
@@ -367,9 +367,9 @@ class Masking {
   std::vector<Rigid3> poses_;
   std::vector<int> stand_of_;  // by view; -1: none
   std::vector<Picture> pictures_;
-  std::vector<Learnt> learnt_;         // by stand
-  std::vector<cv::Mat> outside_;       // by stand: CV_8U, 255 where nothing turns
-  std::vector<OutsideColors> colors_;  // by stand
+  std::vector<StandBackground> stand_backgrounds_;  // by stand
+  std::vector<cv::Mat> outside_;                    // by stand: CV_8U, 255 where nothing turns
+  std::vector<BackgroundColors> colors_;            // by stand
 };
 
 }  // namespace

@@ -25,7 +25,7 @@ ViewShares SharesAt(const RenderScene& scene, const Vector3d& point, const Vecto
   std::vector<Scored> scored;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const SceneView& view = scene.views[i];
-    const auto seen = view.See(point);
+    const auto seen = view.ProjectVisible(point);
     if (!seen) continue;
     const Vector3d arm = view.center_in_world - point;
     const double distance = arm.norm();

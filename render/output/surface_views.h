@@ -2,8 +2,8 @@
 // colours.
 //
 // A view's score at a vertex is how squarely and how largely it shows the surface there, times its visibility
-// past the proxy and the edge of its picture (SceneView::See()). The best few views have a share each; shares
-// fall to zero where the next view takes over, so that they change smoothly along the surface.
+// past the proxy and the edge of its picture (SceneView::ProjectVisible()). The best few views have shares;
+// they fall to zero where the next view takes over, so that they change smoothly along the surface.
 #pragma once
 
 #include <cstdint>

@@ -35,7 +35,7 @@ std::array<Vector3d, 3> CornersOf(const TriangleMesh& mesh, const CornerIndices&
 std::optional<double> AreaIn(const SceneView& view, const std::array<Vector3d, 3>& corners) {
   std::array<Vector2d, 3> img;
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto seen = view.Frame(corners[i]);
+    const auto seen = view.Project(corners[i]);
     if (!seen) return std::nullopt;
     img[i] = seen->img;
   }
@@ -56,7 +56,7 @@ std::vector<ShownBy> ShownWell(const RenderScene& scene, const std::array<Vector
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const auto area = AreaIn(scene.views[i], corners);
     if (!area || !(std::abs(*area) > 0)) continue;
-    const auto seen = scene.views[i].See(middle);
+    const auto seen = scene.views[i].ProjectVisible(middle);
     if (!seen || seen->feather < kLeastSeen) continue;
     areas.emplace_back(static_cast<int>(i), *area);
     most = std::max(most, std::abs(*area));
@@ -227,7 +227,7 @@ TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh
         if (!is_new) continue;
         atlas.source.push_back(from);
         atlas.mesh.vertices.push_back(mesh.vertices[from]);
-        const Vector2d img = view.Frame(mesh.vertices[from].cast<double>())->img;
+        const Vector2d img = view.Project(mesh.vertices[from].cast<double>())->img;
         in_photograph.push_back(img);
         piece.low = piece.low.cwiseMin(img);
         piece.high = piece.high.cwiseMax(img);

@@ -32,7 +32,7 @@ class PhotographLoader {
 
   // Replaces all earlier requests, most urgent first: levels that were read and are not requested again are
   // dropped.
-  void Ask(std::vector<Request> requests);
+  void SetRequests(std::vector<Request> requests);
   // After this many untaken bytes the loader continues only while somebody waits. Guessed.
   static constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 

@@ -320,7 +320,7 @@ PhotographStore::PhotographStore(const LightField& light_field, const Photograph
 
 PhotographStore::~PhotographStore() = default;
 
-std::shared_ptr<const Photograph> PhotographStore::Of(std::size_t index) const {
+std::shared_ptr<const Photograph> PhotographStore::PhotographOf(std::size_t index) const {
   const CameraModel& camera = state_->light_field.CameraOf(state_->light_field.views[index]);
   return std::make_shared<Stored>(state_, index, LoadedSize(camera, state_->options.size_limit_px));
 }

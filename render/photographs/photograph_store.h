@@ -36,7 +36,7 @@ class PhotographStore {
   ~PhotographStore();
 
   // Returns the photograph of view `index` of the light field. It may outlive the store.
-  std::shared_ptr<const Photograph> Of(std::size_t index) const;
+  std::shared_ptr<const Photograph> PhotographOf(std::size_t index) const;
 
   // Counts events since the store was made.
   struct Counts {

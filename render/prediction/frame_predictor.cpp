@@ -144,10 +144,11 @@ void FramePredictor::AddView(int id, const Rigid3& cam_from_world, std::function
 }
 
 void FramePredictor::AddView(int id, const StereoView& view) {
-  views_.insert_or_assign(id, Entry{view.cam_from_world, view.center_in_world, nullptr, AsKept(view), {}});
+  views_.insert_or_assign(id,
+                          Entry{view.cam_from_world, view.center_in_world, nullptr, ForStorage(view), {}});
 }
 
-StereoView FramePredictor::AsKept(StereoView view) {
+StereoView FramePredictor::ForStorage(StereoView view) {
   Smoothed(view.grey).convertTo(view.grey, CV_8U);  // a quarter of the memory
   return view;
 }
@@ -163,7 +164,7 @@ void FramePredictor::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
 
 const StereoView& FramePredictor::PictureOf(Entry& entry) {
   if (!entry.view) {
-    entry.view = AsKept(entry.read());
+    entry.view = ForStorage(entry.read());
     entry.read = nullptr;
   }
   entry.view->cam_from_world = entry.cam_from_world;

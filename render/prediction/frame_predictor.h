@@ -92,7 +92,7 @@ class FramePredictor {
     int id = 0;
     Entry* entry = nullptr;
   };
-  static StereoView AsKept(StereoView view);
+  static StereoView ForStorage(StereoView view);
   static const StereoView& PictureOf(Entry& entry);
   static bool CanBeRead(Entry& entry);
   double OneSided(const Eigen::Vector3d& center_in_world, const std::vector<Near>& near) const;

@@ -71,7 +71,7 @@ std::vector<SightedPoint> SightedPoints(const LightField& light_field) {
   std::vector<Vector3d> viewpoints;
   for (const View& view : light_field.views) viewpoints.push_back(view.cam_from_world.OriginInSource());
   const double spacing = ViewpointSpacing(viewpoints);
-  const auto seen_from = SeenFrom(light_field);
+  const auto seen_from = ViewpointsOfPoints(light_field);
   std::vector<SightedPoint> points;
   for (std::size_t i = 0; i < seen_from.size(); ++i) {
     if (seen_from[i].empty()) continue;
@@ -236,7 +236,7 @@ FoundPlane Found(const TriedPlane& plane, const std::vector<SightedPoint>& point
 
 }  // namespace
 
-std::vector<std::vector<Vector3d>> SeenFrom(const LightField& light_field) {
+std::vector<std::vector<Vector3d>> ViewpointsOfPoints(const LightField& light_field) {
   std::map<int, Vector3d> viewpoints;
   for (const View& view : light_field.views) viewpoints[view.id] = view.cam_from_world.OriginInSource();
   std::vector<std::vector<Vector3d>> seen_from(light_field.points.size());

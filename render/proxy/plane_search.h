@@ -37,6 +37,6 @@ PlaneSearch FindPlanes(const LightField& light_field);
 
 // Returns for each point of the light field the viewpoints of the views that show it, the nearest first; if
 // unknown, the nearest of all. Empty for a point that is not finite, and without views.
-std::vector<std::vector<Eigen::Vector3d>> SeenFrom(const LightField& light_field);
+std::vector<std::vector<Eigen::Vector3d>> ViewpointsOfPoints(const LightField& light_field);
 
 }  // namespace ulf::render

@@ -198,7 +198,7 @@ void AddPlane(const FoundPlane& plane, const LightField& light_field,
 
 std::shared_ptr<const TriangleMesh> MeshOfPlanes(const std::vector<FoundPlane>& planes,
                                                  const LightField& light_field) {
-  const auto seen_from = SeenFrom(light_field);
+  const auto seen_from = ViewpointsOfPoints(light_field);
   auto mesh = std::make_shared<TriangleMesh>();
   for (const FoundPlane& plane : planes) AddPlane(plane, light_field, seen_from, *mesh);
   return mesh;

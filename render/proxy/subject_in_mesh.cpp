@@ -95,11 +95,11 @@ class Union {
   explicit Union(std::size_t count) : parent_(count) {
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   }
-  std::size_t Of(std::size_t i) {
+  std::size_t RootOf(std::size_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  void Join(std::size_t a, std::size_t b) { parent_[Of(a)] = Of(b); }
+  void Join(std::size_t a, std::size_t b) { parent_[RootOf(a)] = RootOf(b); }
 
  private:
   std::vector<std::size_t> parent_;
@@ -118,7 +118,9 @@ std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Fa
     Vector3d middle = Vector3d::Zero();  // area-weighted sum
   };
   std::map<std::size_t, Surface> surfaces;
-  const auto surface_of = [&](const Facet& facet) { return joined.Of(mesh.triangles[facet.triangle][0]); };
+  const auto surface_of = [&](const Facet& facet) {
+    return joined.RootOf(mesh.triangles[facet.triangle][0]);
+  };
   for (const Facet& facet : facets) {
     Surface& surface = surfaces[surface_of(facet)];
     surface.area += facet.area;

@@ -82,7 +82,7 @@ std::vector<ScoredChoice> Try(const std::string& compared, const RenderScene& sc
 void TimeInMotion(const std::string& compared, const RenderScene& scene, RendererKind kind,
                   const ChoiceOptions& options, std::vector<ScoredChoice>& candidates) {
   constexpr int kPictures = 3;
-  const InMotion& motion = *options.in_motion;
+  const MotionTiming& motion = *options.in_motion;
   const auto renderer = MakeRenderer(WithProxy(scene, candidates.front().proxy),
                                      {.renderer = kind, .gpu_memory_mb = options.gpu_memory_mb});
   for (ScoredChoice& candidate : candidates) {
@@ -215,7 +215,7 @@ const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candid
   });
 }
 
-std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidates, double most_ms) {
+std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms) {
   std::vector<ScoredChoice> quick;
   std::ranges::copy_if(candidates, std::back_inserter(quick),
                        [&](const ScoredChoice& candidate) { return candidate.ms <= most_ms; });
@@ -289,7 +289,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   const auto in_time = [&](const std::string& compared, std::vector<ScoredChoice>& tried) {
     if (!options.in_motion) return tried;
     TimeInMotion(compared, scene, renderer, options, tried);
-    return QuickEnough(tried, options.in_motion->most_ms);
+    return WithinTime(tried, options.in_motion->most_ms);
   };
   if (proxies.size() > 1) {
     auto tried = scores(kGeometry, {fields.front()}, proxies);

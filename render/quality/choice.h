@@ -5,7 +5,7 @@
 // from all views knows the left-out ones as well and scores a little too well.
 //
 // For files the best pictures count, and the choice is the same every time: the clock plays no part. For a
-// moving camera the frame rate counts: candidates that are too slow on this machine are not taken (InMotion).
+// moving camera the frame rate counts: those too slow on this machine are not taken (MotionTiming).
 #pragma once
 
 #include <filesystem>
@@ -44,7 +44,7 @@ struct Choice {
 inline constexpr char kAuto[] = "auto";
 
 // The camera of a viewer in motion, and the time that a picture may take.
-struct InMotion {
+struct MotionTiming {
   CameraModel camera;
   Rigid3 cam_from_world;
   double most_ms = 0;  // per picture
@@ -58,7 +58,7 @@ struct ChoiceOptions {
   double soft_gain_db = 0.1;
   // The narrow soft field, which is quicker, is taken if at most this much worse than the wide one. Guessed.
   double narrow_within_db = 0.05;
-  std::optional<InMotion> in_motion = {};  // none: for files
+  std::optional<MotionTiming> in_motion = {};  // none: for files
   int fewest_views = kFewestViewsCompared;
   int views_left_out = 8;    // approximate number, evenly through the light field. Guessed.
   int size_px = 320;         // longest side of the pictures. Guessed.
@@ -79,7 +79,7 @@ const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options = {});
 
 // Returns those that take at most `most_ms`; if all take longer, the quickest.
-std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidates, double most_ms);
+std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms);
 
 // `fields` and `proxies` are in order of preference, the simplest proxy first. First every proxy is tried
 // with the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever

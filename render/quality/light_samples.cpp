@@ -128,7 +128,7 @@ std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<S
     if (std::ranges::count(asked, index) > 0) continue;
     asked.push_back(index);
     const SceneView& view = scene.views[At(index)];
-    const auto seen = view.See(point);
+    const auto seen = view.ProjectVisible(point);
     if (!seen || seen->feather < kSeen) continue;
     const auto light = LogLightAt(view, pictures[At(index)], seen->img);
     if (!light) continue;

@@ -116,7 +116,7 @@ ProtocolSplit SplitByProtocol(const LightField& light_field, const std::string& 
   return split;
 }
 
-LightField OnlyViews(const LightField& light_field, const std::vector<int>& views) {
+LightField SubsetOfViews(const LightField& light_field, const std::vector<int>& views) {
   LightField only = light_field;
   only.views.clear();
   std::map<int, const View*> by_id;

@@ -25,7 +25,7 @@ ProtocolSplit SplitByProtocol(const LightField& light_field, const std::string& 
 // Returns the light field that these views alone (indices, ascending) would give: points are fitted again to
 // their observations, and points with fewer than two, or without tracks, are left out. The subject of an
 // imported set is found anew if the optical axes or the points determine it.
-LightField OnlyViews(const LightField& light_field, const std::vector<int>& views);
+LightField SubsetOfViews(const LightField& light_field, const std::vector<int>& views);
 
 // The measures of papers over the whole frame, except pixels without light in the photograph (masked, or
 // beyond the edge after undistortion). Pictures are 8-bit sRGB, `valid` is CV_8U.

@@ -75,7 +75,7 @@ double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vect
                   std::vector<Contribution>& contributions) {
   double total = 0;
   for (const auto& [index, weight] : sample.weights)
-    if (const auto seen = setup.scene.views[At(index)].See(point))
+    if (const auto seen = setup.scene.views[At(index)].ProjectVisible(point))
       Contribute(setup, index, seen->img, weight * seen->feather, contributions);
   for (const Contribution& c : contributions) total += c.weight;
   return total;
@@ -85,7 +85,7 @@ double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vect
 std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, int count) {
   std::vector<int> views;
   for (const int index : setup.views_by_distance) {
-    const auto seen = setup.scene.views[At(index)].See(point);
+    const auto seen = setup.scene.views[At(index)].ProjectVisible(point);
     if (!seen || !(LightOf(setup, index, seen->img)[3] > 0)) continue;
     views.push_back(index);
     if (static_cast<int>(views.size()) == count) break;
@@ -97,7 +97,7 @@ std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, 
 void FillFromHidden(const FrameSetup& setup, const Vector3d& point,
                     std::vector<Contribution>& contributions) {
   for (const int index : setup.views_by_distance) {
-    if (const auto framed = setup.scene.views[At(index)].Frame(point))
+    if (const auto framed = setup.scene.views[At(index)].Project(point))
       Contribute(setup, index, framed->img, 1, contributions);
     if (!contributions.empty()) return;
   }
@@ -116,7 +116,7 @@ void Fill(const FrameSetup& setup, const Vector3d& point, int count,
                                         : 1});
   if (count > 1) weights = LumigraphWeights(std::move(weights), At(count));
   for (const auto& [index, weight] : weights) {
-    const auto seen = setup.scene.views[At(index)].See(point);
+    const auto seen = setup.scene.views[At(index)].ProjectVisible(point);
     if (seen) Contribute(setup, index, seen->img, weight * seen->feather, contributions);
     if (count == 1 && !contributions.empty()) return;
   }
@@ -182,9 +182,9 @@ void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
         std::make_shared<MeshField>(scene_, options_.field.level, options_.field.rules));
 }
 
-std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const CameraModel& camera,
-                                                            const Rigid3& cam_from_world,
-                                                            const cv::Mat& depth) const {
+std::unique_ptr<PlacedField> ReferenceRenderer::FieldFrom(const CameraModel& camera,
+                                                          const Rigid3& cam_from_world,
+                                                          const cv::Mat& depth) const {
   if (options_.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field_) return aperture_field_->From(cam_from_world, *options_.aperture);
   if (options_.field.kind != FieldKind::kLumigraph) return field_->From(cam_from_world.OriginInSource());
@@ -242,7 +242,7 @@ void ForEachPixelOf(const cv::Rect& tile, const FrameSetup& setup, const cv::Mat
 }
 
 template <typename Shade>
-void ForEachPixelOfField(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth,
+void ForEachPixelOfField(const FrameSetup& setup, const PlacedField& field, const cv::Mat& depth,
                          const Filling& filling, const Shade& shade) {
   const CameraModel& camera = setup.camera;
   constexpr int kTile = 16;  // px; the rays of a tile share the field's candidates
@@ -287,7 +287,7 @@ void ForEachSoftPixel(const FrameSetup& setup, const Rigid3& cam_from_world, con
 
 // A null `field` means the soft field.
 template <typename Shade>
-void ForEachPixel(const FrameSetup& setup, const FieldFromHere* field, const Rigid3& cam_from_world,
+void ForEachPixel(const FrameSetup& setup, const PlacedField* field, const Rigid3& cam_from_world,
                   const cv::Mat& depth, const Filling& filling, double soft_width, const Shade& shade) {
   if (field)
     ForEachPixelOfField(setup, *field, depth, filling, shade);
@@ -332,7 +332,7 @@ class WeightLayers {
 
 }  // namespace
 
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere* field,
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const PlacedField* field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options) {
   WeightLayers layers(scene, depth.size());

@@ -22,8 +22,8 @@ class ReferenceRenderer : public Renderer {
 
  private:
   // Returns null for the soft field.
-  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world,
-                                           const cv::Mat& depth) const;
+  std::unique_ptr<PlacedField> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world,
+                                         const cv::Mat& depth) const;
 
   std::shared_ptr<const RenderScene> scene_;    // with its own proxy
   std::shared_ptr<const RenderScene> focused_;  // with the focal plane; null without an aperture
@@ -33,7 +33,7 @@ class ReferenceRenderer : public Renderer {
 };
 
 // Returns Rendering::weights of a field (null: the soft field); `depth` comes from Proxy::Depth().
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere* field,
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const PlacedField* field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options);
 

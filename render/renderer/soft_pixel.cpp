@@ -62,7 +62,7 @@ SoftPixel::Choice SoftPixel::Choose(const Vector3d& point, std::span<const int> 
   std::vector<Chosen>& chosen = choice.views;
   for (const int view : views) {
     const SceneView& candidate = scene_.views[At(view)];
-    if (!candidate.Frame(point)) continue;
+    if (!candidate.Project(point)) continue;
     const Vector3d to_view = (candidate.center_in_world - point).normalized();
     chosen.push_back({view,
                       LumigraphPenalty(point, virtual_center_, candidate.center_in_world,
@@ -155,7 +155,7 @@ double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const Choice&
   samples.clear();
   for (const auto& [index, penalty, weight, aside] : chosen.views) {
     const SceneView& view = scene_.views[At(index)];
-    const auto framed = view.Frame(point_in_world);
+    const auto framed = view.Project(point_in_world);
     if (!framed) continue;
     double seen = 1;
     if (view.depth_map) {

@@ -102,15 +102,15 @@ cv::Mat SceneView::Srgb8() const {
   return Srgb8FromLinear(bgr);
 }
 
-std::optional<Seen> SceneView::See(const Eigen::Vector3d& point_in_world) const {
-  auto seen = Frame(point_in_world);
+std::optional<Seen> SceneView::ProjectVisible(const Eigen::Vector3d& point_in_world) const {
+  auto seen = Project(point_in_world);
   if (!seen || !shadow_map) return seen;
   seen->feather *= shadow_map->Get().Visibility(cam_from_world * point_in_world);
   if (seen->feather <= 0) return std::nullopt;
   return seen;
 }
 
-std::optional<Seen> SceneView::Frame(const Eigen::Vector3d& point_in_world) const {
+std::optional<Seen> SceneView::Project(const Eigen::Vector3d& point_in_world) const {
   const auto img = camera.ImgFromCam(cam_from_world * point_in_world);
   if (!img) return std::nullopt;
   const double to_edge = std::min({img->x(), img->y(), camera.width - img->x(), camera.height - img->y()});
@@ -167,7 +167,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
     const View& view = light_field.views[i];
     SceneView& out = scene->views.emplace_back();
     out.id = view.id;
-    out.photograph = scene->store->Of(i);
+    out.photograph = scene->store->PhotographOf(i);
     out.camera =
         light_field.CameraOf(view).ScaledTo(out.photograph->size().width, out.photograph->size().height);
     out.cam_from_world = view.cam_from_world;

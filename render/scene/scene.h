@@ -59,10 +59,10 @@ struct SceneView {
   // Returns the photograph in 8-bit sRGB, with its own exposure.
   cv::Mat Srgb8() const;
   // Returns none if the point is behind the camera or outside its image.
-  std::optional<Seen> Frame(const Eigen::Vector3d& point_in_world) const;
+  std::optional<Seen> Project(const Eigen::Vector3d& point_in_world) const;
   // Does the same, and returns none if the proxy hides the point; the feather also fades at the proxy's
   // edges.
-  std::optional<Seen> See(const Eigen::Vector3d& point_in_world) const;
+  std::optional<Seen> ProjectVisible(const Eigen::Vector3d& point_in_world) const;
 };
 
 struct RenderScene {

@@ -135,14 +135,14 @@ MergedView MergeExposuresOf(const LightField& light_field, const View& view, con
   std::vector<View> photographs{view};
   for (const ViewExposure& each : view.exposures) photographs.push_back(PhotographOf(view, each));
   const std::vector<ExposedLight> lights = LightsOf(light_field, photographs);
-  std::vector<AlignedExposure> exposures{AsItLies(lights.front(), 1)};
+  std::vector<AlignedExposure> exposures{WithoutAlignment(lights.front(), 1)};
   const cv::Mat depth = options.align ? DepthOfView(light_field, view, proxy) : cv::Mat();
   for (std::size_t i = 1; i < photographs.size(); ++i) {
     const ViewExposure& each = view.exposures[i - 1];
     const double told = ToldRatio(photographs[i], view);
     AlignedExposure aligned = options.align
                                   ? AlignExposure(lights[i], camera, depth, each.exposure_from_view, told)
-                                  : AsItLies(lights[i], told);
+                                  : WithoutAlignment(lights[i], told);
     const double measured = MeasuredRatio(aligned, exposures.front());
     if (measured > 0 && std::abs(std::log2(measured / told)) > kMostContradiction) {
       result.left_out.push_back(fmt::format(

@@ -77,8 +77,8 @@ void Mark(const ViewDepth& view, int x, int y, double depth, const FusionOptions
 
 }  // namespace
 
-void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
-                    const FusionOptions& options) {
+void KeepConsistentDepths(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
+                          const FusionOptions& options) {
   std::vector<cv::Mat> kept(views.size());
   ParallelFor(
       views.size(), [&](std::size_t i) { kept[i] = Agreed(views, i, others[i], options); },

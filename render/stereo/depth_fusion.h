@@ -33,10 +33,10 @@ struct FusionOptions {
 
 // Sets depths that too few other maps confirm to 0, and the others to the mean of the maps that agree.
 // `others[i]` are the views whose maps are compared with that of view i.
-void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
-                    const FusionOptions& options);
+void KeepConsistentDepths(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
+                          const FusionOptions& options);
 
-// Returns the points of the maps after KeepWhatAgrees(), view by view.
+// Returns the points of the maps after KeepConsistentDepths(), view by view.
 std::vector<FusedPoint> FusePoints(const std::vector<ViewDepth>& views,
                                    const std::vector<std::vector<int>>& others, const FusionOptions& options);
 

@@ -50,7 +50,7 @@ std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
         if (!(depth > 0)) continue;
         const Vector3d point = map->view.center_in_world + depth * map->view.RayInWorld(x, y);
         const Vector3d in_cam = view.cam_from_world * point;
-        const auto img = view.See(point);
+        const auto img = view.Project(point);
         if (!img || !(in_cam.z() > 0)) continue;
         inverse.push_back(1 / in_cam.z());
         const int part_x = std::min(kGridX - 1, static_cast<int>(img->x() * kGridX / view.camera.width));

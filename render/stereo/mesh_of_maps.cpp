@@ -58,7 +58,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   for (const ViewDepth& map : maps) centers.push_back(map.view.center_in_world);
   const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   const FusionOptions fusion = FusionOf(maps.size(), options);
-  KeepWhatAgrees(maps, others, fusion);
+  KeepConsistentDepths(maps, others, fusion);
   double agreeing = 0, pixels = 0;
   for (const ViewDepth& map : maps) {
     agreeing += cv::countNonZero(map.depth);
@@ -79,7 +79,7 @@ std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const 
   const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   FusionOptions fusion = FusionOf(maps.size(), options);
   fusion.tolerance_planes = kConfirmedPlanes;
-  KeepWhatAgrees(maps, others, fusion);
+  KeepConsistentDepths(maps, others, fusion);
   std::vector<ViewDepthMap> made(maps.size());
   ParallelFor(maps.size(), [&](std::size_t i) {
     const ViewDepth& map = maps[i];

@@ -51,7 +51,7 @@ CameraModel AtWorkingSize(const CameraModel& camera, int size_px) {
 
 }  // namespace
 
-std::optional<Eigen::Vector2d> StereoView::See(const Eigen::Vector3d& point_in_world) const {
+std::optional<Eigen::Vector2d> StereoView::Project(const Eigen::Vector3d& point_in_world) const {
   const auto img = camera.ImgFromCam(cam_from_world * point_in_world);
   if (!img || !camera.Contains(*img)) return std::nullopt;
   return img;

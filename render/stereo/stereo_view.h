@@ -20,7 +20,7 @@ struct StereoView {
   cv::Mat valid;  // CV_8U, 0 where the photograph is masked; empty: no mask
 
   // Returns the image point; none for a point behind the camera or outside the image.
-  std::optional<Eigen::Vector2d> See(const Eigen::Vector3d& point_in_world) const;
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world) const;
   // Returns the ray through a pixel's centre, of depth 1, in the world frame.
   Eigen::Vector3d RayInWorld(int x, int y) const;
 };

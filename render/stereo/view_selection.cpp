@@ -31,7 +31,7 @@ double SharedImage(const StereoView& view, const StereoView& other, double depth
     for (int j = 0; j < kSamples; ++j) {
       const Vector3d ray = view.RayInWorld((2 * i + 1) * view.camera.width / (2 * kSamples),
                                            (2 * j + 1) * view.camera.height / (2 * kSamples));
-      if (other.See(view.center_in_world + depth * ray)) ++seen;
+      if (other.Project(view.center_in_world + depth * ray)) ++seen;
     }
   return static_cast<double>(seen) / (kSamples * kSamples);
 }

@@ -18,7 +18,7 @@ class MovingSize {
 
   static constexpr std::array<double, 5> kShares{1, 0.707, 0.5, 0.354, 0.25};  // of width and height
 
-  cv::Size For(const cv::Size& screen) const {
+  cv::Size SizeFor(const cv::Size& screen) const {
     const auto part = [&](int px) { return std::max(1, static_cast<int>(std::ceil(kShares[step_] * px))); };
     return {part(screen.width), part(screen.height)};
   }

@@ -24,7 +24,7 @@ Vector3d RightOf(const ViewerCamera& camera) {
 
 }  // namespace
 
-CameraModel ViewerCamera::For(const cv::Size& screen) const {
+CameraModel ViewerCamera::ModelFor(const cv::Size& screen) const {
   const double fills =
       std::max(1.0 * screen.width / photograph.width, 1.0 * screen.height / photograph.height);
   return CameraModel::Pinhole(screen.width, screen.height, zoom * fills * photograph.MeanFocalPx());

@@ -22,7 +22,7 @@ struct ViewerCamera {
 
   double Distance() const { return (eye_in_world - target_in_world).norm(); }
   Rigid3 CamFromWorld() const { return LookAt(eye_in_world, target_in_world, up_in_world); }
-  CameraModel For(const cv::Size& screen) const;
+  CameraModel ModelFor(const cv::Size& screen) const;
 };
 
 // Returns a camera in the middle of the viewpoints, at their median distance, aimed at the subject. Its up is

@@ -87,7 +87,7 @@ void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
     const double turn = kDragRad / screen.height;
     state_.camera = Orbited(state_.camera, -turn * by.x(), turn * by.y());
   } else {
-    const double focal_px = state_.camera.For(screen).fx;
+    const double focal_px = state_.camera.ModelFor(screen).fx;
     state_.camera = Panned(state_.camera, -by.x() / focal_px, by.y() / focal_px);
   }
 }

@@ -23,7 +23,7 @@ class ViewpointGizmo {
     bool front = true;    // on the visible side
   };
   // Returns the place of a direction from the subject's centre, in a picture of `size` x `size`.
-  Place Of(const Eigen::Vector3d& direction_in_world, double size) const;
+  Place PlaceOf(const Eigen::Vector3d& direction_in_world, double size) const;
   Overlay Draw(const Eigen::Vector3d& eye_in_world, double size) const;
 
   // Returns a warning for a camera at this place; empty if photographs were taken all around it.

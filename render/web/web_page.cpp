@@ -318,7 +318,7 @@ std::size_t BytesOfViews(const RenderScene& scene, std::size_t header_bytes, std
 }
 
 // Makes the scene as LoadScene() does, without photographs.
-RenderScene OfCameras(const LightField& light_field, const SceneOptions& options) {
+RenderScene SceneOfCameras(const LightField& light_field, const SceneOptions& options) {
   RenderScene scene;
   scene.subject = SubjectOf(light_field, options.subject);
   scene.up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
@@ -339,7 +339,7 @@ LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& opti
   LeastWebPage least{.views = light_field.views.size()};
   if (light_field.views.empty()) return least;
   const std::size_t page = PageHtml("", "").size() + std::string_view(page::k_page_js).size();
-  const std::size_t of_views = BytesOfViews(OfCameras(light_field, options), 0, budget_bytes) +
+  const std::size_t of_views = BytesOfViews(SceneOfCameras(light_field, options), 0, budget_bytes) +
                                WebFileSize(0, least.views * kLeastWebPicture);
   least.bytes = page + of_views;
   if (budget_bytes > page)

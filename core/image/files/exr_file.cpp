@@ -262,7 +262,7 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   RequireLight(header, place.channels, path);
   if (Imf::hasEnvmap(header))
     throw Error("{}: is a panorama (its attribute envmap), which no lens made; {}", path,
-                WayFromPanorama(Imf::envmap(header) == Imf::ENVMAP_LATLONG));
+                PanoramaRemedy(Imf::envmap(header) == Imf::ENVMAP_LATLONG));
   if (Imf::hasMultiView(header) && Imf::multiView(header).size() > 1)
     picture.remarks.push_back(
         fmt::format("it holds {} views ({}), of which the first is taken", Imf::multiView(header).size(),

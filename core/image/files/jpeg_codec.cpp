@@ -203,7 +203,7 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
     return picture;
   }
   picture.pixels = photograph.pixels;
-  ColorClaim claim{.icc = icc};
+  ColorTags claim{.icc = icc};
   constexpr Primaries kAdobeRgb{0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290};
   constexpr double kAdobeExponent = 2.19921875;
   if (exif.is_adobe_rgb)

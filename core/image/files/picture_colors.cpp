@@ -242,7 +242,7 @@ Profile ProfileOfIcc(const std::string& icc, StoredPicture& picture) {
   return profile;
 }
 
-std::string NameOf(const ColorClaim& claim) {
+std::string NameOf(const ColorTags& claim) {
   if (!claim.name.empty()) return claim.name;
   std::string text;
   if (claim.primaries) {
@@ -263,7 +263,7 @@ bool IsPossible(const Primaries& xy) {
 
 }  // namespace
 
-void ConvertToSrgb(const ColorClaim& claim, StoredPicture& picture) {
+void ConvertToSrgb(const ColorTags& claim, StoredPicture& picture) {
   const bool is_float = picture.pixels.depth() == CV_32F;
   Profile profile;
   std::string name;

@@ -15,7 +15,7 @@ namespace ulf {
 using Primaries = std::array<double, 8>;
 inline constexpr Primaries kSrgbPrimaries{0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
 
-struct ColorClaim {
+struct ColorTags {
   std::string icc = {};  // the profile's bytes; it has precedence
   std::optional<Primaries> primaries = {};
   // Light is the number to this power (1: linear). None means sRGB's curve, for float pixels 1.
@@ -25,7 +25,7 @@ struct ColorClaim {
 
 // Converts pixels whose encoding differs from what StoredPicture promises, and notes it. If a profile is
 // damaged, or of another space than the pixels, it warns and leaves the pixels.
-void ConvertToSrgb(const ColorClaim& claim, StoredPicture& picture);
+void ConvertToSrgb(const ColorTags& claim, StoredPicture& picture);
 
 // Converts four inks, CV_8UC4 or CV_16UC4, to sRGB (B, G, R, same depth). `is_inverted` means that full scale
 // is no ink. Without a profile each ink is assumed to be ideal, with a warning.

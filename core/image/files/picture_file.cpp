@@ -94,7 +94,7 @@ StoredPicture ReadPicture(const std::string& path) {
   return Decoded(path);
 }
 
-void SayWarnings(const std::string& path, const StoredPicture& picture) {
+void LogWarnings(const std::string& path, const StoredPicture& picture) {
   static std::mutex mutex;
   static std::set<std::string> said;
   const std::lock_guard lock(mutex);
@@ -109,7 +109,7 @@ cv::Mat ReadImageFile(const std::string& path) {
     return ReadRawFile(path);
   }
   const StoredPicture picture = ReadPicture(path);
-  SayWarnings(path, picture);
+  LogWarnings(path, picture);
   return picture.pixels;
 }
 

@@ -16,7 +16,7 @@ namespace ulf {
 StoredPicture ReadPicture(const std::string& path);
 
 // Logs the warnings of a picture, each kind of them once for all files.
-void SayWarnings(const std::string& path, const StoredPicture& picture);
+void LogWarnings(const std::string& path, const StoredPicture& picture);
 
 // Returns the pixels of ReadPicture(), or of a camera's raw file as raw_file.h reads it; transparent pixels
 // keep their colours. Logs each warning of the picture once. Throws Error as ReadPicture() does.

@@ -29,12 +29,12 @@ PictureFolder PicturesIn(const std::filesystem::path& folder, const std::set<std
 
 // The first word that differs from the most frequent one (on a tie, from the first), and one that has it.
 // Returns none if all are alike.
-struct OddOne {
+struct Mismatch {
   std::size_t odd = 0, usual = 0, usual_count = 0;
 };
-std::optional<OddOne> OddOneOut(const std::vector<std::string>& words);
+std::optional<Mismatch> FirstMismatch(const std::vector<std::string>& words);
 
 // Lists up to three names: "a.jpg, b.jpg, ...".
-std::string SomeNames(const std::vector<std::string>& names);
+std::string AbbreviatedList(const std::vector<std::string>& names);
 
 }  // namespace ulf

@@ -104,7 +104,7 @@ FurtherPictures FurtherPicturesIn(std::string_view index) {
 
 [[noreturn]] void RefuseStereo(const std::string& name, const std::string& what, StereoLayout layout) {
   throw Error("{}: is a stereo pair ({}), which no single lens made; {}", name, what,
-              WayFromStereoPair(layout));
+              StereoPairRemedy(layout));
 }
 
 // The mark is followed by a length, then distance, flags, layout and type, a byte each.
@@ -124,7 +124,7 @@ void RequireNoJps(std::string_view segment, const std::string& name) {
 
 }  // namespace
 
-std::string WayFromPanorama(bool is_whole_sphere, const char* out) {
+std::string PanoramaRemedy(bool is_whole_sphere, const char* out) {
   return is_whole_sphere ? fmt::format(
                                "make perspective pictures of it, for instance with 'ffmpeg -i IN -vf "
                                "v360=e:flat:h_fov=90:v_fov=90:w=1500:h=1500:yaw=0 {}'",
@@ -133,7 +133,7 @@ std::string WayFromPanorama(bool is_whole_sphere, const char* out) {
                            "as Hugin, or give the photographs that it was made of";
 }
 
-std::string WayFromStereoPair(StereoLayout layout) {
+std::string StereoPairRemedy(StereoLayout layout) {
   if (layout == StereoLayout::kOther) return "give the pictures of one eye";
   return fmt::format("give the pictures of one eye, for instance by 'ffmpeg -i IN -vf crop={}:0:0 OUT'",
                      layout == StereoLayout::kSideBySide ? "iw/2:ih" : "iw:ih/2");
@@ -152,10 +152,10 @@ void RequireOneLens(std::string_view xmp, const std::string& name) {
                         value("CroppedAreaImageHeightPixels") == value("FullPanoHeightPixels");
   if (!projection.empty() && !kOfLenses.contains(projection))
     throw Error("{}: is a panorama (its XMP says ProjectionType {}), which no lens made; {}", name,
-                projection, WayFromPanorama(is_whole));
+                projection, PanoramaRemedy(is_whole));
   if (projection.empty() && value("UsePanoramaViewer") == "true")
     throw Error("{}: is a panorama (its XMP says UsePanoramaViewer), which no lens made; {}", name,
-                WayFromPanorama(false));
+                PanoramaRemedy(false));
   if (!stereo.empty() && stereo != "mono" && stereo != "none")
     RefuseStereo(name, fmt::format("its XMP says StereoMode {}", stereo),
                  stereo == "left-right"   ? StereoLayout::kSideBySide

@@ -20,9 +20,9 @@ void WarnOfPixelAspect(double across, double down, StoredPicture& picture);
 
 // Says, for errors, what makes perspective pictures of a panorama: for a whole sphere, height by azimuth, a
 // command that writes `out`.
-std::string WayFromPanorama(bool is_whole_sphere, const char* out = "OUT.png");
+std::string PanoramaRemedy(bool is_whole_sphere, const char* out = "OUT.png");
 
 enum class StereoLayout { kSideBySide, kOverUnder, kOther };
-std::string WayFromStereoPair(StereoLayout layout);
+std::string StereoPairRemedy(StereoLayout layout);
 
 }  // namespace ulf

@@ -27,7 +27,7 @@ struct PngInput {
 
 struct PngContent {
   cv::Mat pixels;  // as libpng gives them: grey, grey and alpha, B G R, or B G R A
-  ColorClaim claim;
+  ColorTags claim;
   bool is_srgb = false, has_code = false, is_animated = false;
   std::string exif, xmp;
   png_uint_32 density[2] = {};     // pixels per metre or another length, across and down
@@ -144,10 +144,10 @@ bool DecodePng(png_structp png, png_infop info, PngContent& content) {
 }
 
 // Follows ITU-T H.273. An empty claim means sRGB.
-std::optional<ColorClaim> ClaimOfCode(const std::array<png_byte, 4>& code) {
+std::optional<ColorTags> ClaimOfCode(const std::array<png_byte, 4>& code) {
   constexpr Primaries kBt2020{0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290},
       kDisplayP3{0.680, 0.320, 0.265, 0.690, 0.150, 0.060, 0.3127, 0.3290};
-  ColorClaim claim;
+  ColorTags claim;
   switch (code[0]) {
     case 1:
     case 2:

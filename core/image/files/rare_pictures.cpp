@@ -62,7 +62,7 @@ PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string
     status = Ffmpeg().avcodec_send_packet(codec.get(), packet.get());
   }
   if (status >= 0) status = Ffmpeg().avcodec_receive_frame(codec.get(), frame.get());
-  if (status < 0) RefuseDamagedPicture(name, FfmpegWords(status));
+  if (status < 0) RefuseDamagedPicture(name, FfmpegErrorText(status));
   if (cv::Size2d(frame->width, frame->height) != *claimed)
     RefuseDamagedPicture(name, "its header can be read in two ways");
   return frame;

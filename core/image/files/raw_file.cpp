@@ -364,7 +364,7 @@ bool CanCropRaw(const RawFacts& facts, cv::Size wanted) {
   return IsCutOf(wanted, facts.size) || IsCutOf(wanted, facts.visible);
 }
 
-std::optional<WhiteBalance> LockedWhiteBalance::InPlaceOf(const RawFacts& facts) {
+std::optional<WhiteBalance> LockedWhiteBalance::WhiteBalanceFor(const RawFacts& facts) {
   const MutexLock lock(mutex_);
   const WhiteBalance& first =
       first_.try_emplace({facts.maker, facts.model}, facts.white_balance).first->second;

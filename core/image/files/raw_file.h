@@ -46,7 +46,7 @@ struct RawFacts {
 class LockedWhiteBalance {
  public:
   // Returns the white balance to develop a raw file with; none means its own.
-  std::optional<WhiteBalance> InPlaceOf(const RawFacts& facts);
+  std::optional<WhiteBalance> WhiteBalanceFor(const RawFacts& facts);
 
  private:
   Mutex mutex_;

@@ -88,7 +88,7 @@ class TiffPage {
   void Colors(const cv::Mat& samples, StoredPicture& picture);
   void Alpha(const cv::Mat& samples, int colors, StoredPicture& picture);
   cv::Mat FromPalette(const cv::Mat& indices);
-  ColorClaim Claim();
+  ColorTags Claim();
   void TakeTransferFunction(StoredPicture& picture);
   std::optional<std::array<double, 2>> White();
 
@@ -268,8 +268,8 @@ std::optional<std::array<double, 2>> TiffPage::White() {
   return std::array<double, 2>{white[0], white[1]};
 }
 
-ColorClaim TiffPage::Claim() {
-  ColorClaim claim{.icc = std::string(Bytes(TIFFTAG_ICCPROFILE))};
+ColorTags TiffPage::Claim() {
+  ColorTags claim{.icc = std::string(Bytes(TIFFTAG_ICCPROFILE))};
   if (!claim.icc.empty()) return claim;
   float* colors = nullptr;
   if (const auto white = White();
@@ -347,7 +347,7 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
       RefuseKind(fmt::format("of another kind of colours (photometric interpretation {})", light_), as_rgb);
   }
   CheckFloatNumbers(picture);
-  const ColorClaim claim = Claim();
+  const ColorTags claim = Claim();
   if (claim.icc.empty() && light_ != PHOTOMETRIC_PALETTE) TakeTransferFunction(picture);
   ConvertToSrgb(claim, picture);
 }

@@ -347,7 +347,7 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
         bundle_out.string(), camera_count);
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of {} are not in {}; {}", bundle_out.string(),
-                missing.front(), list.file.string(), root.string(), SayWhereTheyLie());
+                missing.front(), list.file.string(), root.string(), ImagesRemedy());
   if (unregistered > 0)
     light_field.doubts.push_back(
         fmt::format("{} left out: not registered (focal length 0)", Counted(unregistered, "camera")));

@@ -49,12 +49,12 @@ std::vector<Conversion> ConversionsOf(const LightField& light_field) {
   return conversions;
 }
 
-void CopiedMeanings::Add(const StoredPicture& picture) {
+void CopiedColorEncodings::Add(const StoredPicture& picture) {
   if (!picture.notes.empty()) ++photographs_;
   for (const std::string& note : picture.notes) ++counts_[MeaningOf(note)];
 }
 
-std::string CopiedMeanings::Doubt(std::size_t copied) const {
+std::string CopiedColorEncodings::Doubt(std::size_t copied) const {
   if (photographs_ == 0) return {};
   std::string list;
   for (const auto& [meaning, count] : counts_)

@@ -21,7 +21,7 @@ struct Conversion {
 std::vector<Conversion> ConversionsOf(const LightField& light_field);
 
 // Counts photographs that are copied unchanged although ulf converts them when it reads them.
-class CopiedMeanings {
+class CopiedColorEncodings {
  public:
   void Add(const StoredPicture& picture);
   // Returns a sentence for the report of the copy, with counts; empty if all are plain sRGB.

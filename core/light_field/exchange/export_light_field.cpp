@@ -187,7 +187,7 @@ class Pictures {
       files.stored = ReadPicture(original.string());
       files.stored.alpha.release();
     }
-    SayWarnings(original.string(), files.stored);
+    LogWarnings(original.string(), files.stored);
     // The light field's own reader reports a wrong size.
     const CameraModel& camera = from_.CameraOf(view);
     if (!files.copied || files.stored.pixels.size() != cv::Size(camera.width, camera.height))
@@ -232,7 +232,7 @@ class Pictures {
 // Makes a few at a time on all processors, then writes them in order.
 void WritePictures(const Pictures& pictures, std::size_t count, const ExportOptions& options,
                    ExportSummary& summary) {
-  CopiedMeanings meanings;
+  CopiedColorEncodings meanings;
   const std::size_t at_once = 4 * static_cast<std::size_t>(std::max(1, cv::getNumThreads()));
   for (std::size_t done = 0; done < count; done += at_once) {
     if (options.stop && options.stop()) throw Error("stopped before the end, as asked; nothing was exported");

@@ -200,7 +200,7 @@ bool IsMapBeside(const std::set<fs::path>& taken, const fs::path& folder, const 
 }
 
 // Warns of files beside the photographs of the set that its reader has not counted.
-void SayNotTaken(const LightField& source) {
+void ReportUnusedFiles(const LightField& source) {
   const auto says = [](const std::string& doubt) { return doubt.find("left out") != std::string::npos; };
   const bool is_said = std::ranges::any_of(source.doubts, says);
   const bool has_endings =
@@ -224,7 +224,7 @@ void SayNotTaken(const LightField& source) {
         names.push_back(file.filename().string());
     if (!names.empty() && !is_said)
       spdlog::info("{}: left out: {} without a pose ({})", place.string(),
-                   Counted(names.size(), "photograph"), SomeNames(names));
+                   Counted(names.size(), "photograph"), AbbreviatedList(names));
     for (const std::string& line : has_endings ? found.left_out : std::vector<std::string>())
       spdlog::info("{}: left out: {}", place.string(), line);
   }
@@ -276,7 +276,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   if (made.device_uri.empty()) made.device_uri = "import:" + source_path.filename().string();
   for (const Conversion& conversion : ConversionsOf(source))
     spdlog::info("{}: {}", conversion.file.string(), conversion.words);
-  if (set.format != Name(SetFormat::kUlf)) SayNotTaken(source);
+  if (set.format != Name(SetFormat::kUlf)) ReportUnusedFiles(source);
   Progress progress("import");
   std::set<std::string> names;
   RawSetDoubts raw_doubts;
@@ -307,7 +307,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
       std::vector<Finding> found;
       std::ranges::copy_if(made.findings, std::back_inserter(found),
                            [check](const Finding& each) { return each.check == Name(check); });
-      if (!found.empty()) Keep(folder.path(), check, found);
+      if (!found.empty()) KeepFindings(folder.path(), check, found);
     }
     folder.Commit();
   } catch (const DiskFullError& error) {

@@ -38,7 +38,7 @@ bool IsEnabled(const XmlElement& camera) {
 
 std::vector<XmlElement> CamerasOf(const XmlElement& chunk) {
   const auto cameras = chunk.Find("cameras");
-  return cameras ? cameras->Below("camera") : std::vector<XmlElement>();
+  return cameras ? cameras->Descendants("camera") : std::vector<XmlElement>();
 }
 
 bool IsPosed(const XmlElement& camera) { return camera.Find("transform").has_value() && IsEnabled(camera); }
@@ -158,7 +158,7 @@ class ChunkComponents {
         made.label = LabelOf(component);
         made.world_from_chunk = TransformOf(component, has_scale_);
         if (!made.world_from_chunk) made.world_from_chunk = of_chunk;
-        for (const XmlElement& part : component.Below("camera_ids")) {
+        for (const XmlElement& part : component.Descendants("camera_ids")) {
           std::istringstream ids(part.Text());
           for (std::string camera; ids >> camera;) of_camera_[camera] = id;
         }
@@ -235,7 +235,7 @@ Rigid3 CamFromWorldOf(const XmlElement& camera, const std::optional<Similarity3>
 // Returns the first with cameras that have a pose.
 XmlElement ChosenChunk(const XmlElement& document, const fs::path& xml, std::vector<std::string>& doubts) {
   const std::vector<XmlElement> chunks =
-      document.Name() == "chunk" ? std::vector<XmlElement>{document} : document.Below("chunk");
+      document.Name() == "chunk" ? std::vector<XmlElement>{document} : document.Descendants("chunk");
   std::optional<XmlElement> chosen;
   std::vector<std::string> others;
   for (const XmlElement& chunk : chunks)
@@ -318,7 +318,7 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
   }
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
-                first_missing, light_field.root.string(), SayWhereTheyLie());
+                first_missing, light_field.root.string(), ImagesRemedy());
   if (components.has_scale()) light_field.units = "metres";
   std::vector<std::string>& doubts = light_field.doubts;
   SayWhatIsLeftOut(unaligned, "not aligned", doubts);

@@ -33,7 +33,7 @@ class XmpValues {
  public:
   explicit XmpValues(const fs::path& file) : file_(file.string()) {
     const XmlElement top = ReadXmlFile(file);
-    descriptions_ = top.Below("rdf:Description");
+    descriptions_ = top.Descendants("rdf:Description");
     if (top.Name() == "rdf:Description") descriptions_.push_back(top);
   }
 

@@ -118,7 +118,7 @@ bool InversesMeet(const LightField& light_field) {
 
 std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share) {
   const LightField& light_field = set.light_field;
-  const bool points_fit = MisfitInWords(FitOfPoints(light_field)).empty();
+  const bool points_fit = DescribeMisfit(FitOfPoints(light_field)).empty();
   const DepthsOfViews points = points_fit ? FromPoints(light_field) : DepthsOfViews();
   const bool points_tell = std::ranges::any_of(points, [](const auto& depths) { return depths.has_value(); });
   const DepthsOfViews depths = points_tell ? points : FromBounds(set.depth_bounds);
@@ -138,7 +138,7 @@ std::string WhyNoSubject(const LightField& light_field) {
         "transform_matrix leads from the camera to the world, COLMAP's poses from the world to the camera), "
         "or, where they are right, {}",
         give_it);
-  const auto meeting = MeetingOfAxes(light_field);
+  const auto meeting = ConvergenceOfAxes(light_field);
   const auto behind = !meeting ? 0 : std::ranges::count_if(light_field.views, [&](const View& view) {
     return (view.cam_from_world * *meeting).z() < 0;
   });

@@ -132,7 +132,7 @@ PosedSet ReadTumSet(const fs::path& rgb_txt, const fs::path& chosen, const Camer
         poses_file.string(), poses.front().time_s, poses.back().time_s);
   if (light_field.views.empty())
     throw Error("{}: none of its photographs is in {} ({} is the first); {}", rgb_txt.string(),
-                images.folder().string(), missing.front(), SayWhereTheyLie());
+                images.folder().string(), missing.front(), ImagesRemedy());
   if (!unposed.empty())
     light_field.doubts.push_back(fmt::format(
         "{} without a pose at its time (none within {} s, no two around it at most {} s apart): left out, {} "

@@ -147,7 +147,7 @@ void Keep(const fs::path& root, const json& followed) {
 
 }  // namespace
 
-void FollowLinksFromNowOn(bool follow) { follow_from_now_on = follow; }
+void FollowOutsideLinks(bool follow) { follow_from_now_on = follow; }
 
 std::vector<OutsideLink> RefusedLinks(const fs::path& root, const std::vector<View>& views) {
   LinkFinder finder(root);

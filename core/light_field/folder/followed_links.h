@@ -1,6 +1,6 @@
 // Guards symbolic links that lead out of a light field's folder, such as images/ after a move to a larger
 // disk. A folder may come from anybody, so nothing is read or written through such a link until the caller
-// permits it (FollowLinksFromNowOn). The permission is kept in DIR/links.json, for these links of this folder
+// permits it (FollowOutsideLinks). The permission is kept in DIR/links.json, for these links of this folder
 // to these places alone: a copy of the folder needs a new one. A place that belongs to another user than the
 // folder is never followed.
 #pragma once
@@ -16,7 +16,7 @@ namespace ulf {
 inline constexpr const char* kLinksFile = "links.json";
 
 // Lets this process follow the links that it meets, and stores the permission in the folders.
-void FollowLinksFromNowOn(bool follow = true);
+void FollowOutsideLinks(bool follow = true);
 
 struct OutsideLink {
   std::string link;  // relative to the light field's folder: "images", "images/000007.png"

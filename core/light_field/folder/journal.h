@@ -131,7 +131,7 @@ class Journal {
 
  private:
   void Open();
-  void BecomeTheOnlyName();
+  void BreakHardLinks();
   std::filesystem::path file_;
   int descriptor_ = -1;
 };

@@ -53,7 +53,7 @@ void Journal::Open() {
   }
 }
 
-void Journal::BecomeTheOnlyName() {
+void Journal::BreakHardLinks() {
   struct stat status {
   }, of_name{};
   const bool is_link = lstat(file_.c_str(), &of_name) == 0 && S_ISLNK(of_name.st_mode);
@@ -86,7 +86,7 @@ void Journal::BecomeTheOnlyName() {
 void Journal::CutAt(std::size_t whole_bytes) {
   struct stat status {};
   if (fstat(descriptor_, &status) == 0 && static_cast<std::size_t>(status.st_size) == whole_bytes) return;
-  BecomeTheOnlyName();
+  BreakHardLinks();
   if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
     throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
 }
@@ -96,7 +96,7 @@ Journal::~Journal() {
 }
 
 void Journal::Append(const std::string& lines) {
-  BecomeTheOnlyName();
+  BreakHardLinks();
   const std::string text = lines + "\n";
   const off_t before = lseek(descriptor_, 0, SEEK_END);
   // Removes a partial line: the next one would be appended to it.

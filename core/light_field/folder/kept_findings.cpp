@@ -85,7 +85,7 @@ std::string WhyNotWritable(const fs::path& dir, const JournalContents& contents)
 
 }  // namespace
 
-std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightField& light_field) {
+std::vector<Finding> StillValid(const std::vector<KeptFinding>& kept, const LightField& light_field) {
   std::map<int, const View*> by_id;
   if (!kept.empty())
     for (const View& view : light_field.views) by_id[view.id] = &view;
@@ -107,7 +107,7 @@ std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightF
   return standing;
 }
 
-std::string Keep(const fs::path& dir, Check check, const std::vector<Finding>& found) {
+std::string KeepFindings(const fs::path& dir, Check check, const std::vector<Finding>& found) {
   const fs::path file = dir / kJournalFile;
   std::error_code unknown;
   if (!fs::is_regular_file(file, unknown)) return "a set by another program is never written to";

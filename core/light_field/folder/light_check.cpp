@@ -253,7 +253,7 @@ std::string LampDrift::Words() const {
                      from_first, from_last);
 }
 
-std::string LampWaver::Words() const {
+std::string LampFluctuation::Words() const {
   const char* what = kind == LampDrift::Kind::kBrightness ? "brightness"
                      : kind == LampDrift::Kind::kBlueness ? "blue against red"
                                                           : "green against blue and red";
@@ -279,7 +279,7 @@ LightCheck CheckLight(const LightField& light_field, const std::function<void(do
         std::abs(cut.difference) < kDriftStandardErrors * cut.standard_error) {
       const std::vector<double> all(values.begin(), values.end());
       const double spread = Quantile(all, 0.9) - Quantile(all, 0.1);
-      if (spread > kLeastWaverSpread) check.wavers.push_back({kind, spread});
+      if (spread > kLeastWaverSpread) check.fluctuations.push_back({kind, spread});
       return;
     }
     check.drifts.push_back({kind, cut.difference, cut.standard_error, views[compared.front()].id,

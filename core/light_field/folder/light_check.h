@@ -31,7 +31,7 @@ struct LampDrift {
 };
 
 // Light that fluctuates: no part of the views differs from the rest for good.
-struct LampWaver {
+struct LampFluctuation {
   LampDrift::Kind kind = LampDrift::Kind::kBrightness;
   double spread = 0;          // of the logarithm, containing four fifths of the views
   std::string Words() const;  // "blue against red goes up and down by 23 %"
@@ -47,7 +47,7 @@ struct LightCheck {
   std::size_t compared = 0;       // number of views whose light was compared
   bool exposure_is_told = false;  // the camera gave exposure times; else gains follow from overlaps
   std::vector<LampDrift> drifts = {};
-  std::vector<LampWaver> wavers = {};  // only kinds without a drift
+  std::vector<LampFluctuation> fluctuations = {};  // only kinds without a drift
 };
 
 // Reads a hundred views at most, evenly chosen in time, always the same ones, because another choice could

@@ -110,7 +110,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     view.master_path = add.files.master ? "masters/" + name + add.files.master->extension : "";
     view.master_transfer = add.files.master_transfer;
     view.master_mosaic = add.files.master_mosaic;
-    if (add.files.raw) view.raw_white_balance = state_->white_balance.InPlaceOf(*add.files.raw);
+    if (add.files.raw) view.raw_white_balance = state_->white_balance.WhiteBalanceFor(*add.files.raw);
     NoteFrame(add.frame, view);
   }
   state_->folder.RequireInPlace();
@@ -156,7 +156,7 @@ void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3
                         .gain = taken.gain,
                         .black_level = taken.black_level,
                         .f_number = taken.f_number};
-  if (files.raw) exposure.raw_white_balance = state_->white_balance.InPlaceOf(*files.raw);
+  if (files.raw) exposure.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   state_->MakeFolder(kExposuresFolder);
   FileBatch batch(FileBatch::Existing::kKeep);
   if (files.image) batch.Write(root / exposure.image_path, files.image->content);
@@ -313,7 +313,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& proble
     batch.Write(state_->light_field.root / view.master_path, files.master->content);
     view.master_transfer = files.master_transfer;
     view.master_mosaic = files.master_mosaic;
-    if (files.raw) view.raw_white_balance = state_->white_balance.InPlaceOf(*files.raw);
+    if (files.raw) view.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   }
   batch.Commit();
   try {

@@ -18,7 +18,7 @@ class OpenedFolder {
 
   // Returns none if the path still leads to this folder, otherwise says that it was moved, and to where, or
   // deleted. Any thread may call it.
-  std::optional<std::string> WhyGone() const;
+  std::optional<std::string> WhyNotInPlace() const;
   // Throws this reason as Error.
   void RequireInPlace() const;
 

@@ -109,7 +109,7 @@ PointsFit FitOfPoints(const LightField& light_field) {
   return fit;
 }
 
-std::string MisfitInWords(const PointsFit& fit) {
+std::string DescribeMisfit(const PointsFit& fit) {
   if (static_cast<double>(fit.misplaced) > kMostMisplacedShare * static_cast<double>(fit.observations))
     return fmt::format(
         "{:.0f} % of the places where views show them are more than {:g} px from where the poses put them",
@@ -147,7 +147,7 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
     spdlog::debug("{}: points: {} of {} observations misplaced; shown {:.3f}, spread {:.4f}, baseline {:.5f}",
                   light_field.root.string(), fit.misplaced, fit.observations, fit.shown_share,
                   fit.spread_share, fit.baseline_share);
-  if (const std::string misfit = MisfitInWords(fit); !misfit.empty())
+  if (const std::string misfit = DescribeMisfit(fit); !misfit.empty())
     findings.push_back(
         {Name(Check::kPoints),
          fmt::format("the points do not belong to the poses: {}; are they of another scale, or of "
@@ -166,7 +166,7 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
 }
 
 std::vector<Finding> KnownFindings(const std::vector<KeptFinding>& kept, const LightField& light_field) {
-  std::vector<Finding> findings = Standing(kept, light_field);
+  std::vector<Finding> findings = StillValid(kept, light_field);
   for (Finding& each : QuickFindings(light_field)) findings.push_back(std::move(each));
   return findings;
 }

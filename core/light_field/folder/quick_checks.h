@@ -24,7 +24,7 @@ struct PointsFit {
 PointsFit FitOfPoints(const LightField& light_field);
 
 // Says why the points do not belong to the poses, as a clause; empty if they may.
-std::string MisfitInWords(const PointsFit& fit);
+std::string DescribeMisfit(const PointsFit& fit);
 
 std::vector<Finding> QuickFindings(const LightField& light_field);
 // Returns these and the still valid findings of earlier runs: all that is known without reading photographs.

@@ -357,7 +357,7 @@ void CompareDerived(const fs::path& dir, const JournalContents& journal, const F
 }
 
 // Lists the values of the header and the journal that sparse/0 lacks.
-std::string WhatTheModelLacks() {
+std::string FieldsMissingInModel() {
   return fmt::format(
       "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back (device, threshold, "
       "where the calibration is from, flat field, colour profile); without the journal's other lines, nor "
@@ -378,7 +378,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
     plan.found.push_back(
         fmt::format("{}; {}", WithoutRepairHint(found.problem),
                     found.settings ? "a flat field or a colour profile that the header had cannot be put back"
-                                   : WhatTheModelLacks()));
+                                   : FieldsMissingInModel()));
   plan.header_from = found.header_from;
   for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
   plan.header = found.header;

@@ -77,11 +77,11 @@ ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pict
   } else if (files.raw) {
     // Its pixels were developed for tracking only: the photograph is made from the file.
     if (pictures == MakePictures::kNow)
-      files.image =
-          Png(Srgb8({.pixels = DecodeRaw(*frame.raw->bytes, NameOf(*frame.raw), RawQuality::kBest, {},
-                                         white_balance ? white_balance->InPlaceOf(*files.raw) : std::nullopt)
-                                   .light,
-                     .transfer = Transfer::kLinear}));
+      files.image = Png(Srgb8(
+          {.pixels = DecodeRaw(*frame.raw->bytes, NameOf(*frame.raw), RawQuality::kBest, {},
+                               white_balance ? white_balance->WhiteBalanceFor(*files.raw) : std::nullopt)
+                         .light,
+           .transfer = Transfer::kLinear}));
   } else if (pictures == MakePictures::kNow || !files.master_transfer) {
     files.image = Png(Srgb8(frame.image));
   }

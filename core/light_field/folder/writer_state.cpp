@@ -101,7 +101,7 @@ void LockAsBefore(const LightField& light_field, LockedWhiteBalance& white_balan
     try {
       RawFacts facts = ReadRawFacts((light_field.root / view.master_path).string());
       facts.white_balance = view.raw_white_balance.value_or(facts.white_balance);
-      white_balance.InPlaceOf(facts);
+      white_balance.WhiteBalanceFor(facts);
       return;
     } catch (const Error&) {
       continue;

@@ -92,7 +92,7 @@ fs::path MeasuredPhotograph(const FrameFiles& files, const std::string& given, c
   return {};
 }
 
-std::string MaskElsewhere(const FrameFiles& files, const std::string& given, const std::string& where) {
+std::string MaskOfSet(const FrameFiles& files, const std::string& given, const std::string& where) {
   const std::string inside = FileWithin(files.root, given, where);
   if (inside.empty())
     throw Error("{}: the mask '{}' is missing in {}; restore it or take it out of the frame", where, given,
@@ -105,7 +105,7 @@ std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const st
     if (std::string beside = files.images->MaskOf(photograph); !beside.empty()) return beside;
   if (!frame.Has("mask_path")) return {};
   const std::string given = frame.Text("mask_path");
-  return files.are_read ? MaskElsewhere(files, given, frame.where) : given;
+  return files.are_read ? MaskOfSet(files, given, frame.where) : given;
 }
 
 }  // namespace ulf

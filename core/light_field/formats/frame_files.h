@@ -50,7 +50,7 @@ class MissingPhotographs {
 
 // Returns the set's own mask, relative to the photographs' folder. Throws Error if it is missing or leaves
 // the folder.
-std::string MaskElsewhere(const FrameFiles& files, const std::string& given, const std::string& where);
+std::string MaskOfSet(const FrameFiles& files, const std::string& given, const std::string& where);
 
 // Returns "" if there is none. A mask beside photographs in another folder has precedence: it has their size.
 std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const std::string& photograph);

@@ -66,9 +66,7 @@ std::string StemOf(const fs::path& photograph) {
 
 }  // namespace
 
-std::string SayWhereTheyLie() {
-  return fmt::format("say where they lie with {} FOLDER", Parameter("images"));
-}
+std::string ImagesRemedy() { return fmt::format("say where they lie with {} FOLDER", Parameter("images")); }
 
 SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::vector<fs::path>& folders) {
   if (!chosen.empty()) {
@@ -90,7 +88,7 @@ SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::ve
     folder_ = (base / folder).lexically_normal();
     if (HoldsPhotographsBelow(folder_)) return;
   }
-  throw Error("{}: no photographs in {}; {}", base.string(), tried, SayWhereTheyLie());
+  throw Error("{}: no photographs in {}; {}", base.string(), tried, ImagesRemedy());
 }
 
 const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) const {

@@ -56,7 +56,7 @@ class SetImages {
 };
 
 // Returns the remedy for a set whose photographs are not found, for messages.
-std::string SayWhereTheyLie();
+std::string ImagesRemedy();
 
 // Returns the camera for photographs that were resized: `camera` scaled to `image`'s size, with a line for
 // `doubts` (once for a size). Throws Error that begins with `where` for another aspect ratio (more than a

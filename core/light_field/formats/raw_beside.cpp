@@ -90,7 +90,7 @@ std::optional<WhiteBalance> RawSetDoubts::Add(const std::string& file, const Raw
   if (!facts.has_color_matrix) no_matrix_.push_back(file);
   if (!facts.has_white_balance) no_balance_.push_back(file);
   if (first_.empty()) first_ = file;
-  const std::optional<WhiteBalance> locked = white_balance_.InPlaceOf(facts);
+  const std::optional<WhiteBalance> locked = white_balance_.WhiteBalanceFor(facts);
   if (locked) other_balance_.push_back(file);
   return locked;
 }

@@ -215,7 +215,7 @@ void ReadOurView(const FrameFiles& files, const JsonPlace& ours, View& view) {
   ReadViewJson(ours, view);
   if (files.images) {
     view.mask_path =
-        mask.empty() && !view.mask_path.empty() ? MaskElsewhere(files, view.mask_path, ours.where) : mask;
+        mask.empty() && !view.mask_path.empty() ? MaskOfSet(files, view.mask_path, ours.where) : mask;
     view.master_path.clear();
     view.exposures.clear();
     view.merged.reset();

@@ -114,7 +114,7 @@ std::vector<XmlElement> XmlElement::AllChildren() const {
 }
 
 // Iterates instead of recursing, because a file may be nested to any depth.
-std::vector<XmlElement> XmlElement::Below(const char* name) const {
+std::vector<XmlElement> XmlElement::Descendants(const char* name) const {
   std::vector<XmlElement> found;
   const pugi::xml_node top = NodeOf(node_);
   pugi::xml_node at = top.first_child();

@@ -1,7 +1,7 @@
 // Wraps pugixml to read XML with checks. Only this header and its source use the library.
 //
 // A value that is missing, no number or not finite becomes an Error that names the file, the line and the
-// element, as "cameras.xml, line 12, <sensor>". Names of elements and attributes have their prefix, as in the file.
+// element, as "cameras.xml, line 12, <sensor>". Names of elements and attributes include their prefix.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ class XmlElement {
   // Returns children of every name.
   std::vector<XmlElement> AllChildren() const;
   // Returns all descendants of this name, in the file's order.
-  std::vector<XmlElement> Below(const char* name) const;
+  std::vector<XmlElement> Descendants(const char* name) const;
 
   std::optional<std::string> Attribute(const char* name) const;
   std::vector<std::string> AttributeNames() const;
