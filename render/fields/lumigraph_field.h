@@ -4,7 +4,7 @@
 // V is the virtual camera's centre. The penalty of view i at the point P is the angle between P->V and
 // P->C_i, plus r max(0, |P - C_i| / |P - V| - 1) for resolution. Views that do not see P have no weight. The
 // threshold T is the (k+1)-th smallest penalty; the k best views get (1 - penalty / T) / penalty, normalised.
-// Where no more than k views see P, T is 1.1 times the largest penalty.
+// If no more than k views see P, T is 1.1 times the largest penalty.
 #pragma once
 
 #include <memory>
