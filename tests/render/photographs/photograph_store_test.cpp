@@ -72,7 +72,8 @@ TEST_F(PhotographStoreTest, DecodesEachPhotographOnce) {
 }
 
 TEST_F(PhotographStoreTest, LinearLightHasFilesOfItsOwn) {
-  const cv::Mat linear = Open({.linear = true}).Of(0)->Level(1), encoded = Open().Of(0)->Level(1);
+  const cv::Mat linear = Open({.linear = true}).PhotographOf(0)->Level(1),
+                encoded = Open().PhotographOf(0)->Level(1);
   EXPECT_EQ(linear.type(), CV_16FC4);
   EXPECT_EQ(encoded.type(), CV_8UC3);
   EXPECT_EQ(PyramidFiles().size(), 2u);
@@ -82,7 +83,7 @@ TEST_F(PhotographStoreTest, LinearLightHasFilesOfItsOwn) {
 }
 
 TEST_F(PhotographStoreTest, DamagedFilesAreMadeAgain) {
-  const cv::Mat truth = Open().Of(4)->Level(0);
+  const cv::Mat truth = Open().PhotographOf(4)->Level(0);
   ASSERT_EQ(PyramidFiles().size(), 1u);
   const fs::path file = PyramidFiles().front();
   const auto size = static_cast<std::streamoff>(fs::file_size(file));
@@ -102,19 +103,19 @@ TEST_F(PhotographStoreTest, DamagedFilesAreMadeAgain) {
     EXPECT_EQ(store.counts().decoded, 1u) << at;
   }
   fs::resize_file(file, static_cast<std::uintmax_t>(size / 2));
-  EXPECT_TRUE(Equal(Open().Of(4)->Level(0), truth));
+  EXPECT_TRUE(Equal(Open().PhotographOf(4)->Level(0), truth));
   const PhotographStore healed = Open();
-  EXPECT_TRUE(Equal(healed.Of(4)->Level(0), truth));
+  EXPECT_TRUE(Equal(healed.PhotographOf(4)->Level(0), truth));
   EXPECT_EQ(healed.counts().decoded, 0u);
 }
 
 TEST_F(PhotographStoreTest, AChangedPhotographIsSeen) {
-  const cv::Mat before = Open().Of(4)->Level(0);
+  const cv::Mat before = Open().PhotographOf(4)->Level(0);
   const cv::Mat other(72, 96, CV_8UC3, cv::Scalar(10, 200, 30));
   cv::imwrite(PhotographFile(4).string(), other);
   fs::last_write_time(PhotographFile(4),
                       fs::last_write_time(PhotographFile(4)) + std::chrono::milliseconds(5));
-  EXPECT_TRUE(Equal(Open().Of(4)->Level(0), other));
+  EXPECT_TRUE(Equal(Open().PhotographOf(4)->Level(0), other));
   // Of the same size in bytes, too.
   const auto time = fs::last_write_time(PhotographFile(4));
   fs::last_write_time(PhotographFile(4), time + std::chrono::milliseconds(5));
@@ -147,10 +148,10 @@ TEST_F(PhotographStoreTest, WorksWithoutACacheAndSaysSo) {
 }
 
 TEST_F(PhotographStoreTest, DoesNotWriteToForeignSets) {
-  EXPECT_EQ(Open({.size_limit_px = 48}).Of(0)->Level(0).size(), cv::Size(48, 36));
+  EXPECT_EQ(Open({.size_limit_px = 48}).PhotographOf(0)->Level(0).size(), cv::Size(48, 36));
   EXPECT_TRUE(PyramidFiles().empty());
   fs::remove(dir_ / "journal.jsonl");  // transforms.json is left: a set as nerfstudio has it
-  EXPECT_TRUE(Equal(Open().Of(4)->Level(0), Truth(4)[0]));
+  EXPECT_TRUE(Equal(Open().PhotographOf(4)->Level(0), Truth(4)[0]));
   EXPECT_TRUE(PyramidFiles().empty());
 }
 
@@ -173,7 +174,7 @@ TEST_F(PhotographStoreTest, ManyReadersAtOnce) {
       for (int n = 0; n < 40; ++n) {
         const auto index = static_cast<std::size_t>((n * 5 + t) % 9);
         const int level = (n + t) % 3;
-        if (!Equal((t % 2 ? first : second).Of(index)->Level(level),
+        if (!Equal((t % 2 ? first : second).PhotographOf(index)->Level(level),
                    truths[index][static_cast<std::size_t>(level)]))
           ++wrong;
       }

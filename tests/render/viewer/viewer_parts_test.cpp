@@ -89,7 +89,7 @@ TEST(ViewpointGizmo, TheDotGoesWhereTheCameraGoes) {
   const auto scene = MakeScene({.viewpoints = CapViewpoints(60, 0.4, 2.0), .width = 8, .height = 6});
   const ViewpointGizmo where(*scene);
   const ViewerCamera start = StartingCamera(*scene);
-  const auto place = [&](const ViewerCamera& camera) { return where.Of(camera.eye_in_world, 100); };
+  const auto place = [&](const ViewerCamera& camera) { return where.PlaceOf(camera.eye_in_world, 100); };
   EXPECT_LT((place(start).img - Vector2d(50, 50)).norm(), 2);
   EXPECT_GT(place(Orbited(start, 0.5, 0)).img.x(), 65);
   EXPECT_LT(place(Orbited(start, -0.5, 0)).img.x(), 35);
