@@ -10,7 +10,7 @@ namespace ulf::commands {
 
 namespace {
 
-// Every command that opens a light field may be told once to follow the links in its folder.
+// Every command that opens a light field has an option that permits the links in its folder.
 void AddFollowLinks(CLI::App& app) {
   for (const char* name :
        {"capture", "record", "track", "calibrate", "plan", "import", "info", "render", "evaluate", "view",
@@ -20,7 +20,7 @@ void AddFollowLinks(CLI::App& app) {
     if (all.empty()) all = {command};
     for (CLI::App* each : all)
       each->add_flag_callback(
-          "--follow-links", [] { FollowLinksFromNowOn(); },
+          "--follow-links", [] { FollowOutsideLinks(); },
           "Follow links in the light field's folder to other folders of the same owner, now and from now on "
           "(kept in DIR/links.json)");
   }

@@ -20,21 +20,21 @@
 namespace ulf::commands {
 namespace {
 
-constexpr int kPatienceMs = 1000;  // before a reader of standard error counts as gone; guessed
+constexpr int kPatienceMs = 1000;  // until a reader of standard error counts as gone; guessed
 
 int error_descriptor = STDERR_FILENO;
 std::atomic<bool> error_stalled{false};
 std::atomic<int> output_problem{0};
 
-// Opens the pipe or terminal of standard error once more, so that writing does not block; -1 where that
-// cannot be done. O_NONBLOCK on the descriptor itself would hold for all processes that share it.
+// Opens the pipe or terminal of standard error again, so that writing does not block; returns -1 if
+// impossible. O_NONBLOCK on the descriptor itself would hold for all processes that share it.
 int OpenErrorsWithoutBlocking() {
   struct stat about {};
   if (fstat(STDERR_FILENO, &about) != 0 || !(S_ISFIFO(about.st_mode) || isatty(STDERR_FILENO))) return -1;
   return open("/proc/self/fd/2", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
 }
 
-// Both always say that everything was written.
+// Both always report that everything was written.
 ssize_t WriteErrors(void*, const char* text, std::size_t size) {
   const int errno_before = errno;
   bool patient = !error_stalled;
@@ -63,10 +63,10 @@ ssize_t WriteOutput(void*, const char* text, std::size_t size) {
     const ssize_t count = write(STDOUT_FILENO, text + done, size - done);
     if (count >= 0) {
       done += static_cast<std::size_t>(count);
-    } else if (errno == EAGAIN) {  // another process has made the descriptor that they share non-blocking
+    } else if (errno == EAGAIN) {  // another process has made the shared descriptor non-blocking
       pollfd room{STDOUT_FILENO, POLLOUT, 0};
       poll(&room, 1, -1);
-    } else if (errno != EINTR || StopOnSignal::Asked()) {  // nobody reads, and the user wants an end
+    } else if (errno != EINTR || StopOnSignal::Requested()) {  // nobody reads, and the user wants to stop
       output_problem = errno;
     }
   }
@@ -79,21 +79,22 @@ ssize_t WriteOutput(void*, const char* text, std::size_t size) {
 void FillStandardDescriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(descriptor, F_GETFD) >= 0) continue;
-    // Takes the lowest free number, which is this one. A report to a closed standard output must fail.
+    // This takes the lowest free number, which is this one. A report to a closed standard output must fail.
     open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);
   }
 }
 
 void GuardStandardStreams() {
   FillStandardDescriptors();
-  signal(SIGPIPE, SIG_IGN);  // holds for sockets, too: a camera that is gone is an error
+  signal(SIGPIPE, SIG_IGN);  // also for sockets: a lost camera becomes an error
   if (const int other = OpenErrorsWithoutBlocking(); other >= 0) error_descriptor = other;
   if (FILE* const errors = fopencookie(nullptr, "w", {nullptr, WriteErrors, nullptr, nullptr})) {
     setvbuf(errors, nullptr, _IONBF, 0);
     stderr = errors;
   }
   if (FILE* const output = fopencookie(nullptr, "w", {nullptr, WriteOutput, nullptr, nullptr})) {
-    // As much as a pipe takes: a reader that leaves after the first line disturbs no shorter report.
+    // The buffer has the size of a pipe's: a reader that leaves after the first line disturbs no shorter
+    // report.
     static std::array<char, 1 << 16> buffer;
     setvbuf(output, buffer.data(), isatty(STDOUT_FILENO) ? _IOLBF : _IOFBF, buffer.size());
     stdout = output;

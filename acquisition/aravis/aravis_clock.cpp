@@ -65,7 +65,7 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
   state_ = Ask();
   if (!options.ptp.value_or(false)) return;
   const auto begin = std::chrono::steady_clock::now();
-  while (!IsShared() && SecondsSince(begin) < options.ptp_wait_s && !StopOnSignal::Asked()) {
+  while (!IsShared() && SecondsSince(begin) < options.ptp_wait_s && !StopOnSignal::Requested()) {
     std::this_thread::sleep_for(kAskLock);
     state_ = Ask();
   }

@@ -78,7 +78,7 @@ void WaitForControl(const std::string& who, const std::string& address, AravisSe
     // Some cameras take any request as a heartbeat of the controlling program, even after it ended. So the
     // camera is asked once more only, at the end.
     const auto pause = waited > kSilentWait ? kControlEnds : milliseconds(50);
-    for (const auto until = Clock::now() + pause; Clock::now() < until && !StopOnSignal::Asked();)
+    for (const auto until = Clock::now() + pause; Clock::now() < until && !StopOnSignal::Requested();)
       std::this_thread::sleep_for(milliseconds(20));
   }
 }

@@ -67,7 +67,7 @@ void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::stri
     const cv::Size size = ReadImageSize(file);
     sizes.push_back(fmt::format("{}x{}", size.width, size.height));
   }
-  const OddOne odd = OddOneOut(sizes).value_or(OddOne{});
+  const Mismatch odd = FirstMismatch(sizes).value_or(Mismatch{});
   throw Error("{}: is {}, {} of {} are {}: intrinsics belong to one size; calibrate each size separately",
               files[odd.odd], sizes[odd.odd], odd.usual_count, sizes.size(), sizes[odd.usual]);
 }

@@ -143,7 +143,7 @@ class FolderSource : public ReplaySource {
       const auto header = ReadImageHeader(file.string());
       kinds.push_back(header ? header->Text() : "another kind of file");
     }
-    if (const auto odd = OddOneOut(kinds)) ThrowMixed(*odd, kinds);
+    if (const auto odd = FirstMismatch(kinds)) ThrowMixed(*odd, kinds);
     header_ = ReadImageHeader(files_.front().string());
     first_ = Read(files_.front());
     for (const auto& [kind, line] : said_)
@@ -216,10 +216,10 @@ class FolderSource : public ReplaySource {
       } catch (const Error&) {
         break;  // its own damage is said once the sizes agree
       }
-    if (const auto odd = OddOneOut(kinds)) ThrowMixed(*odd, kinds);
+    if (const auto odd = FirstMismatch(kinds)) ThrowMixed(*odd, kinds);
     throw Error("{}: mixed images", options_.uri);
   }
-  [[noreturn]] void ThrowMixed(const OddOne& odd, const std::vector<std::string>& kinds) const {
+  [[noreturn]] void ThrowMixed(const Mismatch& odd, const std::vector<std::string>& kinds) const {
     throw Error("{}: mixed images: {} is {}, but {}{} {}; choose one kind with ?glob=", options_.uri,
                 files_[odd.odd].string(), kinds[odd.odd], files_[odd.usual].string(),
                 odd.usual_count == 1 ? " is" : fmt::format(" and {} more are", odd.usual_count - 1),

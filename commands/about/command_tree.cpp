@@ -11,7 +11,7 @@ std::vector<std::string> Split(const std::string& text, char separator) {
   return CLI::detail::split(text, separator);
 }
 
-// A name and no number, as in "PX|full".
+// Accepts a name that is no number, as in "PX|full".
 bool IsWord(const std::string& text) {
   return !text.empty() && std::islower(static_cast<unsigned char>(text.front())) &&
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || c == '-'; });

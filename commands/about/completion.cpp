@@ -52,7 +52,7 @@ bool TakesFiles(const CommandPage& page) {
                      [](const OptionPage& option) { return option.positional && option.takes_file; });
 }
 
-// --- bash: one function, a case for each command, which stands in `command` by its words.
+// --- bash: one function with a case for each command, whose words are in `command`.
 
 std::string BashPage(const CommandPage& page) {
   std::string out = fmt::format("    {})\n", ShellWord(fmt::format("{}", fmt::join(page.path, " "))));
@@ -105,7 +105,7 @@ std::string Bash(const CommandPage& tree) {
   return out;
 }
 
-// --- zsh: a function for each command, which describes its options to _arguments.
+// --- zsh: a function for each command describes its options to _arguments.
 
 std::string ZshFunction(const CommandPage& page) { return page.FullName("_").insert(0, "_"); }
 
@@ -152,11 +152,11 @@ std::string ZshPage(const CommandPage& page) {
 std::string Zsh(const CommandPage& tree) {
   std::string out = "#compdef ulf\n# zsh completion for ulf, made by `ulf completion zsh`.\n";
   for (const CommandPage* page : AllPages(tree)) out += ZshPage(*page);
-  // Loaded by name on the first use, this file is the function; sourced, it only tells zsh of it.
+  // Loaded by name on the first use, this file is the function; if sourced, it only registers with zsh.
   return out + "if [[ $funcstack[1] == _ulf ]]; then _ulf \"$@\"; else compdef _ulf ulf; fi\n";
 }
 
-// --- fish: a line for each option, with the condition that its command was typed.
+// --- fish: a line for each option has the condition that its command was typed.
 
 std::string FishQuoted(const std::string& text) {
   return "'" + Replaced(text, {{'\'', "\\'"}, {'\\', "\\\\"}, {'\n', " "}}) + "'";

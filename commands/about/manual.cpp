@@ -11,7 +11,7 @@
 namespace ulf::commands {
 namespace {
 
-// Text as roff reads it: no character of it is an instruction.
+// Escapes text for roff, so that no character of it is an instruction.
 std::string Roff(const std::string& text) {
   std::string out;
   bool line_begins = true;
@@ -31,7 +31,7 @@ std::string Roff(const std::string& text) {
   return out;
 }
 
-// What follows .SH, .B and so on is one argument.
+// Quotes the text so that it is one argument of .SH, .B and so on.
 std::string RoffArgument(const std::string& text) {
   std::string out;
   for (const char c : Roff(text)) out += c == '"' ? std::string("\\(dq") : std::string(1, c);
@@ -48,7 +48,7 @@ std::string Capitalized(std::string text) {
   return text;
 }
 
-// Without a full stop, as NAME has it. The program's own begins with its name, which a heading has already.
+// Returns the text without a full stop, for NAME. The program's own begins with its name, a heading already.
 std::string PlainText(const CommandPage& page) {
   std::string text = page.text;
   if (page.path.empty() && text.starts_with("ulf: ")) text.erase(0, 5);
@@ -132,7 +132,7 @@ std::string ManPage(const CommandPage& page, const CommandPage& tree, const std:
 }
 
 void WriteManual(const CommandPage& tree, const std::string& version, const std::filesystem::path& folder) {
-  std::vector<std::string> texts;  // which the batch refers to
+  std::vector<std::string> texts;  // the batch refers to them
   const std::vector<const CommandPage*> pages = AllPages(tree);
   texts.reserve(pages.size());
   FileBatch batch;

@@ -17,7 +17,7 @@ namespace ulf::commands {
 namespace {
 namespace fs = std::filesystem;
 
-// The command that the words lead to: of `ulf export colmap ...` that of colmap.
+// Returns the command that the words lead to: for `ulf export colmap ...` that of colmap.
 const CLI::App& ChosenOf(const CLI::App& app) {
   const CLI::App* chosen = &app;
   while (!chosen->get_subcommands().empty()) chosen = chosen->get_subcommands().front();
@@ -28,7 +28,7 @@ std::string FullNameOf(const CLI::App& app) {
   return app.get_parent() == nullptr ? app.get_name() : FullNameOf(*app.get_parent()) + " " + app.get_name();
 }
 
-// Of letters that are added, left out or replaced (Levenshtein).
+// Counts letters that are added, left out or replaced (Levenshtein).
 std::size_t LettersBetween(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -43,7 +43,7 @@ std::size_t LettersBetween(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-// A clause for people; empty: none of the names is like the one that was given.
+// Suggests a similar name in a clause for people; empty if none is similar.
 std::string Nearest(const std::string& given, const std::vector<std::string>& names) {
   constexpr std::size_t kMostLetters = 2;  // a swapped pair counts as two. Guessed
   std::string nearest;
@@ -72,7 +72,7 @@ std::vector<std::string> OptionsOf(const CLI::App& app) {
   return names;
 }
 
-// Files to write, by option. `ulf calibration` may write what it reads, and looks at it first.
+// These options name files to write. `ulf calibration` may write what it reads, and checks that first.
 bool IsOutput(const CLI::App& command, const CLI::Option& option) {
   constexpr std::array<std::string_view, 8> kOutputs{"--output",          "--final",      "--table",
                                                      "--calibration-out", "--screenshot", "--map",
@@ -81,15 +81,15 @@ bool IsOutput(const CLI::App& command, const CLI::Option& option) {
          std::ranges::find(kOutputs, "--" + option.get_single_name()) != kOutputs.end();
 }
 
-// What may be read, as a path: a device's name may hold one (replay:DIR?fps=5).
+// Returns the path that may be read: a device's name may hold one (replay:DIR?fps=5).
 fs::path PathIn(const std::string& value) {
   const std::size_t begin = value.starts_with("replay:") ? std::string_view("replay:").size() : 0;
   const std::string path = value.substr(begin, value.find('?', begin) - begin);
   return path.empty() ? fs::path(value) : fs::path(path);
 }
 
-// Whether an existing file is a record of the folder's own: what lies deeper, or is no picture, mesh or film
-// at its top.
+// Returns whether an existing file belongs to the folder's record: it lies deeper, or is no picture, mesh or
+// film at its top.
 bool IsRecordOf(const fs::path& folder, const fs::path& file) {
   const fs::path inside = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
   if (inside.empty() || *inside.begin() == "..") return false;

@@ -1,4 +1,4 @@
-// `ulf calibrate` with a board: views, lens, report.
+// Runs `ulf calibrate` with a board: views, lens, report.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ void WriteBoardReport(const fs::path& folder, const acquisition::CalibrationResu
   WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
   if (result.ok())
     WriteFileAtomically(folder / "residuals.png", PngBytes(acquisition::DrawCalibration(result)));
-  // The frames of a device, so that the calibration can be repeated from the folder.
+  // Stores the frames of a device, so that the calibration can be repeated from the folder.
   if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
   for (std::size_t i = 0; i < collected.pictures.size(); ++i)
     WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), PngBytes(collected.pictures[i]));
@@ -48,7 +48,7 @@ void WarnOfNoSerial(const CalibrationSource& source, std::vector<std::string>& w
         source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
 }
 
-// A device that has an end (a recording) gives what it has.
+// A device with an end (a recording) may deliver too few frames.
 void WarnOfEarlyEnd(acquisition::ViewsEnd end, std::vector<std::string>& warnings) {
   using acquisition::ViewsEnd;
   if (end != ViewsEnd::kStopped && end != ViewsEnd::kNoPhotograph) return;
@@ -56,11 +56,10 @@ void WarnOfEarlyEnd(acquisition::ViewsEnd end, std::vector<std::string>& warning
                                  end == ViewsEnd::kStopped ? "stopped" : "a photograph did not arrive"));
 }
 
-// Some of the pictures that were calibrated from, and of those in which the board was not found,
-// evenly chosen, grey.
+// Returns some of the pictures with and without the board, evenly chosen, grey.
 std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
                                   const acquisition::CollectedViews& collected) {
-  constexpr std::size_t kFew = 12;  // they tell which board it is
+  constexpr std::size_t kFew = 12;  // pictures suffice to recognise the board
   std::vector<cv::Mat> taken = collected.pictures;
   taken.insert(taken.end(), collected.unseen.begin(), collected.unseen.end());
   const std::size_t all = source.device ? taken.size() : source.files.size();
@@ -73,13 +72,13 @@ std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
   return some;
 }
 
-// Says so where the corners lie as on another board. Returns whether the result is refused for it.
+// Warns if the corners fit another board. Returns whether the result is refused for it.
 bool RefuseOtherBoard(const Board& said, const CalibrationSource& source,
                       const acquisition::CollectedViews& collected, acquisition::CalibrationResult& result) {
-  // Pixels: right boards come out with less; and from where on wrong lengths spoil the result. Guessed.
+  // Pixels: right boards give less than the first; above the second, wrong lengths spoil the result. Guessed.
   constexpr double kSuspiciousPx = 0.25, kSpoiltPx = 1;
   const std::vector<cv::Mat> pictures = SomePictures(source, collected);
-  // The error alone tells nothing: corners that contradict most of the others were left out before.
+  // The error alone is no evidence: corners that contradict most of the others were left out before.
   if (result.ok() && result.rms_px < kSuspiciousPx && !acquisition::MarkersContradict(said, pictures))
     return false;
   const auto other = acquisition::BoardInPictures(said, pictures);
@@ -140,7 +139,8 @@ int RunBoardCalibration(const CalibrateArgs& args) {
     fmt::print("{}\n", json.dump(2));
   }
   if (!result.ok())
-    throw Error("no calibration: {}{}", other_board || only_moves ? "" : source.TakeOthers(), result.refusal);
+    throw Error("no calibration: {}{}", other_board || only_moves ? "" : source.RetakeAdvice(),
+                result.refusal);
   if (args.json) return kOk;
   fmt::print("{}", text);
   if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));

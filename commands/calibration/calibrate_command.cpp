@@ -78,7 +78,7 @@ std::string FlatFieldText(const FlatFieldResult& result) {
   return text;
 }
 
-// Throws Error where the cards are of another camera, or another part of its sensor, than the calibration.
+// Throws Error if the cards are of another camera, or another part of its sensor, than the calibration.
 void RequireAsCalibrated(const CalibrationSource& source, const acquisition::CalibrationFile& file,
                          const acquisition::ModeCalibration& mode, const std::vector<Image>& cards,
                          const std::string& output) {
@@ -121,7 +121,7 @@ int RunFlatField(const CalibrateArgs& args) {
       WriteFileAtomically(folder / "flat_field.png", PngBytes(acquisition::DrawFlatField(result)));
   }
   if (args.json) fmt::print("{}\n", FlatFieldJson(result, result.ok() ? output : "").dump(2));
-  if (!result.ok()) throw Error("no flat field: {}{}", source.TakeOthers(), result.refusal);
+  if (!result.ok()) throw Error("no flat field: {}{}", source.RetakeAdvice(), result.refusal);
   mode.flat_field = result.flat_field;
   file.modes[args.mode] = mode;
   acquisition::WriteCalibrationFile(output, file);
@@ -133,15 +133,15 @@ int RunFlatField(const CalibrateArgs& args) {
 
 // ---- Colours ----
 
-// A picture of a chart or card, as a light field's readers would see it.
+// A picture of a chart or card, in the form that a light field's readers see.
 struct ColorPicture {
   Image image;
   double black_level = 0;
   cv::Mat clipped;
-  std::optional<WhiteBalance> developed_by;  // of a raw file
+  std::optional<WhiteBalance> developed_by;  // for a raw file
 };
 
-// Raw files are developed by the first one's white balance.
+// The white balance of the first raw file develops all of them.
 class ColorPictures {
  public:
   void AddRaw(const std::string& bytes, const std::string& name) {
@@ -197,7 +197,8 @@ void WarnOfEncodedColours(const std::vector<ColorPicture>& pictures, FrameSource
         IsTaken(source) ? "" : fmt::format("; lock them ({}), or take raw pictures", WhereToSet(source)));
 }
 
-// The profile of these pictures; throws Error where there is none. `kept`: the profile that the camera had.
+// Returns the profile of these pictures; throws Error if there is none. `kept` is the camera's former
+// profile.
 ColorProfile ProfileOf(const CalibrateArgs& args, const CalibrationSource& source,
                        const std::vector<ColorPicture>& pictures, const std::string& output,
                        const std::optional<ColorProfile>& kept) {
@@ -218,11 +219,11 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const CalibrationSource& sourc
     Json json = GreyCardJson(card);
     json["file"] = card.ok() ? output : "";
     report(json, card.ok() ? GreyCardText(card) : "", "grey_card");
-    if (!card.ok()) throw Error("no white balance: {}{}", source.TakeOthers(), card.refusal);
-    // The matrix is the camera's, whatever the lamp.
+    if (!card.ok()) throw Error("no white balance: {}{}", source.RetakeAdvice(), card.refusal);
+    // The matrix belongs to the camera and holds for every lamp.
     ColorProfile profile = kept.value_or(ColorProfile{});
     profile.white_balance = card.white_balance;
-    profile.delta_e.reset();  // was measured under another lamp
+    profile.delta_e.reset();  // it was measured under another lamp
     profile.source = kept ? kept->source + ", white balance of a grey card" : "grey card";
     return profile;
   }
@@ -234,7 +235,7 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const CalibrationSource& sourc
   Json json = ColorFitJson(fit, charts.size(), pictures.size());
   json["file"] = fit.ok() ? output : "";
   report(json, fit.ok() ? ColorFitText(fit, charts.size(), pictures.size()) : "", "colours");
-  if (!fit.ok()) throw Error("no colour profile: {}{}", source.TakeOthers(), fit.refusal);
+  if (!fit.ok()) throw Error("no colour profile: {}{}", source.RetakeAdvice(), fit.refusal);
   ColorProfile profile = fit.profile;
   profile.source = fmt::format("chart of 24 patches, {} of them used", fit.patches.size());
   return profile;

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Whether a file is of no kind of picture, by its ending and by its bytes.
+// Returns whether a file is of no kind of picture, by its ending and by its bytes.
 bool IsNoPicture(const std::string& path) {
   if (!fs::is_regular_file(path) || HasImageEnding(path) || UnreadPicture(path)) return false;
   try {
@@ -60,7 +60,7 @@ CalibrationSource OpenCalibrationSource(const CalibrateArgs& args) {
 
 namespace {
 
-// A new name in this folder, for images whose camera is unknown.
+// Returns a new name in this folder, for images whose camera is unknown.
 fs::path UnusedCalibrationName() {
   fs::path path = "calibration.json";
   for (int number = 2; fs::exists(path); ++number) path = fmt::format("calibration-{}.json", number);
@@ -89,7 +89,7 @@ acquisition::CalibrationCaptureOptions CaptureOptions(const CalibrateArgs& args,
   options.mode = args.mode;
   options.least_views = args.views;
   options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   return options;
 }
 

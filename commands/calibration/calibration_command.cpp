@@ -40,7 +40,7 @@ bool Parse(const std::string& text, const char* form, int count, Numbers*... num
   return std::sscanf(text.c_str(), form, numbers..., &rest) == count;
 }
 
-// The part of the sensor, given as in a device's URI: the region counts pixels of the image, after binning.
+// Parses the part of the sensor as in a device's URI: the region counts pixels of the image, after binning.
 SensorWindow WindowOf(const CalibrationArgs& args, const CameraModel& camera) {
   SensorWindow window;
   if (!Parse(args.sensor, "%dx%d%c", 2, &window.sensor_width, &window.sensor_height))
@@ -96,7 +96,7 @@ void Bind(const CalibrationArgs& args, acquisition::CalibrationFile& file) {
   mode.window = window;
 }
 
-// None: ulf's own format. Throws UsageError where neither --to nor the file's name determines it.
+// Returns none for ulf's own format. Throws UsageError if neither --to nor the file's name determines it.
 std::optional<acquisition::CalibrationFormat> FormatOf(const CalibrationArgs& args) {
   if (args.to == "ulf") return std::nullopt;
   if (!args.to.empty()) {
@@ -147,8 +147,8 @@ void Print(const acquisition::CalibrationFile& file) {
   }
 }
 
-// Whether the file that is read is meant to be the one that is written, with all that it holds: another
-// program's holds more than a lens.
+// Returns whether the file that is read is meant to be overwritten with all that it holds: another program's
+// holds more than a lens.
 bool BindsInPlace(const CalibrationArgs& args, const acquisition::CalibrationFile& file) {
   std::error_code unknown;
   return file.is_ours && std::filesystem::equivalent(args.path, args.output, unknown);

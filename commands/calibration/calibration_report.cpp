@@ -175,7 +175,7 @@ using acquisition::ColorFit;
 using acquisition::PatchDifference;
 using Json = nlohmann::ordered_json;
 
-// Patches by number, as their maker counts them.
+// Numbers patches as their maker counts them.
 std::string Numbers(const std::vector<int>& patches) {
   std::string list;
   for (const int patch : patches) list += fmt::format("{}{}", list.empty() ? "" : ", ", patch + 1);
@@ -219,7 +219,7 @@ std::string ColorFitText(const ColorFit& fit, std::size_t found, std::size_t loo
     text += fmt::format(
         "warning          patches {} are uneven (a reflection, a shadow) or dark and took no part\n",
         Numbers(fit.uneven));
-  constexpr double kPoor = 5;  // ten times what one barely sees. Guessed.
+  constexpr double kPoor = 5;  // ten times the visible difference. Guessed.
   if (fit.Mean(&PatchDifference::held_out) > kPoor)
     text +=
         "warning          the profile hardly fits: is the light even, of one lamp, the chart clean, and are "

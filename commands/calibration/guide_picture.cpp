@@ -21,7 +21,7 @@
 namespace ulf::commands {
 namespace {
 
-// Where the picture goes.
+// The window or file that shows the picture.
 class GuidePicture {
  public:
   GuidePicture(std::string file, std::unique_ptr<render::PictureWindow> window)
@@ -32,7 +32,7 @@ class GuidePicture {
       closed_ = closed_ || !window_->Show(acquisition::DrawGuide(gray, guide, verdict));
       return;
     }
-    // A view that is taken is shown whenever it comes.
+    // Every recorded view is shown, whatever the period.
     constexpr double kPeriodS = 1;
     if (written_ && SecondsSince(*written_) < kPeriodS && verdict != acquisition::ViewVerdict::kTaken) return;
     written_ = std::chrono::steady_clock::now();
@@ -54,16 +54,16 @@ class GuidePicture {
 
 std::unique_ptr<GuidePicture> OpenGuidePicture(const CalibrateArgs& args) {
   if (!args.preview.empty()) return std::make_unique<GuidePicture>(args.preview, nullptr);
-  // Whoever reads the lines elsewhere does not watch.
+  // If the lines are not read on a terminal, nobody watches.
   if (args.json || isatty(STDERR_FILENO) == 0) return nullptr;
   try {
     return std::make_unique<GuidePicture>("", std::make_unique<render::PictureWindow>("ulf calibrate"));
   } catch (const Error&) {
-    return nullptr;  // no display: the lines say the same
+    return nullptr;  // without a display the lines must suffice
   }
 }
 
-// Whether a line has come on standard input. A background job must not read from its terminal.
+// Returns whether a line has come on standard input. A background job must not read from its terminal.
 bool EnterWasPressed() {
   static bool ended = false;
   if (ended || (isatty(STDIN_FILENO) != 0 && tcgetpgrp(STDIN_FILENO) != getpgrp())) return false;

@@ -27,7 +27,7 @@ bool HasRealCamera(const std::vector<acquisition::DeviceInfo>& devices) {
                      [](const acquisition::DeviceInfo& info) { return info.bus != "simulated"; });
 }
 
-// Mentions missing udev rules only where they may be the reason: no camera is found, or one is not available.
+// Mentions missing udev rules only if they may be the reason: no camera is found, or one is not available.
 std::optional<std::string> UdevHint(const std::vector<acquisition::DeviceInfo>& devices) {
   const bool all_available = std::all_of(devices.begin(), devices.end(),
                                          [](const acquisition::DeviceInfo& info) { return info.available; });
@@ -167,7 +167,7 @@ int RunLinkCheck(const DevicesArgs& args) {
   const StopOnSignal signals;
   acquisition::LinkCheckOptions options;
   options.seconds = args.seconds;
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   options.say = [](const std::string& text) { fmt::print(stderr, "{}\n", text); };
   const acquisition::LinkReport report = acquisition::CheckLink(args.check, options);
   args.json ? PrintLinkJson(report) : PrintLink(report);

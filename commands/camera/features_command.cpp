@@ -30,7 +30,7 @@ struct FeaturesArgs {
 };
 
 struct SetResult {
-  acquisition::CameraFeature feature;  // as it reads afterwards
+  acquisition::CameraFeature feature;  // as read back afterwards
   std::string wanted, before;
 };
 
@@ -100,8 +100,8 @@ SetResult ApplySetting(acquisition::FeatureAccess& access, const std::string& ur
   return result;
 }
 
-// Throws before anything is written where a feature is unknown or always read-only. A locked one is checked
-// in its turn, because an earlier setting may unlock it: ExposureAuto=Off ExposureTime=5000.
+// Throws before anything is written if a feature is unknown or always read-only. A locked one is checked in
+// its turn, because an earlier setting may unlock it: ExposureAuto=Off ExposureTime=5000.
 std::vector<SetResult> ApplySettings(acquisition::FeatureAccess& access, const std::string& uri,
                                      const std::vector<std::pair<std::string, std::string>>& settings) {
   for (const auto& [name, value] : settings) {
@@ -140,7 +140,7 @@ Json JsonOf(const acquisition::OfferedFormat& format) {
   return json;
 }
 
-// A line for each size, with its rates: "YUYV  640x480 at 30, 15".
+// Prints a line for each size, with its rates: "YUYV  640x480 at 30, 15".
 void PrintFormats(const std::vector<acquisition::OfferedFormat>& formats) {
   if (formats.empty()) return;
   fmt::print("formats (size, frames a second)\n");

@@ -38,11 +38,11 @@ struct RecordRun {
   double seconds = 0;
   bool lost = false;
   FrameSource source = FrameSource::kCamera;
-  std::string remark;  // of a replay: what is converted
+  std::string remark;  // for a replay: conversions
 };
 
 bool IsComplete(const RecordArgs& args, std::uint64_t frames, double seconds) {
-  return StopOnSignal::Asked() || (args.frames > 0 && frames >= args.frames) ||
+  return StopOnSignal::Requested() || (args.frames > 0 && frames >= args.frames) ||
          (args.max_seconds > 0 && seconds >= args.max_seconds);
 }
 
@@ -104,7 +104,7 @@ RecordRun Record(const RecordArgs& args) {
   for (const std::string& line : repeated.AtTheEnd()) progress.Say(line);
   run.lost = device->State() == acquisition::DeviceState::kLost;
   device->Stop();
-  // Photographs that arrive after Stop().
+  // Photographs may arrive after Stop().
   while (const auto frame = device->TakesStills() ? device->Next(std::chrono::milliseconds(0)) : std::nullopt)
     if (frame->kind == FrameKind::kStill) recorder.TryAdd(*frame);
   run.device = device->Statistics();

@@ -28,7 +28,7 @@ struct SimulateArgs {
   int loop = 0;
 };
 
-// One value for each camera, or none at all.
+// There is one value for each camera, or none at all.
 template <typename T>
 void RequireOneEach(const char* option, const std::vector<T>& values, std::size_t cameras) {
   if (!values.empty() && values.size() != cameras)
@@ -36,7 +36,7 @@ void RequireOneEach(const char* option, const std::vector<T>& values, std::size_
                      values.size(), cameras);
 }
 
-// What a `sim:` URI says: a scene before a hand, or a board or card before the camera.
+// Parses a `sim:` URI: a scene with a hand-held camera, or a board or card before the camera.
 std::pair<acquisition::SimulationOptions, std::optional<acquisition::BoardSceneOptions>> SceneOf(
     const DeviceUri& uri) {
   if (uri.path != "board" && uri.path != "card")
@@ -52,7 +52,7 @@ std::pair<acquisition::SimulationOptions, std::optional<acquisition::BoardSceneO
   return {simulation, board};
 }
 
-// The options of each camera of the command line.
+// Returns the options of each camera of the command line.
 std::vector<acquisition::GigeServerOptions> CamerasOf(const SimulateArgs& args) {
   const std::size_t count = args.interfaces.size();
   RequireOneEach("--serial", args.serials, count);

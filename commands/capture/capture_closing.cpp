@@ -8,6 +8,7 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "commands/capture/capture_report.h"
+#include "commands/options/command_line.h"
 #include "commands/reports/check_reports.h"
 #include "commands/reports/light_field_report.h"
 #include "commands/reports/work_reports.h"
@@ -18,6 +19,7 @@
 #include "core/base/shell_word.h"
 #include "core/base/waiting.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_check.h"
@@ -38,7 +40,7 @@ void WritePictures(const CaptureArgs& args, const LightField& light_field,
     fmt::print(stderr, "no view was recorded: --overlay, --map and --error-map write no pictures\n");
     return;
   }
-  // Its pose and lens may have been corrected since; a view that was taken back has them as it was recorded.
+  // Its pose and lens may have been corrected since; a view that was taken back has the recorded ones.
   Rigid3 cam_from_world = summary.last_recorded->cam_from_world;
   CameraModel camera = summary.last_recorded->camera;
   const auto view = std::ranges::find(light_field.views, summary.last_recorded->id, &View::id);
@@ -66,8 +68,8 @@ void WritePictures(const CaptureArgs& args, const LightField& light_field,
     fmt::print(stderr, "--error-map: no errors were measured; it is not written\n");
 }
 
-// Where somebody counts on them.
-void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSummary& summary) {
+// Warns if measured errors were requested and missing.
+void WarnIfNothingMeasured(const CaptureArgs& args, const coverage::CaptureSummary& summary) {
   const bool decides = coverage::CoverGoal::Parse(args.cover).by != coverage::CoverBy::kBound;
   if (summary.measured || !(decides || !args.error_map.empty())) return;
   const bool mesh_came_late = summary.geometry && summary.geometry->mesh;
@@ -84,9 +86,9 @@ void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSum
       decides ? "; the bound alone decided what was recorded" : "");
 }
 
-// A guess that nothing replaced may still be wrong.
-void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
-                          const CameraModel& guessed) {
+// Warns of a guessed lens that nothing replaced: it may still be wrong.
+void WarnOfGuessedLens(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
+                       const CameraModel& guessed) {
   const bool was_guessed = options.calibration_source == acquisition::kFocalLengthGuessed;
   const bool is_confirmed = summary.calibration && summary.calibration->determined;
   if (!was_guessed || summary.refined_lens || is_confirmed) return;
@@ -112,9 +114,9 @@ void PrintResult(const CaptureArgs& args, const coverage::CaptureSummary& summar
   std::fflush(stdout);
 }
 
-// Of the views that were recorded, also in earlier sessions. Reading raw files takes too long for the end of
-// a capture.
-void WarnIfTheLampChanged(LightField& light_field) {
+// Checks all recorded views, also of earlier sessions. Reading raw files takes too long for the end of a
+// capture.
+void WarnIfLampChanged(LightField& light_field) {
   if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
     return;
   Progress progress("light");
@@ -124,7 +126,7 @@ void WarnIfTheLampChanged(LightField& light_field) {
   if (check.not_compared.empty()) KeepLight(check, light_field);
 }
 
-// The exposures are on disk: what cannot be merged now can be later.
+// The exposures are on disk: a merge that fails now can be repeated later.
 std::optional<render::BracketReport> Merged(const CaptureArgs& args,
                                             const coverage::CaptureSummary& summary) {
   if (summary.brackets.exposures == 0 || summary.stopped_because == coverage::StoppedBecause::kDisk)
@@ -149,12 +151,12 @@ void ReportUnwrittenFrames(const coverage::CaptureSummary& summary, bool folder_
                Counted(summary.unwritten, "frame"));
 }
 
-// Masks, and over them the geometry that other captures make while they run. False, with the reason said,
-// where there are none: the views are kept.
+// Makes masks, and with them the geometry that other captures make while they run. Returns false, with the
+// reason logged, if it fails: the views are kept.
 bool MaskTurntable(const CaptureArgs& args) {
   if (args.turntable.empty() || ReadLightField(args.dir).views.empty()) return true;
   try {
-    fmt::print(stderr, "{}", InWords(render::WriteTurntableMasks(args.dir)));
+    fmt::print(stderr, "{}", ToText(render::WriteTurntableMasks(args.dir)));
   } catch (const Error& error) {
     fmt::print(stderr,
                "ulf: {}\nulf: the views are kept, without masks; go on with --resume, or make the masks "
@@ -174,13 +176,13 @@ bool MaskTurntable(const CaptureArgs& args) {
 }  // namespace
 
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
-                 CaptureInHand& hand, CaptureRun& run) {
+                 PreparedCaptureCommand& hand, CaptureRun& run) {
   coverage::CaptureSummary& summary = run.summary;
   const acquisition::FrameRecorderSummary& kept = run.kept;
   if (kept.left_out > 0)
     fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
-  const std::optional<std::string> gone = run.folder->WhyGone();
+  const std::optional<std::string> gone = run.folder->WhyNotInPlace();
   if (gone) summary.stopped_because = coverage::StoppedBecause::kDisk, summary.problem = *gone;
   ReportUnwrittenFrames(summary, !gone);
   if (gone) return kFailed;
@@ -197,11 +199,11 @@ int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverag
   if (!args.truth.empty()) errors = CompareWithTruth(run.truth, run.live, light_field);
   closing.reset();
   PrintResult(args, summary, report, run.live.size(), errors, Merged(args, summary));
-  WarnIfTheLampChanged(light_field);
-  SayIfNothingWasMeasured(args, summary);
+  WarnIfLampChanged(light_field);
+  WarnIfNothingMeasured(args, summary);
   WritePictures(args, light_field, summary);
   WriteFoundLens(lens, *hand.device, summary.refined_lens, summary.calibration, "ulf capture");
-  SayIfTheLensIsAGuess(options, summary, hand.camera);
+  WarnOfGuessedLens(options, summary, hand.camera);
   if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(stderr, "the last correction of poses opened a part of the cap again{}\n",
                IsTaken(summary.source) ? "" : ", which must be taken again: go on with --resume");

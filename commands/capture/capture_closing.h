@@ -1,5 +1,5 @@
-// What `ulf capture` does when the light field is closed: masks, the map for the next session, merged
-// brackets, the report, pictures, and the words that a person should read last.
+// Finishes `ulf capture` when the light field is closed: masks, the map for the next session, merged
+// brackets, the report, pictures, and final messages.
 #pragma once
 
 #include <optional>
@@ -15,17 +15,17 @@
 
 namespace ulf::commands {
 
-// What a capture has left behind.
+// The results of a finished capture.
 struct CaptureRun {
   coverage::CaptureSummary summary;
-  acquisition::FrameRecorderSummary kept;  // frames, where they were to be kept
-  std::vector<TimedPose> truth;            // as given; empty: none
-  std::vector<TimedPose> live;             // of tracked frames, as they were tracked
-  std::optional<OpenedFolder> folder;      // the light field's
+  acquisition::FrameRecorderSummary kept;  // recorded frames, if requested
+  std::vector<TimedPose> truth;            // as given; empty if none
+  std::vector<TimedPose> live;             // live poses of tracked frames
+  std::optional<OpenedFolder> folder;      // of the light field
 };
 
 // Returns the command's exit status.
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
-                 CaptureInHand& hand, CaptureRun& run);
+                 PreparedCaptureCommand& hand, CaptureRun& run);
 
 }  // namespace ulf::commands

@@ -1,4 +1,4 @@
-// ulf capture: the main job, from a device's URI to a light field on disk.
+// ulf capture, the main command: from a device's URI to a light field on disk.
 
 #include <spdlog/spdlog.h>
 
@@ -43,7 +43,7 @@
 namespace ulf::commands {
 namespace {
 
-// The largest share of the limits that end the capture; without limits the device's own.
+// Returns the largest share of the limits that end the capture; without limits the device's own.
 double ShareDone(const CaptureArgs& args, const coverage::CaptureOptions& options,
                  const coverage::CaptureState& now, double first_time_s, const acquisition::Device& device) {
   double share = 0;
@@ -108,7 +108,7 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
   if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
   CaptureRun run;
   if (!args.truth.empty()) run.truth = ReadTum(args.truth);
-  std::optional<coverage::RequestLines> request_lines;  // refused before anything is written
+  std::optional<coverage::RequestLines> request_lines;  // refuses before anything is written
   coverage::CaptureRequests requests;
   const auto script = std::make_shared<coverage::DisplayScript>(requests);
   if (!args.requests.empty()) {
@@ -120,7 +120,7 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
     request_lines.emplace(args.requests, std::move(take));
   }
   const StopOnSignal signals;
-  CaptureInHand prepared;
+  PreparedCaptureCommand prepared;
   if (!PrepareCapture(args, &options, prepared)) {
     fmt::print(stderr, "stopped before the first frame: no light field was written\n");
     return kOk;
@@ -137,9 +137,9 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.closing = [&](const std::string& step) {
       if (!closing) closing.emplace("closing", step);
-      closing->For(step);
+      closing->SetStep(step);
     };
-    hooks.stop_requested = [] { return StopOnSignal::Asked(); };
+    hooks.stop_requested = [] { return StopOnSignal::Requested(); };
     hooks.requests = &requests;
     const auto read_requests = [&] {
       if (request_lines) request_lines->Take(hooks.say);
@@ -228,7 +228,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
                                coverage::CoverGoal{}.db))
       ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
-  Knows(command->add_option("--poses", args->poses_text, tracking::kPosesHelp), tracking::kPosesValues)
+  OfferValues(command->add_option("--poses", args->poses_text, tracking::kPosesHelp), tracking::kPosesValues)
       ->capture_default_str();
   command->add_option(
       "--turntable", args->turntable,
@@ -256,11 +256,12 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Read requests during the capture from this file or fifo (-: standard input): "
                       "take-back [COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size "
                       "SHARE], subject proposed, pause, record [anyway], finish");
-  Knows(command->add_option(
-            "--operator", args->person,
-            "Simulated person who holds a simulated camera: guided, unguided, novice or unguided-novice, "
-            "with a seed such as novice:7 (default: a hand that scans by a plan; docs/capture.md#guidance)"),
-        "guided,unguided,novice,unguided-novice");
+  OfferValues(
+      command->add_option(
+          "--operator", args->person,
+          "Simulated person who holds a simulated camera: guided, unguided, novice or unguided-novice, "
+          "with a seed such as novice:7 (default: a hand that scans by a plan; docs/capture.md#guidance)"),
+      "guided,unguided,novice,unguided-novice");
   command->add_flag("--headless", args->headless, "Capture without the operator display");
   command->add_flag("--offscreen", args->offscreen,
                     "Run the operator display without a window; --requests then also takes press KEYS "

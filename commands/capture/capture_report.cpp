@@ -26,8 +26,8 @@ const char* InWords(coverage::StoppedBecause why) {
   return kWords[static_cast<std::size_t>(why)];
 }
 
-// What was in the way of views and, where a camera is in the hand, what to do the next time; what options
-// change is said of pictures that are taken already, too.
+// Says what prevented views and, for a hand-held camera, what to do the next time; advice about options is
+// given for finished pictures, too.
 std::string WayOut(coverage::Reason reason, FrameSource source) {
   using enum coverage::Reason;
   struct Words {
@@ -91,8 +91,8 @@ std::string WayOut(coverage::Reason reason, FrameSource source) {
   return to_do.empty() ? words.finding : words.finding + "; " + to_do;
 }
 
-// "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake behind
-// it.
+// Returns "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake
+// behind it.
 std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSummary& summary) {
   const coverage::NoticedMistake* mistake = Behind(reason, summary.mistakes);
   if (!mistake)
@@ -100,7 +100,7 @@ std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSumm
   return fmt::format("the reason was '{}': {}. {}", Name(mistake->mistake), mistake->finding, mistake->cure);
 }
 
-// What the tracker needs, for who can give it.
+// Says what the tracker needs, if the user can still provide it.
 const char* ToBeTracked(FrameSource source) {
   switch (source) {
     case FrameSource::kRecording:
@@ -302,7 +302,7 @@ std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
 
 PoseErrors CompareWithTruth(const std::vector<TimedPose>& truth, const std::vector<TimedPose>& live,
                             const LightField& light_field) {
-  constexpr double kSameFrame_s = 0.002;  // times are the device's own in both
+  constexpr double kSameFrame_s = 0.002;  // both use the device's clock
   std::vector<TimedPose> views;
   std::vector<double> distances;
   for (const View& view : light_field.views) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "commands/options/command_line.h"
 #include "core/base/error.h"
@@ -11,7 +12,7 @@
 namespace ulf::commands {
 namespace {
 
-// "60x40", "60x40:0.95", "60x40:95%" or "none".
+// Parses "60x40", "60x40:0.95", "60x40:95%" or "none".
 void ParseUntilCovered(const std::string& text, coverage::CaptureOptions* options) {
   if (text.empty() || text == "none") return;
   const coverage::CapGoal goal = coverage::CapGoal::Parse(text);
@@ -48,7 +49,7 @@ coverage::PhotographSpacing SpacingWithoutSubject(const CaptureArgs& args) {
   return spacing;
 }
 
-// What a turntable cannot be captured with.
+// Refuses options that a turntable excludes.
 void RequireForTurntable(const CaptureArgs& args) {
   if (args.turntable.empty()) return;
   if (args.no_subject)
@@ -111,7 +112,7 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
   options.deterministic = args.deterministic;
   options.begins_on_request = !args.headless;
   options.checks_hold_start = !args.force_start;
-  // Of a turntable it is made when the background is masked.
+  // For a turntable, geometry is made after the background is masked.
   options.geometry = !args.no_geometry && args.turntable.empty();
   options.cover = coverage::CoverGoal::Parse(args.cover);
   if (options.cover.by != coverage::CoverBy::kBound && args.no_geometry)
@@ -132,7 +133,8 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
   return options;
 }
 
-bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, CaptureInHand& hand) {
+bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options,
+                    PreparedCaptureCommand& hand) {
   coverage::SessionArgs session{.uri = args.uri,
                                 .dir = args.dir,
                                 .open = {},

@@ -1,5 +1,5 @@
-// From the command line to a capture that can run (coverage/session/prepared_capture.h), or a refusal that
-// has written nothing.
+// Prepares a capture (coverage/session/prepared_capture.h) from the command line, or refuses without having
+// written anything.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ struct CaptureArgs {
   std::optional<int> coverage_width_px;
   acquisition::IntrinsicsArgs intrinsics;
   std::string poses_text = "features";
-  // The markers on which the subject turns, as --poses markers: has them; empty: the subject stands still.
+  // Markers on which the subject turns, as for --poses markers:; empty: the subject stands still.
   std::string turntable;
   tracking::ReadoutArgs readout;
   tracking::LensUse lens = tracking::LensUse::kCheck;
@@ -59,17 +59,17 @@ struct CaptureArgs {
   std::string truth;
 };
 
-// `--poses` and `--turntable` as one. Throws UsageError where they contradict each other.
+// Combines `--poses` and `--turntable`. Throws UsageError if they contradict each other.
 tracking::PosesSpec PosesFrom(const CaptureArgs& args);
 
-// The options that do not depend on the device. Throws UsageError.
+// Returns the options that do not depend on the device. Throws UsageError.
 coverage::CaptureOptions OptionsFrom(const CaptureArgs& args);
 
-struct CaptureInHand : coverage::PreparedCapture {
-  std::shared_ptr<coverage::SimulatedOperator> person;  // who holds a simulated camera, if anybody
+struct PreparedCaptureCommand : coverage::PreparedCapture {
+  std::shared_ptr<coverage::SimulatedOperator> person;  // holds a simulated camera; null otherwise
 };
 
-// As coverage::PrepareCapture().
-bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, CaptureInHand& hand);
+// Behaves as coverage::PrepareCapture().
+bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, PreparedCaptureCommand& hand);
 
 }  // namespace ulf::commands

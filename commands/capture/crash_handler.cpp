@@ -26,10 +26,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kCommand[] = "close-after-death";
-// Of crashes, also of GLib's fatal errors (SIGTRAP).
+// These signals are crashes, including GLib's fatal errors (SIGTRAP).
 constexpr std::array kFatalSignals{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGTRAP};
 
-// Static, because a signal handler must not allocate.
+// It is static, because a signal handler must not allocate.
 std::array<char, 4096> light_field_dir;
 std::array<char, 16> signal_number, thread_name;
 std::array<struct sigaction, kFatalSignals.size()> earlier_actions;

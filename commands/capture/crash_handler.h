@@ -1,13 +1,13 @@
 // Closes the light field when the process dies of a signal, for example because a camera library crashes or
 // aborts. While a CrashHandler exists, such a signal replaces the process by `ulf close-after-death DIR ...`
 // (exec: the same process number, fresh memory), which opens the light field again, closes it, reports that,
-// and exits with 1. What was not on disk by then is lost, as with SIGKILL.
+// and exits with 1. Data that were not on disk by then are lost, as with SIGKILL.
 //
 // A signal handler in a thread that has overrun its stack needs an alternate stack: this class gives one to
 // the calling thread, core/base/stop_signal.h to those that capture or run the camera libraries' callbacks.
 // In the libraries' other threads (Aravis's heartbeat, OpenCV's workers) an overrun still ends the process.
 //
-// Disabled in builds with a sanitizer, which reports crashes itself. There is no core dump.
+// It is disabled in builds with a sanitizer, which reports crashes itself. There is no core dump.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@
 
 namespace ulf::commands {
 
-// One at a time.
+// At most one may exist.
 class CrashHandler {
  public:
   explicit CrashHandler(const std::filesystem::path& dir);
@@ -25,7 +25,7 @@ class CrashHandler {
   CrashHandler& operator=(const CrashHandler&) = delete;
 };
 
-// Not shown in the help.
+// Adds the command, which the help does not show.
 void AddCloseAfterCrashCommand(CLI::App& app, ChosenCommand& chosen);
 
 }  // namespace ulf::commands

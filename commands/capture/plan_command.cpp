@@ -1,4 +1,4 @@
-// ulf plan: what a capture will ask for, before there is one.
+// ulf plan predicts what a capture will need.
 
 #include <spdlog/spdlog.h>
 
@@ -38,10 +38,10 @@ struct PlanArgs {
   bool json = false;
 };
 
-// The lens that the views will be taken with.
+// The lens for the planned views.
 struct PlannedCamera {
   double focal_px = 0, width_px = 0;
-  std::string source;  // empty: as given
+  std::string source;  // empty: given by the user
   bool takes_stills = false;
 };
 
@@ -65,7 +65,7 @@ PlannedCamera CameraFrom(const PlanArgs& args) {
   if (!args.calibration_path.empty()) {
     const acquisition::CalibrationFile file = acquisition::ReadCalibrationFile(args.calibration_path);
     for (const std::string& warning : file.warnings) spdlog::warn("{}", warning);
-    // A file of photographs alone is of a tethered camera.
+    // A calibration file of photographs alone is of a tethered camera.
     const std::string mode =
         file.modes.contains("live") || file.modes.empty() ? "live" : file.modes.begin()->first;
     return of(acquisition::ModeOf(file, mode, args.calibration_path).camera, args.calibration_path,

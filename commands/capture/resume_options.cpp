@@ -15,7 +15,7 @@
 namespace ulf::commands {
 namespace {
 
-// As options take it.
+// Formats a subject as options take it.
 std::string SubjectText(const Subject& subject) {
   const Eigen::Vector3d& center = subject.center_in_world;
   return fmt::format("{:.4g},{:.4g},{:.4g},{:.4g}", center.x(), center.y(), center.z(), subject.radius);
@@ -45,7 +45,7 @@ std::string NoSubjectRefusal(const CaptureArgs& /*args*/, const LightField& ligh
       SubjectText(*light_field.subject));
 }
 
-// `given`: as on the command line.
+// `given` is the text on the command line.
 std::string ThresholdRefusal(const std::string& given, double threshold_px, const LightField& light_field) {
   if (!light_field.threshold_px || threshold_px == *light_field.threshold_px) return {};
   return fmt::format(
@@ -107,7 +107,7 @@ std::string TurntableRefusal(const CaptureArgs& args, const LightField& light_fi
                      light_field.turntable->board.empty() ? "a single marker" : light_field.turntable->board);
 }
 
-// The tracker's map hangs on the poses of the views, which belong to their lens.
+// The tracker's map depends on the poses of the views, which belong to their lens.
 std::string LensUseRefusal(const CaptureArgs& args, const LightField& light_field) {
   if (args.lens != tracking::LensUse::kRefine || light_field.views.empty()) return {};
   return fmt::format(
@@ -123,7 +123,7 @@ std::string CalibrationOutRefusal(const CaptureArgs& /*args*/, const LightField&
                      light_field.views.size());
 }
 
-// In the order in which they are asked.
+// The rules are checked in this order.
 constexpr ResumeRule kRules[] = {
     {"help", OnResume::kUsed},
     {"URI", OnResume::kUsedWithCamera},
@@ -160,7 +160,7 @@ constexpr ResumeRule kRules[] = {
     {"headless", OnResume::kUsed},
     {"offscreen", OnResume::kUsed},
     {"marker", OnResume::kUsed},
-    {"force-start", OnResume::kUsed},  // nothing holds it
+    {"force-start", OnResume::kUsed},  // nothing contradicts it
     {"no-geometry", OnResume::kUsed},
     {"deterministic", OnResume::kUsed},
     {"raw", OnResume::kUsed},

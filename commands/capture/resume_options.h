@@ -1,7 +1,6 @@
-// What `ulf capture --resume` does with each option of the command: one rule an option, and none is passed
-// over. An option is used from now on, or it must agree with what the light field has, or the light field as
-// it is cannot honour it; in both these cases it is refused by name, with both values and the way out, before
-// anything is written.
+// Defines what `ulf capture --resume` does with each option of the command by one rule an option. An option
+// is used from now on, or must agree with the light field, or cannot be honoured for this light field; in
+// both latter cases it is refused by name, with both values and the remedy, before anything is written.
 #pragma once
 
 #include <set>
@@ -20,7 +19,7 @@ namespace ulf::commands {
 
 enum class OnResume {
   kUsed,
-  kUsedWithCamera,  // the same; that the device is the light field's is checked once it is open
+  kUsedWithCamera,  // used, if the opened device is the light field's
   kMustAgree,
   kCannotBeHonoured
 };
@@ -28,18 +27,18 @@ enum class OnResume {
 struct ResumeRule {
   std::string_view option;  // without its dashes
   OnResume what;
-  // What stands behind the option's name in a refusal: its value and why not; empty: nothing speaks against
-  // it. Null where the option is used in any case.
+  // Returns what follows the option's name in a refusal, its value and why not; empty if it is accepted. Null
+  // if the option is always used.
   std::string (*refusal)(const CaptureArgs& args, const LightField& light_field) = nullptr;
 };
 
 std::span<const ResumeRule> ResumeRules();
 
-// The options on the command line, by the names of the rules.
+// Returns the options on the command line, by the names of the rules.
 std::set<std::string> GivenOptions(const CLI::App& command);
 
 // Throws UsageError for the first of `given` that is refused, and Error for a light field that cannot be
-// read. A folder without a journal is left to LightFieldWriter::Resume.
+// read. LightFieldWriter::Resume handles a folder without a journal.
 void RequireResumable(const CaptureArgs& args, const std::set<std::string>& given);
 
 }  // namespace ulf::commands

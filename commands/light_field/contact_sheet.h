@@ -18,7 +18,7 @@ struct ContactSheetLayout {
   int cell_height_px = 480;
 };
 
-// CV_8UC3. Throws Error when a panel has no image.
+// Returns CV_8UC3. Throws Error if a panel has no image.
 cv::Mat ComposeSheet(const std::string& headline, const std::vector<SheetPanel>& panels,
                      const ContactSheetLayout& layout = {});
 

@@ -1,4 +1,4 @@
-// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has
+// `ulf export FORM` exports a light field for other programs, with points measured again if the form has
 // points, or as a page.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
@@ -37,7 +37,7 @@ struct ExportArgs {
 
 struct Triangulated {
   bool done = false;
-  bool kept_points = false;  // no point was found, the light field's own stay
+  bool kept_points = false;  // no point was found; the light field's own stay
   double pose_error_px = 0;
   std::size_t unread = 0;
 };
@@ -109,7 +109,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   ExportOptions options;
   options.form = form;
   options.undistort = args.undistort;
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   Triangulated triangulated;
   const bool measures = HasPoints(form) && !args.known_points;
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed
@@ -122,7 +122,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
         args.dir);
   if (HasPoints(form))
     light_field.points = tracking::WithoutMasked(std::move(light_field.points), light_field);
-  const StopOnSignal signals;  // from here on a stop removes what was written
+  const StopOnSignal signals;  // from here on a stop removes the output
   options.progress = [&](double share, const std::string& what) {
     progress.Show(points_share + (1 - points_share) * share, what);
   };
@@ -151,7 +151,7 @@ struct FormOption {
   ExportForm form;
   const char* name;
   const char* what;
-  const char* subject = nullptr;  // what it is used for; none: the form has no use for it
+  const char* subject = nullptr;  // use of the subject; null: none
 };
 constexpr FormOption kForms[] = {
     {ExportForm::kColmapText, "colmap", "COLMAP's folder: images, sparse/0 with tracks, masks"},

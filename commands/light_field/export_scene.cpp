@@ -67,14 +67,14 @@ std::string LightFieldName(const std::string& dir) {
   return text.empty() ? "light_field" : text;
 }
 
-void StopWhereAsked() {
-  if (StopOnSignal::Asked()) throw Error("stopped before the end, as asked; nothing was exported");
+void ThrowIfStopped() {
+  if (StopOnSignal::Requested()) throw Error("stopped before the end, as asked; nothing was exported");
 }
 
 // ---- glTF ----
 
-// Of a triangle's edge over its distance to a view: larger ones reach out of pictures, and charts take whole
-// ones alone. Guessed.
+// The largest ratio of a triangle's edge to its distance from a view: larger ones reach out of pictures, and
+// charts take only whole triangles. Guessed.
 constexpr double kMostSlope = 0.04;
 
 std::vector<render::GltfCamera> GltfCamerasOf(const LightField& light_field) {
@@ -98,7 +98,7 @@ int RunGltf(const GltfArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   RequireOutside(light_field.root, args.output);
   StagedFolder folder(args.output);
-  // Before photographs: a mesh that is not there is what most often stands in the way.
+  // This comes before photographs, because a missing mesh is the most frequent obstacle.
   const auto proxy =
       render::ProxyFromName(args.mesh, render::SubjectOf(light_field, OptionsOf(args).subject), args.dir);
   if (!proxy->Occluder())
@@ -112,7 +112,7 @@ int RunGltf(const GltfArgs& args) {
   model.units = light_field.units;
   std::shared_ptr<const render::RenderScene> scene = render::LoadScene(light_field, OptionsOf(args));
   model.up_in_world = scene->up_in_world;
-  constexpr double kNearOfRadius = 0.01;  // no camera stands so near to a surface, whatever the world's unit
+  constexpr double kNearOfRadius = 0.01;  // cameras keep this distance from surfaces, in any unit
   model.near_distance = kNearOfRadius * scene->subject.radius;
   if (const auto light = LightOf(args, *scene, proxy)) scene = render::WithLight(*scene, *light);
   const auto most_triangles = static_cast<std::size_t>(args.triangles);
@@ -122,16 +122,16 @@ int RunGltf(const GltfArgs& args) {
 
   progress.Show(0.05, "which views see the surface");
   const std::vector<render::ViewShares> shares = render::SharesOfVertices(*scene, *mesh);
-  StopWhereAsked();
+  ThrowIfStopped();
   progress.Show(0.3, "colours of vertices");
   model.mesh = *mesh;
   model.colors = render::ColorsOfVertices(*scene, *mesh, shares);
   const fs::path colored = folder.path() / (model.name + "_vertex_colors.glb");
   WriteFileAtomically(colored, render::GlbBytes(model));
-  StopWhereAsked();
+  ThrowIfStopped();
   progress.Show(0.4, "charts of the texture");
   const render::TextureAtlas atlas = render::MakeTextureAtlas(*scene, *mesh, args.texture_px);
-  StopWhereAsked();
+  ThrowIfStopped();
   progress.Show(0.6, "baking the texture");
   model.texture_png = PngBytes(render::BakeTexture(*scene, atlas, shares));
   model.texture_size = {atlas.width, atlas.height};
@@ -141,7 +141,7 @@ int RunGltf(const GltfArgs& args) {
   const fs::path textured = folder.path() / (model.name + ".glb");
   const std::string bytes = render::GlbBytes(model);
   WriteFileAtomically(textured, bytes);
-  StopWhereAsked();
+  ThrowIfStopped();
   folder.Commit();
 
   if (args.json) {
@@ -172,7 +172,7 @@ int RunGltf(const GltfArgs& args) {
 
 // ---- Quilts ----
 
-// "8x6"
+// Parses "8x6".
 std::pair<int, int> TwoNumbers(const std::string& text, const char* option) {
   int a = 0, b = 0, used = 0;
   constexpr int kMost = 32768;
@@ -194,7 +194,7 @@ render::QuiltOptions QuiltOptionsOf(const QuiltArgs& args) {
 }
 
 void SayWhatTheConeIs(const render::QuiltViews& views) {
-  constexpr double kUsual = Radians(35);  // what the maker calls best
+  constexpr double kUsual = Radians(35);  // the maker's recommendation
   if (views.outside > 0)
     fmt::print("{} of {} viewpoints lie outside the recorded ones: their tiles are guessed at the sides\n",
                views.outside, views.cameras.size());
@@ -215,7 +215,7 @@ int RunQuilt(const QuiltArgs& args) {
   render::FieldOptions field;
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
   const auto plain = render::LoadScene(light_field, OptionsOf(args));
-  // Before fields and geometry are compared, which change no viewpoint.
+  // This comes before fields and geometry are compared, which change no viewpoint.
   if (!(render::QuiltViewsOf(*plain, options).view_cone > 0))
     throw UsageError(
         "{}: the recorded viewpoints carry no view to the side of their middle; give --cone DEGREES to try "
@@ -228,7 +228,7 @@ int RunQuilt(const QuiltArgs& args) {
   const render::QuiltViews views = render::QuiltViewsOf(renderer->scene(), options);
   const int tiles = static_cast<int>(views.cameras.size());
   const cv::Mat quilt = render::DrawQuilt(*renderer, views, options.format, [&](int done) {
-    StopWhereAsked();
+    ThrowIfStopped();
     progress.Show(static_cast<double>(done) / tiles, fmt::format("tile {} of {}", done, tiles));
   });
   const std::string name = render::QuiltName(LightFieldName(args.dir), options.format);
@@ -300,11 +300,11 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
       ->add_option("--zoom", quilt_args->zoom,
                    "Above 1: nearer than the whole subject; below: more of what is around it (1)")
       ->check(Positive());
-  Knows(quilt->add_option("--proxy", quilt_args->proxy,
-                          "Geometry for the photographs, as of ulf render (auto)"),
-        kKnownProxies);
-  Knows(quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)"),
-        kKnownFields);
+  OfferValues(quilt->add_option("--proxy", quilt_args->proxy,
+                                "Geometry for the photographs, as of ulf render (auto)"),
+              kKnownProxies);
+  OfferValues(quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)"),
+              kKnownFields);
   quilt->callback([quilt_args, &chosen] { chosen = [quilt_args] { return RunQuilt(*quilt_args); }; });
 }
 

@@ -1,4 +1,4 @@
-// The forms of `ulf export` that are made with the renderer: glTF, quilts for light-field displays, pages for
+// Adds the forms of `ulf export` that need the renderer: glTF, quilts for light-field displays, pages for
 // browsers.
 #pragma once
 

@@ -1,4 +1,4 @@
-// `ulf export web`: a light field as a page for browsers.
+// `ulf export web` exports a light field as a page for browsers.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
@@ -57,7 +57,7 @@ std::size_t BytesFromText(const std::string& text) {
   throw UsageError("--budget {}: a size is a number with kB, MB or GB, such as 20MB", text);
 }
 
-// Geometry that stays the same from picture to picture: the best that the light field has.
+// Returns the best geometry of the light field that is the same for all pictures.
 std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject& subject) {
   if (args.proxy != render::kAuto) {
     const auto proxy = render::ProxyFromName(args.proxy, subject, args.dir);
@@ -69,7 +69,7 @@ std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject
     return proxy;
   }
   std::vector<std::string> names = render::DefaultProxies(args.dir);
-  std::ranges::replace(names, "soft", "mesh");  // a page draws the mesh without the views' depth maps
+  std::ranges::replace(names, "soft", "mesh");  // a page draws the mesh without depth maps
   std::erase(names, "points");
   if (names.front() != "mesh")
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
@@ -83,7 +83,7 @@ std::string BudgetText(std::size_t bytes) {
                      is_small ? "kB" : "MB");
 }
 
-// Before anything is read but the journal.
+// Checks before anything but the journal is read.
 void RequireBudget(const WebArgs& args, const LightField& light_field, std::size_t budget_bytes) {
   const render::LeastWebPage least = render::LeastPageOf(light_field, OptionsOf(args), budget_bytes);
   if (least.bytes <= budget_bytes) return;
@@ -95,17 +95,17 @@ void RequireBudget(const WebArgs& args, const LightField& light_field, std::size
       ShellWord(args.dir));
 }
 
-// Where the page begins, as the page will draw it.
+// Renders the page's first picture as the page will draw it.
 cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderScene>& scene) {
   const render::ViewerCamera start = render::StartingCamera(*scene);
-  constexpr int kLongestPx = 960;  // larger ones would hold the page's own data up. Guessed.
+  constexpr int kLongestPx = 960;  // larger ones would delay the page's own data. Guessed.
   const double share =
       std::min(1.0, 1.0 * kLongestPx / std::max(start.photograph.width, start.photograph.height));
   const cv::Size size(std::max(1, static_cast<int>(std::lround(share * start.photograph.width))),
                       std::max(1, static_cast<int>(std::lround(share * start.photograph.height))));
   const auto renderer = render::MakeRenderer(
       scene, {.field = render::DefaultField(*scene), .renderer = RendererFromName(args.renderer)});
-  const render::Rendering picture = renderer->Render(start.For(size), start.CamFromWorld());
+  const render::Rendering picture = renderer->Render(start.ModelFor(size), start.CamFromWorld());
   cv::Mat poster = Srgb8FromLinear(picture.linear);
   if (picture.empty_px > 0) cv::merge(std::vector<cv::Mat>{poster, picture.drawn}, poster);
   return poster;
@@ -126,9 +126,9 @@ int RunExportWeb(const WebArgs& args) {
   const auto scene = render::WithProxy(light ? *render::WithLight(*plain, *light) : *plain, proxy);
   Progress progress("export", args.json);
   options.progress = [&](double share, const std::string& what) { progress.Show(share, what); };
-  options.stop = [] { return StopOnSignal::Asked(); };
+  options.stop = [] { return StopOnSignal::Requested(); };
   options.poster = Poster(args, scene);
-  const StopOnSignal signals;  // from here on a stop removes what was written
+  const StopOnSignal signals;  // from here on a stop removes the output
   const render::WebPageSummary summary = render::ExportWebPage(*scene, args.output, options);
   if (args.json) {
     const nlohmann::ordered_json json{{"output", args.output},
@@ -170,10 +170,11 @@ void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
   AddSceneOptions(*web, *args);
   web->add_option("-o,--output", args->output, "New folder")->required();
   web->add_option("--budget", args->budget, "Size of the whole folder, such as 20MB (20MB)");
-  Knows(web->add_option("--proxy", args->proxy,
-                        "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, "
-                        "or a PLY or OBJ file"),
-        "auto,plane,planes,mesh,FILE");
+  OfferValues(
+      web->add_option("--proxy", args->proxy,
+                      "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, "
+                      "or a PLY or OBJ file"),
+      "auto,plane,planes,mesh,FILE");
   web->add_option("--title", args->title, "Title of the page (the folder's name)");
   web->add_option(
          "--longest", args->longest_px,

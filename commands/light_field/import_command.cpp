@@ -1,4 +1,4 @@
-// ulf import: posed photographs by another program become a light field.
+// ulf import converts posed photographs by another program to a light field.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,7 +30,7 @@ struct ImportArgs {
   bool check = true;
 };
 
-// A folder from here, or from the set.
+// Resolves a folder relative to the working directory, or to the set.
 fs::path ImagesFolder(const std::string& given, const fs::path& source) {
   if (given.empty() || fs::is_directory(given)) return given;
   const fs::path of_set = (fs::is_directory(source) ? source : source.parent_path()) / given;

@@ -1,4 +1,4 @@
-// ulf info: what a light field holds, in some ten lines; of several, a table with a row for each.
+// ulf info describes a light field in some ten lines; several in a table with a row for each.
 
 #include <fmt/core.h>
 
@@ -33,7 +33,7 @@ struct InfoArgs {
   bool json = false;
 };
 
-// A capture writes them when it ends: one that was killed, or still runs, has none or older ones.
+// A capture writes these files when it ends: a killed or running one has none or older ones.
 std::string MissingForOthersText(const LightField& light_field) {
   namespace fs = std::filesystem;
   std::error_code unknown;
@@ -45,7 +45,7 @@ std::string MissingForOthersText(const LightField& light_field) {
       ShellWord(light_field.root.string()));
 }
 
-// A row of each, as the thesis's Table 6.1. Those that cannot be read are named after the others.
+// Prints a row of each, like the thesis's Table 6.1. Unreadable ones are listed after the others.
 int RunInfoOfSeveral(const InfoArgs& args, const ReportOptions& options) {
   if (args.check_poses || args.check_light)
     throw UsageError("{}: looks at one light field at a time; give one folder",

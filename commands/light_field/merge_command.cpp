@@ -1,4 +1,4 @@
-// ulf merge: the exposures of each view to one picture of linear light.
+// ulf merge merges the exposures of each view to one picture of linear light.
 
 #include <fmt/core.h>
 

@@ -1,4 +1,4 @@
-// ulf repair: a light field's folder put in order, first as a plan.
+// ulf repair repairs a light field's folder, first as a plan.
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -37,7 +37,7 @@ void PrintText(const RepairPlan& plan, const RepairArgs& args) {
 }
 
 // The mesh follows from the views: ulf proxy makes it again.
-void LookAtMesh(const std::filesystem::path& dir, RepairPlan& plan) {
+void CheckMesh(const std::filesystem::path& dir, RepairPlan& plan) {
   const std::filesystem::path mesh = dir / render::kMeshProxyFile;
   try {
     if (std::filesystem::exists(mesh)) render::ReadMeshFile(mesh);
@@ -48,7 +48,7 @@ void LookAtMesh(const std::filesystem::path& dir, RepairPlan& plan) {
 
 int RunRepair(const RepairArgs& args) {
   RepairPlan plan = args.write ? Repair(args.dir) : PlanRepair(args.dir);
-  LookAtMesh(args.dir, plan);
+  CheckMesh(args.dir, plan);
   if (args.json)
     fmt::print("{}\n", nlohmann::ordered_json{{"found", plan.found},
                                               {"steps", plan.steps},

@@ -35,7 +35,7 @@ struct SheetArgs {
   std::string out = "contact_sheet.png";
 };
 
-// With the best proxy that the light field has of its own.
+// Loads the light field with the best proxy of its own.
 std::shared_ptr<const render::RenderScene> SceneOf(const LightField& light_field,
                                                    const std::optional<Subject>& subject) {
   const auto scene = render::LoadScene(light_field, {.subject = subject});
@@ -43,7 +43,8 @@ std::shared_ptr<const render::RenderScene> SceneOf(const LightField& light_field
   return render::WithProxy(*scene, render::OwnProxy(best, scene->subject, light_field.root));
 }
 
-// The view nearest to the middle of all directions: its neighbours surround it, so leaving it out is fair.
+// Returns the view nearest to the middle of all directions: its neighbours surround it, so leaving it out is
+// fair.
 int MiddleView(const render::RenderScene& scene) {
   const Eigen::Vector3d& center = scene.subject.center_in_world;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -54,7 +55,7 @@ int MiddleView(const render::RenderScene& scene) {
   return static_cast<int>(std::ranges::max_element(scene.views, {}, closeness) - scene.views.begin());
 }
 
-// The subject with a margin, half as high again as wide so that two of it fill a panel.
+// Returns the subject with a margin, half as high again as wide so that two of it fill a panel.
 cv::Rect AroundSubject(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject) {
   const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   const auto img = camera.ImgFromCam(center_in_cam);
@@ -88,7 +89,7 @@ SheetPanel RenderingBesideTruth(const render::RenderScene& scene) {
                       view.id, scene.proxy->Name(), quality.psnr_db, quality.ssim)};
 }
 
-// From half the distance, where a picture is made of many views (thesis, figure 5-1).
+// Renders from half the distance, where a picture consists of many views (thesis, figure 5-1).
 SheetPanel BlendingField(const std::shared_ptr<const render::RenderScene>& scene) {
   const render::RenderOptions options{.field = render::DefaultField(*scene), .show_field = true};
   const auto renderer = render::MakeRenderer(scene, options);
@@ -112,7 +113,7 @@ std::string Headline(const LightField& light_field, const LightFieldReport& repo
   return text;
 }
 
-// Little wider than its cell, so that its words stay readable.
+// It is little wider than its cell, so that its text stays readable.
 constexpr int kMapWidth_px = 800;
 
 int RunSheet(const SheetArgs& args) {

@@ -1,4 +1,4 @@
-// ulf take-back: takes views out of a light field at the desk, as a key of the operator display does during a
+// ulf take-back removes views of a light field afterwards, like a key of the operator display during a
 // capture.
 
 #include <fmt/ranges.h>
@@ -45,7 +45,7 @@ std::optional<int> WholeNumber(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
-// Throws UsageError.
+// Throws UsageError for an invalid range.
 ViewRange ToViewRange(const std::string& text) {
   const auto dash = text.find('-', 1);
   const auto first = WholeNumber(std::string_view(text).substr(0, dash));
@@ -67,7 +67,7 @@ std::set<int> ViewsOf(const std::vector<std::string>& texts) {
   return views;
 }
 
-// Before anything is written: all of them are views, or none is taken back.
+// Checks before anything is written: all must be views, or none is taken back.
 void RequireViews(const LightField& light_field, const std::set<int>& asked) {
   std::set<int> there, unknown, taken;
   for (const View& view : light_field.views) there.insert(view.id);
@@ -99,7 +99,7 @@ void TakeBack(LightFieldWriter& writer, const std::set<int>& asked) {
 
 int RunTakeBack(const TakeBackArgs& args) {
   const std::set<int> asked = ViewsOf(args.views);
-  RequireViews(ReadLightField(args.dir), asked);  // before the writer looks at every photograph
+  RequireViews(ReadLightField(args.dir), asked);  // before the writer reads every photograph
   LightFieldWriter writer = LightFieldWriter::Resume(args.dir);
   const LightField before = writer.Contents();
   RequireViews(before, asked);

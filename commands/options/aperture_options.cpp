@@ -55,7 +55,7 @@ void AddApertureOptions(CLI::App& sub, ApertureArgs& args) {
 }
 
 void CheckApertureOptions(const ApertureArgs& args, const std::filesystem::path& light_field) {
-  if (!args.Asked() && (args.focus_distance || !args.focus_at.empty()))
+  if (!args.IsSet() && (args.focus_distance || !args.focus_at.empty()))
     throw UsageError("{}: without an aperture everything is in focus; give --aperture or --f-number as well",
                      args.focus_distance ? "--focus" : "--focus-at");
   if (!args.f_number) return;

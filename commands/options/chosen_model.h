@@ -1,4 +1,4 @@
-// What ulf render and ulf view draw, chosen by evidence.
+// Chooses by evidence what ulf render and ulf view draw.
 #pragma once
 
 #include <memory>
@@ -13,19 +13,19 @@
 namespace ulf::commands {
 
 struct ChosenModel {
-  std::shared_ptr<const render::RenderScene> scene;  // in the light that --light asks for
+  std::shared_ptr<const render::RenderScene> scene;  // with the light corrections of --light
   render::Choice choice;
-  std::vector<ModelChoice> explained;  // of proxy and field, and of the light where it was looked for
+  std::vector<ModelChoice> explained;  // choices of proxy and field, and of the light if it was fitted
 };
 
-// `proxy`, `field`: names of the command line. Light is evened before anything is compared: fields that blend
-// few views would else win where photographs differ.
+// `proxy` and `field` are names of the command line. Light is corrected before anything is compared, because
+// fields that blend few views would otherwise win if photographs differ.
 ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const render::RenderScene>& plain,
                         const std::string& proxy, const std::string& field,
                         const render::FieldOptions& details, render::RendererKind renderer,
                         render::ChoiceOptions options = {});
 
-// The renderer of what was chosen; where masks cut the subject out (a turntable's), a CutOutRenderer.
+// Returns the renderer of the choice; if masks cut the subject out (a turntable's), a CutOutRenderer.
 std::unique_ptr<render::Renderer> RendererOf(const SceneArgs& args, const ChosenModel& chosen,
                                              const render::RenderOptions& options);
 

@@ -1,4 +1,4 @@
-// Exit codes, the function that runs the chosen subcommand, how options are spelled, and the error that names
+// Exit codes, the function that runs the chosen subcommand, the spelling of options, and the error about
 // them.
 #pragma once
 
@@ -17,13 +17,13 @@ class ParseError;
 namespace ulf::commands {
 
 inline constexpr int kOk = 0;
-inline constexpr int kFailed = 1;
-inline constexpr int kWrongUsage = 2;
+inline constexpr int kFailed = 1;      // Error: a file, a device or the data
+inline constexpr int kWrongUsage = 2;  // UsageError, Refusal: the command line
 
-// Set by the subcommand that the command line names; returns the exit code.
+// Runs the subcommand that the command line names, and returns the exit code; parsing sets it.
 using ChosenCommand = std::function<int()>;
 
-// A parameter of the libraries as an option: "no_subject" is "--no-subject", "output" is "-o".
+// Spells a parameter of the libraries as an option: "no_subject" is "--no-subject", "output" is "-o".
 inline std::string OptionOf(std::string_view parameter) {
   if (parameter == "output") return "-o";
   std::string option = "--" + std::string(parameter);
@@ -31,8 +31,8 @@ inline std::string OptionOf(std::string_view parameter) {
   return option;
 }
 
-// The command line asks for something impossible: exit status kWrongUsage. Thrown by commands/ alone;
-// libraries throw Refusal, which names a parameter, and the program spells it as the option.
+// Reports an impossible command line: exit status kWrongUsage. Only commands/ throws it; libraries throw
+// Refusal, which names a parameter, and the program spells it as the option.
 class UsageError : public Refusal {
  public:
   template <typename... Args>

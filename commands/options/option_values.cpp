@@ -27,7 +27,7 @@ CLI::Validator NumberCheck(bool zero_too) {
 CLI::Validator Positive() { return NumberCheck(false); }
 CLI::Validator NonNegative() { return NumberCheck(true); }
 
-CLI::Option* Knows(CLI::Option* option, const std::string& values) {
+CLI::Option* OfferValues(CLI::Option* option, const std::string& values) {
   return option->type_name("TEXT:{" + values + "}");
 }
 

@@ -1,5 +1,5 @@
-// What options take: checks of numbers, the values that an option knows by name, and colours; and the lines
-// of keys in a footer.
+// Checks and parses values of options: numbers, named values and colours; formats the lines of keys in a
+// footer.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,22 +11,22 @@
 
 namespace ulf::commands {
 
-// Validators with short messages instead of CLI11's range of 300 digits.
+// These validators have short messages instead of CLI11's range of 300 digits.
 CLI::Validator Positive();
 CLI::Validator NonNegative();
 
-// The values that an option knows by name, as "auto,plane,plane:SHARE,FILE": completion offers those in small
-// letters alone, and files where FILE stands last. Nothing is checked: other values are free text.
-CLI::Option* Knows(CLI::Option* option, const std::string& values);
+// Declares named values, as "auto,plane,plane:SHARE,FILE": completion offers those in small letters alone,
+// and files if FILE stands last. Nothing is checked: other values are free text.
+CLI::Option* OfferValues(CLI::Option* option, const std::string& values);
 
 inline constexpr char kKnownFields[] = "auto,subdivision,linear,lumigraph,lumigraph-per-pixel,soft,nearest";
 inline constexpr char kKnownProxies[] = "auto,plane,plane:SHARE,plane:fitted,planes,points,mesh,soft,FILE";
 
-// For a footer: a line for each key.
+// Returns a line for each key, for a footer.
 std::string KeyLines(std::span<const render::KeyHelp> keys);
 
-// "white", "black", or R,G,B from 0 to 255, as B G R from 0 to 1 in display encoding. Throws UsageError that
-// names --background.
+// Parses "white", "black", or R,G,B from 0 to 255, to B G R from 0 to 1 in display encoding. Throws
+// UsageError that names --background.
 cv::Vec3d BackgroundFromText(const std::string& text);
 
 }  // namespace ulf::commands

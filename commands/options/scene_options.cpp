@@ -22,7 +22,7 @@ namespace ulf::commands {
 
 namespace {
 
-// Why there is no OpenGL; empty where there is one.
+// Says why there is no OpenGL; empty if there is one.
 const std::string& MissingOpenGl() {
   static const std::string reason = [] {
     try {

@@ -29,30 +29,30 @@ struct SceneArgs {
 
 void AddSceneOptions(CLI::App& sub, SceneArgs& args);
 
-// "gl" (throws Error without OpenGL), "reference", or "auto": OpenGL, or without it the reference renderer
-// with one warning.
+// Parses "gl" (throws Error without OpenGL), "reference", or "auto": OpenGL, or without it the reference
+// renderer with one warning.
 render::RendererKind RendererFromName(const std::string& name);
-// Throws UsageError for a subject or direction that is none.
+// Throws UsageError for an invalid subject or direction.
 render::SceneOptions OptionsOf(const SceneArgs& args);
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
-// The masks of the same views in place of their photographs; null where nothing of them is cut out.
+// Loads the masks of the same views as photographs; returns null if nothing is cut out.
 std::shared_ptr<const render::RenderScene> LoadMasks(const SceneArgs& args, const render::RenderScene& scene);
-// The mesh over which light is evened, whatever is drawn over: one of those in use, else the light field's
-// own. A choice by name then gives the picture of the same choice by evidence. Null where there is none, or
-// light stays as recorded.
+// Returns the mesh for the light fit, independently of the drawn proxy: one of those in use, or else the
+// light field's own. A choice by name then gives the picture of the same choice by evidence. Null if there is
+// none, or light stays as recorded.
 std::shared_ptr<const render::Proxy> MeshForLight(
     const SceneArgs& args, const render::RenderScene& scene,
     const std::vector<std::shared_ptr<const render::Proxy>>& in_use);
-// What --light asks for: the light of the scene's views, fitted over a mesh, said in a line. None where light
-// stays as recorded.
+// Fits the light of the scene's views over a mesh as --light asks, and logs it in a line. Returns none if
+// light stays as recorded.
 std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,
                                         const std::shared_ptr<const render::Proxy>& mesh);
-// `field`: for which --proxy plane:fitted fits it.
+// `field` is the one for which --proxy plane:fitted fits the plane.
 std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
                                                           const render::RenderScene& scene,
                                                           const render::FieldOptions& field);
 
-// The details of a blending field.
+// The details of a blending field:
 struct FieldArgs {
   int level = 1;
   std::string rules = "ulf";
@@ -63,7 +63,7 @@ struct FieldArgs {
 };
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args);
-// Options of the default kind.
+// Returns options of the default kind.
 render::FieldOptions FieldDetails(const FieldArgs& args);
 
 }  // namespace ulf::commands

@@ -1,13 +1,13 @@
-// The subcommands: each has a file of its name in a room of commands/ that parses, calls one function, and
-// prints. A function adds its subcommand to the program's command line and, when the user chose it, puts what
-// to run into `chosen`.
+// Declares the subcommands: each has a file of its name in a room of commands/ that parses, calls one
+// function, and prints. A function adds its subcommand to the program's command line and, if the user chose
+// it, sets `chosen` to the function to run.
 #pragma once
 
 #include "commands/options/command_line.h"
 
 namespace ulf::commands {
 
-// All, in the order of the help.
+// Adds all, in the order of the help.
 void AddCommands(CLI::App& app, ChosenCommand& chosen);
 
 void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen);

@@ -29,7 +29,7 @@ void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args) 
 
 namespace {
 
-// `report`: whether `report` is among the words.
+// `report` allows the word "report".
 CLI::Validator IsReadout(bool report) {
   return CLI::Validator(
       [report](const std::string& text) {

@@ -1,5 +1,5 @@
 // The options of the commands that read frames and track them: intrinsics, the lens while tracking, the
-// shutter's readout, the size of the pictures that are tracked.
+// shutter's readout, the size of the tracked pictures.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,37 +13,36 @@
 
 namespace ulf::commands {
 
-// --calibration, --focal-px and --force-calibration. `args` must outlive the parsing, here and below.
+// Adds --calibration, --focal-px and --force-calibration. `args` must outlive the parsing, here and below.
 void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args);
 
-// --readout-ms.
+// Adds --readout-ms, the time from the first to the last row of a rolling shutter.
 void AddReadoutOption(CLI::App& command, tracking::ReadoutArgs& args);
-// Of recorded views: nothing is measured.
+// Does the same for recorded views, without measuring: `readout_s` is in seconds, none for "auto".
 void AddReadoutOption(CLI::App& command, std::optional<double>& readout_s);
 
-// --tracking-side.
+// Adds --tracking-side, the longer side of the tracked pictures in px.
 void AddTrackingSideOption(CLI::App& command, int& side_px);
 
-// --intrinsics and --calibration-out.
+// The values of --intrinsics and --calibration-out.
 struct LensUseArgs {
-  tracking::LensUse use = tracking::LensUse::kCheck;
-  std::string calibration_output;  // file for the lens that is found; empty: none is written
+  tracking::LensUse use = tracking::LensUse::kCheck;  // whether images may check or refine the lens
+  std::string calibration_output;                     // file for the estimated lens; empty: none is written
 };
 
 void AddLensUseOptions(CLI::App& command, LensUseArgs& args);
 
-// Throws UsageError where a file is to be written and no lens is sought, and Error where it cannot be
-// written.
+// Throws UsageError if a file is to be written and no lens is estimated, and Error if it cannot be written.
 void RequireUsable(const LensUseArgs& args);
 
-// Writes the lens that was found to args.calibration_output, if that is given; says so where none was found,
-// and where images contradict it still (`at_end`). `command`: "ulf track", for the file.
+// Writes the estimated lens to args.calibration_output, if that is given; logs if none was found, and if
+// images still contradict it (`at_end`). `command` is noted in the file: "ulf track".
 void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,
                     const std::optional<tracking::RefinedLens>& lens,
                     const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command);
 
-// Throws UsageError where the file cannot be written, or is there and is no calibration file of ulf: results
-// are written into one of ulf, and one of another program would be lost.
+// Throws UsageError if the file cannot be written, or exists and is no calibration file of ulf, because
+// results would replace the file of another program.
 void RequireOwnCalibration(const std::string& output);
 
 }  // namespace ulf::commands

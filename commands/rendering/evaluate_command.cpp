@@ -75,7 +75,7 @@ nlohmann::json JsonOf(const render::FieldScore& result) {
           {"per_view", views}};
 }
 
-// A line for each field over each proxy. Names of proxies may hold commas (plane:0,0,1,2).
+// Writes a line for each field over each proxy. Names of proxies may hold commas (plane:0,0,1,2).
 std::string CsvOf(const render::EvaluateSummary& summary) {
   std::string table =
       "field,field_used,proxy,views,ms_per_frame,psnr_db,ssim,psnr_disc_db,ssim_disc,psnr_rim_db,ssim_rim\n";
@@ -150,7 +150,7 @@ int RunEvaluate(const EvaluateArgs& args) {
   const auto mesh = MeshForLight(args, *scene, options.proxies);
   auto evened = scene;
   if (!mesh) {
-    LightOf(args, *scene, nullptr);  // refuses --light fit
+    LightOf(args, *scene, nullptr);  // checks that --light fit is possible
   } else if (scene->views.size() > 2) {
     for (std::size_t i = 0; i < scene->views.size(); i += static_cast<std::size_t>(args.every))
       options.left_out.push_back(static_cast<int>(i));
@@ -190,13 +190,14 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
       "evaluate", "Leaves views out, renders them, and compares them with their photographs");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
-  Knows(sub->add_option("--fields", args->fields,
-                        "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
-                        "lumigraph, lumigraph-per-pixel, soft); with --protocol those to choose from"),
-        "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
+  OfferValues(
+      sub->add_option("--fields", args->fields,
+                      "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
+                      "lumigraph, lumigraph-per-pixel, soft); with --protocol those to choose from"),
+      "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
-  Knows(
+  OfferValues(
       sub->add_option("--proxy", args->proxies,
                       "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
                       "planes (the few on which most tracked points lie), points (the tracked points), mesh "

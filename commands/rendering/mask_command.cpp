@@ -1,4 +1,4 @@
-// ulf mask: leaves out what stands still in a light field whose subject turned.
+// ulf mask excludes the still background of a light field whose subject turned.
 
 #include <fmt/core.h>
 
@@ -32,14 +32,14 @@ struct MaskArgs {
   bool json = false;
 };
 
-// The share of the pixels of either that belong to both.
+// Returns the intersection of two masks over their union.
 double OverlapOf(const cv::Mat& a, const cv::Mat& b) {
   const int both = cv::countNonZero(a & b), either = cv::countNonZero(a | b);
   return either > 0 ? static_cast<double>(both) / either : 1;
 }
 
-// Of each view, by the simulator that took it. Poses where the world is its board's.
-struct AgainstTruth {
+// Compares with each view's true mask by the simulator that took it. Poses are in the board's world.
+struct MaskErrors {
   std::vector<double> overlaps, centers_m, directions_deg;
 
   double CentersRmsMm() const {
@@ -49,8 +49,8 @@ struct AgainstTruth {
   }
 };
 
-AgainstTruth CompareWithSimulator(const std::string& truth, const LightField& light_field,
-                                  const std::map<int, cv::Mat>& masks) {
+MaskErrors CompareWithSimulator(const std::string& truth, const LightField& light_field,
+                                const std::map<int, cv::Mat>& masks) {
   const DeviceUri uri = DeviceUri::Parse(truth);
   if (uri.scheme != "sim") throw UsageError("--truth {}: give the simulator's URI that was captured", truth);
   const acquisition::SimulatedCamera camera(acquisition::SimulationOptions::FromUri(uri));
@@ -59,7 +59,7 @@ AgainstTruth CompareWithSimulator(const std::string& truth, const LightField& li
                      truth);
   const auto& board = camera.scene().board();
   const bool in_boards_frame = board && light_field.turntable && !light_field.turntable->board.empty();
-  AgainstTruth compared;
+  MaskErrors compared;
   for (const View& view : light_field.views) {
     const cv::Mat& mask = masks.at(view.id);
     const cv::Mat moving = camera.MovingPixels(view.device_time_s);
@@ -80,7 +80,7 @@ AgainstTruth CompareWithSimulator(const std::string& truth, const LightField& li
 
 int RunMask(const MaskArgs& args) {
   const render::TurntableMasks masks = render::WriteTurntableMasks(args.dir, args.options);
-  std::optional<AgainstTruth> compared;
+  std::optional<MaskErrors> compared;
   if (!args.truth.empty()) compared = CompareWithSimulator(args.truth, ReadLightField(args.dir), masks.masks);
   if (args.json) {
     nlohmann::ordered_json json{{"views", masks.masks.size()},
@@ -101,7 +101,7 @@ int RunMask(const MaskArgs& args) {
     fmt::print("{}\n", JsonText(json, 1));
     return kOk;
   }
-  fmt::print("{}: {}", args.dir, InWords(masks));
+  fmt::print("{}: {}", args.dir, ToText(masks));
   if (compared)
     fmt::print("against the truth: intersection over union {:.4f} (median), {:.4f} (least)\n",
                Quantile(compared->overlaps, 0.5), Quantile(compared->overlaps, 0));

@@ -40,7 +40,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of this process, all threads.
+// Returns the time of all threads of this process.
 double ProcessorSeconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -75,11 +75,11 @@ struct TestView {
 };
 
 struct ProtocolResult {
-  std::string light_field;  // as it was named
+  std::string light_field;  // as the user named it
   render::ProtocolSplit split;
   int width = 0, height = 0;
   std::string renderer, field, proxy, why;
-  std::string refined;  // empty: poses and lens as they are
+  std::string refined;  // empty: poses and lens are unrefined
   std::vector<ModelChoice> explained;
   Costs refining, geometry, choice;
   int depth_maps = 0;
@@ -222,10 +222,10 @@ std::string TextOf(const ProtocolResult& result) {
   return text;
 }
 
-// Plane, planes, points and mesh, or those of them that were named.
+// Returns plane, planes, points and mesh, or the named ones among them.
 std::vector<std::string> ProxyNames(const std::vector<std::string>& asked) {
   const std::vector<std::string> all{"plane", render::kPlanesProxy, "points", "mesh",
-                                     "soft"};  // the last two are made together
+                                     "soft"};  // the last two come from one reconstruction
   for (const std::string& name : asked)
     if (std::ranges::find(all, name) == all.end())
       throw UsageError(
@@ -235,7 +235,7 @@ std::vector<std::string> ProxyNames(const std::vector<std::string>& asked) {
   return asked.empty() ? std::vector<std::string>(all.begin(), all.end() - 1) : asked;
 }
 
-// As the set names it, below images/ where it lies there; never out of the folder that it is written to.
+// Returns the name in the set, relative to images/ if it lies there; it never leaves the output folder.
 std::string NameOf(const View& view) {
   const fs::path path = fs::path(view.image_path).lexically_normal();
   const fs::path below = path.lexically_relative("images");
@@ -255,7 +255,7 @@ void RequireDifferentNames(const LightField& light_field, const std::vector<int>
   }
 }
 
-// Black where the photograph has no light: what does not count.
+// Is black where the photograph has no light, which does not count.
 cv::Mat DifferencePicture(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid) {
   constexpr double kTimes = 4;
   cv::Mat difference;
@@ -315,7 +315,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   }
   const render::RendererKind renderer = RendererFromName(scene_args.renderer);
   render::SceneOptions options = OptionsOf(scene_args);
-  const LightField given = render::OnlyViews(all, result.split.given);
+  const LightField given = render::SubsetOfViews(all, result.split.given);
   if (!options.subject) options.subject = given.subject;
   auto given_scene = render::LoadScene(given, options);
 

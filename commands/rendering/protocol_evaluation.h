@@ -1,4 +1,4 @@
-// `ulf evaluate --protocol`: its options, the evaluation, its table, JSON and pictures.
+// Runs `ulf evaluate --protocol`: its options, the evaluation, its table, JSON and pictures.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,7 +11,7 @@
 namespace ulf::commands {
 
 struct ProtocolArgs {
-  std::string protocol;                    // empty: no such evaluation
+  std::string protocol;                    // empty: not requested
   std::string out;                         // folder to write; empty: nothing is written
   int geometry_px = 0, geometry_maps = 0;  // 0: the defaults of ulf proxy
   bool refine = false;
@@ -19,7 +19,7 @@ struct ProtocolArgs {
 
 void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args);
 
-// `fields`: to choose from by evidence; empty: all.
+// `fields` are those to choose from by evidence; empty means all.
 int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
                 const std::vector<render::FieldOptions>& fields, bool json);
 

@@ -42,7 +42,7 @@ struct ProxyArgs {
   std::string out;
   int leave_out_every = 0;
   std::string maps;     // the folder of swept maps
-  std::string maps_of;  // the share that is to be swept; empty: all of them are fused
+  std::string maps_of;  // the share to sweep; empty: fuse all
   render::ProxyOptions options;
   std::string renderer = "auto";
   bool no_maps = false;
@@ -118,7 +118,7 @@ int SweepMaps(const ProxyArgs& args, const LightField& light_field) {
   RequireWritableFolder(args.maps);
   const auto scene = SceneFor(args, light_field);
   Progress progress("proxy");
-  // Before the photographs are compared: one that changes meanwhile must not count as compared.
+  // Computed before the photographs are compared: one that changes meanwhile must not count as compared.
   const std::uint64_t digest = render::SweepDigest(*scene, args.options);
   const render::SweptMaps maps = render::SweepShare(*scene, args.options, share, &progress);
   render::WriteSweptMaps(args.maps, share, digest, maps);
@@ -150,7 +150,7 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
   proxies.push_back(render::ProxyFromName(mesh_file, scene->subject, args.dir));
   const render::Choice choice =
       render::ChooseByEvidence(*scene, {render::FieldOptions{}}, proxies, RendererFromName("auto"));
-  SayWhy(true, false, choice.why, choice.explained);
+  LogExplanation(true, false, choice.why, choice.explained);
   if (args.leave_out_every == 0)
     fmt::print(stderr, "(the mesh was made with the left-out views, too, and scores a little too well)\n");
 }
@@ -158,7 +158,7 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
 void WriteOwnGeometry(const LightField& light_field, const render::ProxyMesh& proxy,
                       const std::vector<std::string>& origin) {
   RemoveLeftovers(light_field.root, false);
-  // What ulf did not make it cannot make again.
+  // A mesh that ulf did not make cannot be made again.
   const auto there = render::GeometryStateOf(light_field);
   const bool keeps = there && !there->origin;
   const render::KeptGeometry kept =

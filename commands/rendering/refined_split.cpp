@@ -18,7 +18,7 @@ namespace ulf::commands {
 namespace {
 
 struct Refined {
-  LightField views;  // as they were
+  LightField views;  // unrefined
   tracking::RefineResult result;
 };
 
@@ -39,9 +39,9 @@ Refined RefineViews(const LightField& all, const std::vector<int>& views, bool l
   return refined;
 }
 
-// A refinement leaves open where the world lies, and bends it by less than a pixel. A view is placed in the
-// world of another refinement as it stands to its nearest neighbour in its own: by centres alone it would be
-// turned by pixels.
+// A refinement does not determine the world's frame, and bends the world by less than a pixel. A view is
+// placed in another refinement's world by its pose relative to its nearest neighbour: alignment by centres
+// alone would rotate it by pixels.
 std::optional<Rigid3> PlacedByNeighbour(const Refined& own, std::size_t view, const Refined& other) {
   std::optional<Rigid3> placed;
   double nearest = std::numeric_limits<double>::infinity();
@@ -71,12 +71,12 @@ RefinedSplit RefineForProtocol(const LightField& all, const render::ProtocolSpli
   refined.light_field.cameras = given.result.lenses;
   for (std::size_t i = 0; i < split.given.size(); ++i)
     refined.light_field.views[At(split.given[i])].cam_from_world = given.result.views[i].cam_from_world;
-  // By the given views' lens: another one would put the others elsewhere.
+  // Uses the given views' lens: another one would shift the others.
   const Refined together = RefineViews(refined.light_field, used, false, "places of the others", progress);
   refined.light_field.points = tracking::WithViewIds(given.result.points, given.views);
   for (const int test : split.test) {
     const auto at = static_cast<std::size_t>(std::ranges::find(used, test) - used.begin());
-    if (!together.result.views[at].registered) ++refined.not_placed;  // its start pose, beside its neighbour
+    if (!together.result.views[at].registered) ++refined.not_placed;  // its pose to the neighbour stays
     if (const auto placed = PlacedByNeighbour(together, at, given))
       refined.light_field.views[At(test)].cam_from_world = *placed;
   }

@@ -39,8 +39,8 @@ namespace {
 
 constexpr int kLargestPicture = 16384;  // pixels: the largest that was tried (large_long_test)
 
-// The camera with the requested size: width or height alone keeps the shape, both keep the horizontal field
-// of view.
+// Returns the camera with the requested size: width or height alone keeps the shape, both keep the horizontal
+// field of view.
 CameraModel Sized(CameraModel camera, const RenderArgs& args) {
   if (args.width == 0 && args.height == 0) return camera;
   const int width =
@@ -57,7 +57,7 @@ CameraModel Sized(CameraModel camera, const RenderArgs& args) {
   return camera;
 }
 
-// The camera with the requested lens.
+// Returns the camera with the requested lens.
 CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
   const double focal_px =
       args.fov_deg > 0 ? 0.5 * camera.width / std::tan(Radians(0.5 * args.fov_deg)) : args.focal_px;
@@ -65,7 +65,7 @@ CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
   return camera;
 }
 
-// The requested path, with a camera for each pose. The requested lens is that of a named path's first
+// Returns the requested path, with a camera for each pose. The requested lens is that of a named path's first
 // picture.
 render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& scene, int frames) {
   const CameraModel asked = WithLens(Sized(scene.views.front().camera.WithoutDistortion(), args), args);
@@ -75,7 +75,7 @@ render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& sce
   if (path.cameras.empty()) path.cameras.assign(path.cam_from_world.size(), asked);
   if (!render::IsNamedPath(args.path))
     for (CameraModel& camera : path.cameras) camera = WithLens(Sized(camera, args), args);
-  if (args.aperture.Asked()) path.apertures.clear();
+  if (args.aperture.IsSet()) path.apertures.clear();
   return path;
 }
 
@@ -95,11 +95,11 @@ void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath
   }
 }
 
-// What a run of ulf render counts.
+// The statistics of a run of ulf render.
 struct RenderReport {
   int rendered = 0, kept = 0;
-  int blank = 0;  // pictures that show nothing
-  double ms = 0;  // of all pictures except the first, at which drivers compile
+  int blank = 0;  // empty pictures
+  double ms = 0;  // all pictures except the first, when drivers compile shaders
   long filled = 0, empty = 0, pixels = 0;
 
   void Add(const render::Rendering& picture) {
@@ -192,7 +192,7 @@ render::PictureEncoding EncodingOf(const RenderArgs& args) {
 
 std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
                                                    const render::PictureEncoding& encoding) {
-  FieldDetails(args.field_details);  // throws before anything is loaded
+  FieldDetails(args.field_details);  // checks before anything is loaded
   if (args.field != render::kAuto) render::FieldFromName(args.field);
   SceneArgs scene_args = args;
   if (encoding.format != render::PictureFormat::kPng) scene_args.form = render::PhotographForm::kLinear;
@@ -201,7 +201,7 @@ std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
   return scene;
 }
 
-// The options that choose this proxy and this field without a comparison.
+// Returns the options that choose this proxy and this field without a comparison.
 std::string OptionsFor(const RenderArgs& args, const render::Choice& choice) {
   const render::FieldOptions& field = choice.field;
   const render::FieldOptions usual, details = FieldDetails(args.field_details);
@@ -231,7 +231,7 @@ struct ChosenRenderer {
 
 ChosenRenderer ChosenRendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
                                 const std::shared_ptr<const render::RenderScene>& plain) {
-  const std::string field = args.field == render::kAuto && args.aperture.Asked()
+  const std::string field = args.field == render::kAuto && args.aperture.IsSet()
                                 ? render::FieldName(render::FieldKind::kSubdivision)
                                 : args.field;
   render::FieldOptions details = FieldDetails(args.field_details);
@@ -239,7 +239,7 @@ ChosenRenderer ChosenRendererOf(const RenderArgs& args, const render::PictureEnc
   const render::RendererKind kind = RendererFromName(args.renderer);
   const ChosenModel chosen = ChooseModel(args, plain, args.proxy, field, details, kind);
   const auto& [scene, choice, explained] = chosen;
-  SayWhy(args.explain, args.json, choice.why, explained);
+  LogExplanation(args.explain, args.json, choice.why, explained);
   if (!choice.candidates.empty())
     spdlog::info("to skip this comparison the next time: {}", OptionsFor(args, choice));
   if (args.proxy == render::kAuto &&
@@ -280,7 +280,7 @@ int RunRender(const RenderArgs& args) {
   }
   const auto [renderer, explained] = ChosenRendererOf(args, encoding, plain);
   Zoom(args, *renderer, path);
-  if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
+  if (args.aperture.IsSet()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {
     RequireRings(renderer->field(), renderer->scene().mesh);
     WarnOfWidth(path.apertures, renderer->scene());
@@ -324,18 +324,19 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<RenderArgs>();
   CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
   AddSceneOptions(*sub, *args);
-  Knows(sub->add_option(
-            "--path", args->path,
-            "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly (towards the "
-            "subject), vertigo (a dolly that zooms out), spiral, a file of TUM poses, another light field "
-            "(its poses), or a JSON file of keyframes or of nerfstudio's viewer"),
-        "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
-  Knows(sub->add_option("--field", args->field,
-                        "Blending field (auto: the best on left-out views): auto, subdivision, linear, "
-                        "lumigraph, lumigraph-per-pixel, soft, nearest"),
-        kKnownFields);
+  OfferValues(
+      sub->add_option(
+          "--path", args->path,
+          "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly (towards the "
+          "subject), vertigo (a dolly that zooms out), spiral, a file of TUM poses, another light field "
+          "(its poses), or a JSON file of keyframes or of nerfstudio's viewer"),
+      "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
+  OfferValues(sub->add_option("--field", args->field,
+                              "Blending field (auto: the best on left-out views): auto, subdivision, linear, "
+                              "lumigraph, lumigraph-per-pixel, soft, nearest"),
+              kKnownFields);
   AddFieldDetails(*sub, args->field_details);
-  Knows(
+  OfferValues(
       sub->add_option("--proxy", args->proxy,
                       "Geometry for the photographs (auto: the best on left-out views): auto, plane (through "
                       "the subject, facing the camera), plane:0.9 (at that share of its distance), "

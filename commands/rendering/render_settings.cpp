@@ -13,7 +13,7 @@
 namespace ulf::commands {
 namespace {
 
-// The values on which the field's weights depend, for render.json.
+// Returns the values on which the field's weights depend, for render.json.
 std::string FieldSetting(const render::FieldOptions& field) {
   const std::string name = render::FieldName(field.kind);
   switch (field.kind) {

@@ -1,4 +1,4 @@
-// What `ulf render` is asked for, and the values on which its pictures depend.
+// The arguments of `ulf render`, and the values on which its pictures depend.
 #pragma once
 
 #include <map>
@@ -35,8 +35,8 @@ struct RenderArgs : SceneArgs {
   bool json = false;
 };
 
-// All values on which the pictures of the path depend, for render.json: the pictures of one folder have them
-// in common.
+// Returns all values on which the pictures of the path depend, for render.json: all pictures of one folder
+// share them.
 std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
                                               const render::CameraPath& path);
 

@@ -1,4 +1,4 @@
-// `ulf review`: shows a light field from where the user holds a marker.
+// `ulf review` shows a light field from where the user holds a marker.
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -103,7 +103,7 @@ ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acqui
   Progress progress("review", args.json);
   acquisition::RepeatedEvents repeated;
   device.Start();
-  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
+  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Requested()) {
     for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
       spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));

@@ -54,22 +54,22 @@ struct ViewArgs : SceneArgs {
   bool json = false;
 };
 
-// With the kind that was asked for, if one was.
+// Sets the requested kind, if any.
 render::FieldOptions FieldOf(const ViewArgs& args) {
   render::FieldOptions field = FieldDetails(args.field_details);
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
   return field;
 }
 
-// Without --frame-ms nothing is compared: that takes longer than looking at each.
+// Without --frame-ms nothing is compared, because a comparison takes longer than looking at each.
 render::FieldOptions StartingField(const ViewArgs& args, const render::RenderScene& scene) {
   const render::FieldOptions field = FieldOf(args);
   // Lumigraph weights have no rings to widen.
-  return args.field != render::kAuto || args.aperture.Asked() ? field : render::DefaultField(scene, field);
+  return args.field != render::kAuto || args.aperture.IsSet() ? field : render::DefaultField(scene, field);
 }
 
-// The proxies of the key P, beginning with the one of the command line, or with the light field's own mesh or
-// points.
+// Returns the proxies of the key P, beginning with the one of the command line, or with the light field's own
+// mesh or points.
 std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
   std::vector<std::string> names;
   if (args.proxy != render::kAuto) names.push_back(args.proxy);
@@ -86,14 +86,14 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
   return proxies;
 }
 
-// A window that is iconified has no size.
+// An iconified window has no size.
 cv::Size ScreenOf(const ViewArgs& args, const render::Surface& surface) {
   const cv::Size size = surface.Size();
   return size.empty() ? cv::Size(args.width, args.height) : size;
 }
 
-// What was chosen is what the viewer begins with. A file, a fitted plane and a mesh without its maps are
-// offered under another name than that of the proxy that they make.
+// The viewer begins with the choice. A file, a fitted plane and a mesh without its maps are offered under
+// another name than that of the proxy that they make.
 void Begin(const ViewArgs& args, const render::Choice& choice, render::ViewerOptions& options) {
   options.field = choice.field;
   const std::string name = choice.proxy->Name();
@@ -104,11 +104,11 @@ void Begin(const ViewArgs& args, const render::Choice& choice, render::ViewerOpt
   options.proxies.insert(options.proxies.begin(), {name, [proxy = choice.proxy] { return proxy; }});
 }
 
-// The aperture for a path of one picture, the viewer's first one.
+// Opens the aperture for a path of one picture, the viewer's first one.
 void Open(const ApertureArgs& args, const cv::Size& screen, render::Viewer& viewer) {
-  if (!args.Asked()) return;
+  if (!args.IsSet()) return;
   const render::ViewerCamera& camera = viewer.state().camera;
-  const render::CameraPath here{{camera.CamFromWorld()}, {camera.For(screen)}, {}};
+  const render::CameraPath here{{camera.CamFromWorld()}, {camera.ModelFor(screen)}, {}};
   viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
 }
 
@@ -134,8 +134,7 @@ std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
   } catch (const render::SurfaceGone&) {
     throw;
   } catch (const Error& error) {
-    OpenGlOrHint(
-        [] { return std::make_unique<render::GlContext>(); });  // without OpenGL --screenshot fails, too
+    OpenGlOrHint([] { return std::make_unique<render::GlContext>(); });  // --screenshot needs OpenGL, too
     throw Error(
         "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without a "
         "window",
@@ -162,13 +161,13 @@ void ShowWaiting(render::Surface& surface, const char* words) {
   }
 }
 
-struct Left {};  // thrown where the window was closed
+struct Left {};  // thrown if the window was closed
 
-// Until the work is done. Throws Left when the user leaves.
+// Shows the message until the work is done. Throws Left if the user quits.
 template <typename Result>
 void HandleInput(render::Surface& surface, const std::future<Result>& work, const char* words) {
   constexpr auto kBetweenLooks = std::chrono::milliseconds(50);
-  constexpr double kBetweenPictures = 2;  // in seconds: another window may have covered the last one
+  constexpr double kBetweenPictures = 2;  // seconds: another window may have covered the last one
   ShowWaiting(surface, words);
   auto shown = SteadyClock::now();
   cv::Size shown_size = surface.Size();
@@ -186,14 +185,14 @@ void HandleInput(render::Surface& surface, const std::future<Result>& work, cons
   }
 }
 
-// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one,
-// and its events are handled. Throws Left.
-ChosenModel ChosenFor(const ViewArgs& args, const std::shared_ptr<const render::RenderScene>& scene,
-                      render::Surface& surface) {
+// Runs in a thread of its own, since a renderer has a context of its own: the window's stays current in this
+// one, and its events are handled. Throws Left.
+ChosenModel ChooseForViewer(const ViewArgs& args, const std::shared_ptr<const render::RenderScene>& scene,
+                            render::Surface& surface) {
   const render::ViewerCamera camera = render::StartingCamera(*scene);
   std::atomic<bool> goes_on = true;
-  render::ChoiceOptions options{.in_motion = render::InMotion{camera.For(ScreenOf(args, surface)),
-                                                              camera.CamFromWorld(), args.frame_ms}};
+  render::ChoiceOptions options{.in_motion = render::MotionTiming{camera.ModelFor(ScreenOf(args, surface)),
+                                                                  camera.CamFromWorld(), args.frame_ms}};
   options.between = [&](const std::string&, double) {
     if (!goes_on) throw Left();
   };
@@ -204,13 +203,13 @@ ChosenModel ChosenFor(const ViewArgs& args, const std::shared_ptr<const render::
   try {
     if (args.screenshot.empty()) HandleInput(surface, chosen, "comparing fields and geometry");
   } catch (...) {
-    goes_on = false;  // else the future would wait for the whole comparison
+    goes_on = false;  // otherwise the future would wait for the whole comparison
     throw;
   }
   return chosen.get();
 }
 
-// Times since the start. A picture is complete when no photograph is missing.
+// Times are measured from the start. A picture is complete when no photograph is missing.
 struct FirstPicture {
   double seconds = 0, complete_seconds = 0;
 };
@@ -245,7 +244,7 @@ void TakePicture(const ViewArgs& args, render::Surface& surface, render::Viewer&
   WritePictureFile(args.screenshot, offscreen.Read());
 }
 
-// Runs until the user leaves.
+// Runs until the user quits.
 FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, render::Surface& surface,
                   render::Viewer& viewer) {
   FirstPicture first;
@@ -262,13 +261,13 @@ FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, render::S
 
 int RunView(const ViewArgs& args) {
   const auto start = SteadyClock::now();
-  FieldOf(args);  // throws before anything is loaded
+  FieldOf(args);  // checks before anything is loaded
   CheckApertureOptions(args.aperture, args.dir);
-  render::KeysFromNames(args.keys);  // throws for a wrong name before anything is opened
+  render::KeysFromNames(args.keys);  // checks names before anything is opened
   const std::filesystem::path screenshot(args.screenshot);
   if (!args.screenshot.empty() && screenshot.extension() != ".png" && screenshot.extension() != ".jpg")
     throw UsageError("--screenshot {}: give a name ending in .png or .jpg", args.screenshot);
-  if (!std::filesystem::exists(args.dir)) Load(args);  // throws: where nothing is, no display helps
+  if (!std::filesystem::exists(args.dir)) Load(args);  // throws before a display is opened
   auto surface = OpenSurface(args);
   std::unique_ptr<render::Viewer> viewer;
   try {
@@ -288,11 +287,11 @@ int RunView(const ViewArgs& args) {
                                   .reduces_motion = args.screenshot.empty()};
     std::vector<ModelChoice> explained;
     if (args.frame_ms > 0) {
-      const ChosenModel chosen = ChosenFor(args, scene, *surface);
+      const ChosenModel chosen = ChooseForViewer(args, scene, *surface);
       scene = chosen.scene;
       Begin(args, chosen.choice, options);
       explained = chosen.explained;
-      SayWhy(args.explain, args.json, chosen.choice.why, explained);
+      LogExplanation(args.explain, args.json, chosen.choice.why, explained);
     }
     viewer = std::make_unique<render::Viewer>(*surface, scene, options);
     Open(args.aperture, ScreenOf(args, *surface), *viewer);
@@ -308,7 +307,7 @@ int RunView(const ViewArgs& args) {
     std::fflush(nullptr);
     std::_Exit(kFailed);
   }
-  viewer.reset();  // before its surface
+  viewer.reset();  // before the surface that it uses
   return kOk;
 }
 
@@ -319,18 +318,20 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
-  Knows(sub->add_option("--field", args->field,
-                        "Blending field at the start: auto (subdivision, or lumigraph of fewer than ten "
-                        "views; with --frame-ms the best that is quick enough), subdivision, linear, "
-                        "lumigraph, lumigraph-per-pixel, nearest, soft"),
-        kKnownFields);
+  OfferValues(
+      sub->add_option("--field", args->field,
+                      "Blending field at the start: auto (subdivision, or lumigraph of fewer than ten "
+                      "views; with --frame-ms the best that is quick enough), subdivision, linear, "
+                      "lumigraph, lumigraph-per-pixel, nearest, soft"),
+      kKnownFields);
   AddFieldDetails(*sub, args->field_details);
-  Knows(sub->add_option("--proxy", args->proxy,
-                        "Geometry at the start: auto (the light field's mesh, with its depth maps where "
-                        "there are some, else its tracked points, else the plane; with --frame-ms the best "
-                        "that is quick enough), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, "
-                        "plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file"),
-        kKnownProxies);
+  OfferValues(
+      sub->add_option("--proxy", args->proxy,
+                      "Geometry at the start: auto (the light field's mesh, with its depth maps where "
+                      "there are some, else its tracked points, else the plane; with --frame-ms the best "
+                      "that is quick enough), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, "
+                      "plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file"),
+      kKnownProxies);
   auto* frame_ms =
       sub->add_option(
              "--frame-ms", args->frame_ms,

@@ -34,7 +34,7 @@ PoseReport CheckedPoses(LightField& light_field, bool silent) {
     doubted.views.push_back(light_field.views[At(each.view)]);
   report.exchanged = CheckPictures(doubted).others;
   const std::vector<Finding> found = FindingsOf(report.check, light_field.views);
-  const std::string why = Keep(light_field.root, Check::kPoses, found);
+  const std::string why = KeepFindings(light_field.root, Check::kPoses, found);
   const bool was_found = std::ranges::any_of(
       light_field.findings, [](const Finding& each) { return each.check == Name(Check::kPoses); });
   if (!found.empty()) report.not_kept = why;
@@ -55,7 +55,8 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
           ? fmt::format("poses          {} ({:.1f} s)\n", FitInWords(check), report.seconds)
           : fmt::format(
                 "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n",
-                check.agree, check.error_px, check.contradicted.size(), check.undecided.size(), report.seconds);
+                check.agree, check.error_px, check.contradicted.size(), check.undecided.size(),
+                report.seconds);
   if (!report.lapsed.empty()) text += fmt::format("               no longer: {}\n", report.lapsed);
   if (!report.not_withdrawn.empty())
     text += fmt::format("               other commands go on repeating what was found before: {}\n",
@@ -125,11 +126,11 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
 
 namespace {
 
-// The views whose light differs from that of most: without them the statement holds no longer. None: the
-// light goes up and down.
+// Returns the views whose light differs from that of most: without them the finding lapses. Returns none if
+// the light fluctuates.
 std::map<int, std::string> ViewsOfOtherLight(const LightCheck& check, const LightField& light_field) {
   std::map<int, std::string> views;
-  if (!check.wavers.empty()) return views;
+  if (!check.fluctuations.empty()) return views;
   for (const LampDrift& drift : check.drifts) {
     std::map<int, std::string> before, after;
     for (const View& view : light_field.views) {
@@ -147,7 +148,8 @@ void KeepLight(const LightCheck& check, LightField& light_field) {
   std::vector<Finding> found;
   if (std::string advice = LampAdvice(check, SourceOf(light_field)); !advice.empty())
     found.push_back({Name(Check::kLight), std::move(advice), ViewsOfOtherLight(check, light_field)});
-  if (const std::string why = Keep(light_field.root, Check::kLight, found); !why.empty() && !found.empty())
+  if (const std::string why = KeepFindings(light_field.root, Check::kLight, found);
+      !why.empty() && !found.empty())
     spdlog::warn("{}: other commands will not repeat what the light did: {}", light_field.root.string(), why);
   Replace(Check::kLight, found, light_field.findings);
 }
@@ -172,12 +174,13 @@ FrameSource SourceOf(const LightField& light_field) {
 }
 
 std::string LampAdvice(const LightCheck& check, FrameSource source) {
-  if (check.drifts.empty() && check.wavers.empty()) return "";
+  if (check.drifts.empty() && check.fluctuations.empty()) return "";
   std::string words;
   for (const LampDrift& drift : check.drifts)
     words +=
         fmt::format("{}{} (+- {:.1f})", words.empty() ? "" : "; ", drift.Words(), 100 * drift.standard_error);
-  for (const LampWaver& waver : check.wavers) words += (words.empty() ? "" : "; ") + waver.Words();
+  for (const LampFluctuation& waver : check.fluctuations)
+    words += (words.empty() ? "" : "; ") + waver.Words();
   return words +
          ": the lamp or the daylight changed, or the camera's automatics did, and rendered pictures change "
          "with them; even the views out when you render them (--light fit)" +
@@ -202,7 +205,7 @@ std::string ToText(const LightCheck& check, FrameSource source) {
   for (const auto& [id, why] : check.unread) text += fmt::format("\nnot read       {}", why);
   text += "\nlight          ";
   if (!check.not_compared.empty()) return text + "not compared: " + check.not_compared + "\n";
-  if (check.drifts.empty() && check.wavers.empty())
+  if (check.drifts.empty() && check.fluctuations.empty())
     return text +
            fmt::format(
                "the same from the first to the last of {} that were compared, beyond the exposures that {}\n",
@@ -221,7 +224,7 @@ nlohmann::json ToJson(const LightCheck& check) {
                       {"not_compared", check.not_compared},
                       {"drifts", nlohmann::json::array()},
                       {"wavers", nlohmann::json::array()}};
-  for (const LampWaver& waver : check.wavers)
+  for (const LampFluctuation& waver : check.fluctuations)
     json["wavers"].push_back({{"words", waver.Words()}, {"log_spread", waver.spread}});
   for (const auto& [id, why] : check.unread) json["unread"].push_back({{"view", id}, {"words", why}});
   if (check.most_clipped_view != 0)

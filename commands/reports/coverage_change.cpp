@@ -25,8 +25,7 @@ std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const L
 }
 
 std::string ToText(const CoverageChange& change, FrameSource source, const std::string& light_field) {
-  // A cell of the map is a hundredth of a per cent at the least: what two decimals do not show is no
-  // difference.
+  // A cell of the map is a hundredth of a per cent at the least: a difference below two decimals is none.
   const auto rounded = [](double share, int decimals) {
     return fmt::format("{:.{}f}", 100 * share, decimals);
   };

@@ -1,4 +1,4 @@
-// What a change of views or poses does to the covered share of the cap that the capture was asked for.
+// Reports how a change of views or poses affects the covered share of the capture's cap.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -13,15 +13,15 @@ namespace ulf::commands {
 
 struct CoverageChange {
   coverage::Cap cap;
-  double before = 0, after = 0;  // shares of it
+  double before = 0, after = 0;  // shares of the cap
 };
 
-// As ulf info counts it: by the bound, or by measured errors where the capture was covered by them. None
-// without a goal or a subject.
+// Counts as ulf info does: by the bound, or by measured errors if the capture was covered by them. Returns
+// none without a goal or a subject.
 std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const LightField& after);
 
-// "covered: 98.13 % of 40 x 30 degrees before, 98.10 % after: ..."; shares with as many decimals as tell them
-// apart. `source`: of the views, which only a camera can take again.
+// Returns "covered: 98.13 % of 40 x 30 degrees before, 98.10 % after: ..."; shares with as many decimals as
+// distinguish them. `source` is that of the views, which only a camera can take again.
 std::string ToText(const CoverageChange& change, FrameSource source, const std::string& light_field);
 
 nlohmann::ordered_json ToJson(const CoverageChange& change);

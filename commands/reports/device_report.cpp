@@ -14,7 +14,7 @@ std::string Number(double value) {
   return value == std::round(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
 }
 
-// The counters that are not zero; --json has all of them.
+// Lists the counters that are not zero; --json has all of them.
 std::string TransportText(const acquisition::DeviceStatistics& statistics) {
   constexpr std::size_t kLineWidth = 93;  // after the indent
   constexpr const char* kIndent = "\n               ";

@@ -1,4 +1,4 @@
-// Why something was chosen, said in one form by all commands.
+// Explains choices in one form for all commands.
 #pragma once
 
 #include <fmt/core.h>
@@ -18,16 +18,17 @@ inline std::string ExplainedText(const std::vector<ModelChoice>& choices) {
   return text;
 }
 
-// The key of a command's JSON report.
+// Sets the key "explain" of a command's JSON report.
 template <typename Json>
 void AddExplained(Json& report, const std::vector<ModelChoice>& choices) {
   Json& explained = report["explain"] = Json::array();
   for (const ModelChoice& choice : choices) explained.push_back(Json(ulf::ToJson(choice)));
 }
 
-// `why`, one line of the log; with --explain all that was compared instead, beside the report, or with --json
-// in it (AddExplained()).
-inline void SayWhy(bool explain, bool json, const std::string& why, const std::vector<ModelChoice>& choices) {
+// Logs `why`, one line; with --explain prints all candidates instead, beside the report, or with --json in it
+// (AddExplained()).
+inline void LogExplanation(bool explain, bool json, const std::string& why,
+                           const std::vector<ModelChoice>& choices) {
   if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);
   if (explain && !json) fmt::print(stderr, "{}", ExplainedText(choices));
 }

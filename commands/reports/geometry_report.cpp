@@ -29,7 +29,7 @@ std::string FitInWords(const render::GeometryState& state, std::size_t views) {
                                       : fmt::format("{}, where there are {} now", by, views);
 }
 
-// Empty where the views are too few for a mesh.
+// Returns "" if the views are too few for a mesh.
 std::string MeshAdvice(const char* before, const LightField& light_field, const char* makes) {
   constexpr std::size_t kFewestViews = 2;
   return light_field.views.size() < kFewestViews
@@ -90,8 +90,7 @@ std::vector<std::string> Outdated(const std::optional<render::GeometryState>& be
   std::vector<std::string> files;
   if (!before || !after) return files;
   const bool maps = before->maps > after->maps;
-  // A mesh that does not tell its views is taken for one of those before: its maps, or nothing, say
-  // otherwise.
+  // A mesh without recorded views counts as fitting before the change unless its maps contradict.
   if ((before->mesh_fits.value_or(maps) && !after->mesh_fits.value_or(false)) || maps)
     files.emplace_back(render::kMeshProxyFile);
   if (maps) files.emplace_back(render::kDepthMapsFolder);

@@ -1,5 +1,5 @@
-// The mesh and the depth maps of a light field in a line: whose they are, and whether they fit its views as
-// they are now.
+// Reports the mesh and the depth maps of a light field in a line: their origin, and whether they fit its
+// views as they are now.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,14 +12,14 @@
 
 namespace ulf::commands {
 
-// A line of `ulf info`. None: there is no mesh, which is said with the command that makes one.
+// Returns a line of `ulf info`; without a mesh, it names the command that makes one.
 std::string GeometryText(const std::optional<render::GeometryState>& state, const LightField& light_field);
 nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state);  // null without a mesh
 
-// After a change: which files no longer fit ("proxy.ply", "depth"), of those that did `before`.
+// Returns the files that no longer fit after a change ("proxy.ply", "depth"), of those that did `before`.
 std::vector<std::string> Outdated(const std::optional<render::GeometryState>& before,
                                   const std::optional<render::GeometryState>& after);
-// A line that names them and the way out; empty where nothing is outdated. `made_for`: "the poses before".
+// Returns a line that names them and the remedy; empty if none is outdated. `made_for`: "the poses before".
 std::string OutdatedText(const std::optional<render::GeometryState>& before,
                          const std::optional<render::GeometryState>& after, const std::string& made_for,
                          const LightField& light_field);

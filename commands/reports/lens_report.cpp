@@ -19,7 +19,7 @@ std::string Described(const tracking::LensEstimate& fit) {
   return text;
 }
 
-// By which the two show a ray at different places of the image.
+// Returns the largest distance of a ray's image points in the two lenses, px.
 double LargestShiftPx(const CameraModel& a, const CameraModel& b) {
   constexpr int kSteps = 8;
   double largest = a.width == b.width && a.height == b.height ? 0 : INFINITY;
@@ -33,7 +33,7 @@ double LargestShiftPx(const CameraModel& a, const CameraModel& b) {
   return largest;
 }
 
-constexpr double kSmallPx = 0.5;  // less than what makes a picture worse. Guessed.
+constexpr double kSmallPx = 0.5;  // smaller differences do not degrade pictures. Guessed.
 
 }  // namespace
 

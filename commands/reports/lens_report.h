@@ -1,4 +1,4 @@
-// What a refinement found out about a lens, for people.
+// Reports a refined lens for people.
 #pragma once
 
 #include <string>
@@ -8,17 +8,16 @@
 
 namespace ulf::commands {
 
-// `given`: the lens as the light field had it. Where the images support another one that shows everything
-// within half a pixel of where this one does, there is nothing to do, and it says so.
+// `given` is the lens of the light field. If the images support another one whose image points differ by less
+// than half a pixel, nothing needs to be done, and the text says so.
 std::string LensFitText(const tracking::LensEstimate& fit, const CameraModel& given, bool is_taken_over);
 
-// Where the fitted focal length is farther from that of before than its deviation accounts for: by how much,
-// where the one of before was from (`source`; empty: not told), which of the two is kept, and why. Else
-// empty.
+// If the fitted focal length differs from the former one by more than its deviation explains, says by how
+// much, the former one's origin (`source`; empty: unknown), which of the two is kept, and why. Otherwise "".
 std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& given,
                           const std::string& source, bool is_taken_over);
 
-// What the deviations of lenses that images gave leave out.
+// States what the standard deviations of lenses estimated from images leave out.
 inline constexpr const char* kLensSigmaWords =
     "± counts the noise of points alone: what a rolling shutter, blur and the lens model add is not in it; "
     "ulf calibrate with a printed board knows better";

@@ -29,7 +29,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The smallest arc that holds all angles.
+// Returns the smallest arc that holds all angles.
 double AngularSpan(std::vector<double> angles) {
   std::sort(angles.begin(), angles.end());
   double widest_gap = angles.front() + 2 * M_PI - angles.back();
@@ -72,7 +72,7 @@ std::size_t CountDuplicates(const std::vector<coverage::CriterionView>& views, c
   return duplicates;
 }
 
-// Of light: time, gain and aperture.
+// Returns the exposure ratio in stops by time, gain and aperture.
 double StopsBetween(const View& view, const ViewExposure& exposure) {
   const double opening =
       view.f_number && exposure.f_number ? std::pow(*view.f_number / *exposure.f_number, 2) : 1;
@@ -125,7 +125,7 @@ std::string LensesText(const LightFieldReport& report) {
   return text + "\n";
 }
 
-// Views of sessions that were not closed: closing writes the counts of frames.
+// Counts views of sessions that were not closed: closing writes the counts of frames.
 std::size_t UncountedViews(const LightField& light_field) {
   if (light_field.device_uri.empty() || light_field.device_uri.starts_with("import:")) return 0;
   const auto counted = light_field.reasons.find(Name(coverage::Reason::kRecorded));
@@ -168,7 +168,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
                                              : light_field.threshold_px.value_or(coverage::kHighThresholdPx);
   report.subject = options.subject ? options.subject : light_field.subject;
   if (!report.subject && !light_field.views.empty()) report.subject = SubjectFromAxes(light_field);
-  // Directions from another subject mean something else.
+  // Directions relative to another subject are not comparable.
   if (report.subject == light_field.subject) report.measured = coverage::StandingErrors(light_field);
   if (light_field.views.empty()) {
     if (report.cap) report.covered = 0;

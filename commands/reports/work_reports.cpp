@@ -50,7 +50,7 @@ nlohmann::json ToJson(const render::BracketReport& report) {
           {"blur_most_view", report.blur_most_view}};
 }
 
-std::string InWords(const render::TurntableMasks& masks) {
+std::string ToText(const render::TurntableMasks& masks) {
   std::string words = fmt::format("{} masked, {:.0f} % of the pixels turn\n",
                                   Counted(masks.masks.size(), "view"), 100 * masks.turning_share);
   for (const render::Stand& stand : masks.stands) {

@@ -1,4 +1,4 @@
-// What merging and masking have come to: said by the command that does it, and by a capture at its end.
+// Reports merging and masking, in their own commands and at the end of a capture.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,11 +9,11 @@
 
 namespace ulf::commands {
 
-// Merged exposures; complete lines.
+// Reports merged exposures in complete lines.
 std::string ToText(const render::BracketReport& report);
 nlohmann::json ToJson(const render::BracketReport& report);
 
-// Masks of a turntable's light field; one or more lines.
-std::string InWords(const render::TurntableMasks& masks);
+// Reports masks of a turntable's light field in one or more lines.
+std::string ToText(const render::TurntableMasks& masks);
 
 }  // namespace ulf::commands

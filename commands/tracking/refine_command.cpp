@@ -1,4 +1,4 @@
-// `ulf refine`: the poses of a light field made better, and what that does to its coverage.
+// `ulf refine` improves the poses of a light field, and reports the effect on its coverage.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -59,7 +59,7 @@ struct RefineArgs {
   tracking::RefineOptions options;
   int threads = 2;
   std::optional<double> readout_s;  // none: the light field's
-  bool unposed = false;             // look for the photographs in unposed/, too
+  bool unposed = false;             // also locate the photographs in unposed/
   bool explain = false;
   bool json = false;
 };
@@ -70,7 +70,7 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// Says where a lens is from that refining found.
+// Describes the origin of a refined lens.
 std::string RefinedSource(const tracking::RefineResult& result, int camera) {
   const auto fit = result.lens_fits.find(camera);
   return fit != result.lens_fits.end() && fit->second.free.focal
@@ -78,14 +78,13 @@ std::string RefinedSource(const tracking::RefineResult& result, int camera) {
              : acquisition::kLensFoundByRefining;
 }
 
-// Records the poses in one step, so that a kill leaves the old or the new ones; then the photographs that
-// were found.
+// Records the poses in one step, so that a kill leaves the old or the new ones; then the located photographs.
 void Write(const LightField& before, const LocatedUnposed& unposed, const tracking::RefineResult& result,
            LightFieldWriter& writer) {
   std::map<int, Rigid3> poses;
   std::vector<View> found;
-  // Refining knows of noise alone, and not of what the map and the shutter add: no view is surer than the
-  // usual one.
+  // Refining estimates noise alone, without errors of the map and the shutter: no quality exceeds the usual
+  // one.
   std::vector<double> qualities;
   for (std::size_t v = 0; v < unposed.first; ++v) qualities.push_back(before.views[v].tracking_quality);
   const double usual_quality = Median(std::move(qualities));
@@ -119,8 +118,7 @@ void Write(const LightField& before, const LocatedUnposed& unposed, const tracki
   }
 }
 
-// Adds the photographs in unposed/ whose place is found to `light_field`, behind its views, with numbers of
-// their own.
+// Adds the located photographs in unposed/ to `light_field`, behind its views, with their own ids.
 LocatedUnposed Locate(const RefineArgs& args, const tracking::RefineOptions& options,
                       LightFieldWriter& writer, LightField& light_field) {
   LocatedUnposed unposed{.first = light_field.views.size(), .not_found = {}, .looked_for = args.unposed};
@@ -155,7 +153,7 @@ LocatedUnposed Locate(const RefineArgs& args, const tracking::RefineOptions& opt
   return unposed;
 }
 
-// Those that refining does not confirm are not found.
+// Photographs that refining does not confirm count as not found.
 void DropUnconfirmed(const LightField& before, const tracking::RefineResult& result,
                      LocatedUnposed& unposed) {
   for (std::size_t v = unposed.first; v < before.views.size(); ++v)
@@ -184,8 +182,8 @@ int RunRefine(const RefineArgs& args) {
   }
   cv::setNumThreads(args.threads);
   tracking::RefineResult result;
-  LightField recorded;  // as it was
-  LightField before;    // and behind its views the photographs that were found
+  LightField recorded;  // unrefined
+  LightField before;    // with the located photographs behind its views
   LocatedUnposed unposed;
   std::optional<CoverageChange> coverage;
   std::optional<render::GeometryState> geometry_before, geometry;
@@ -219,7 +217,7 @@ int RunRefine(const RefineArgs& args) {
     coverage = CoverageChangeOf(recorded, writer.Contents());
     geometry = render::GeometryStateOf(writer.Contents());
   }
-  // Poses that an earlier check found wrong are judged anew, and those that the adjustment contradicts.
+  // Judges poses again that an earlier check found wrong, and those that the adjustment contradicts.
   std::optional<LightField> after;
   std::optional<PoseReport> poses;
   if (result.contradicted >= 0 || std::ranges::any_of(recorded.findings, [](const Finding& each) {
@@ -231,7 +229,7 @@ int RunRefine(const RefineArgs& args) {
   const RefineCost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                         PeakMemoryMib()};
   std::optional<tracking::LightFieldErrors> errors;
-  std::string not_compared;  // why; thrown after the report
+  std::string not_compared;  // the reason; thrown after the report
   if (!args.truth.empty()) try {
       errors = CompareWithTruth(recorded, result, truth, args.truth);
     } catch (const Error& error) {

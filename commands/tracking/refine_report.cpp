@@ -74,8 +74,8 @@ ModelChoice Explained(const std::vector<tracking::LensTrial>& trials, std::size_
   return choice;
 }
 
-// Lengths as a person can tell what they are: in millimetres, else as shares of the views' distance from the
-// subject, else, where it is nowhere that the photographs show, in the world's units.
+// Formats lengths intelligibly: in millimetres, or as shares of the views' distance from the subject, or, if
+// the photographs do not show it, in world units.
 std::function<std::string(double)> LengthsOf(const LightField& light_field) {
   if (light_field.units == "metres")
     return [](double metres) { return fmt::format("{:.3f} mm", 1000 * metres); };

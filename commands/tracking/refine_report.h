@@ -1,4 +1,4 @@
-// What `ulf refine` has come to, as text and as JSON.
+// Reports the result of `ulf refine` as text and as JSON.
 #pragma once
 
 #include <cstddef>
@@ -12,25 +12,25 @@
 
 namespace ulf::commands {
 
-// The photographs in unposed/, as far as somebody asked for them.
+// The results for photographs in unposed/, if requested.
 struct LocatedUnposed {
   struct NotFound {
     std::string photograph, why;
   };
-  std::size_t first = 0;  // the index of the first one that was located, behind the recorded views
+  std::size_t first = 0;  // index of the first located one, behind the recorded views
   std::vector<NotFound> not_found;
   bool looked_for = false;
   std::size_t not_looked_for = 0;
 };
 
-// What a run took.
+// The cost of a run.
 struct RefineCost {
   double seconds = 0;
   double peak_mib = 0;
 };
 
-// `before`: the light field as it was, and behind its views the photographs that were located.
-// `takes_intrinsics`: the lens that fits takes the given one's place.
+// `before` is the unrefined light field, with the located photographs behind its views. `takes_intrinsics`
+// says that the fitted lens replaces the given one.
 void PrintRefined(const std::string& dir, const LightField& before, const tracking::RefineResult& result,
                   const LocatedUnposed& unposed, bool takes_intrinsics, const RefineCost& cost);
 nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineResult& result,
@@ -38,7 +38,7 @@ nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineRe
 nlohmann::ordered_json UnposedJson(const LightField& before, const tracking::RefineResult& result,
                                    const LocatedUnposed& unposed);
 
-// Why these intrinsics: what was tried, and what it gained; for each lens.
+// Explains the choice of intrinsics for each lens: the candidates, and their gain.
 std::vector<ModelChoice> Explained(const tracking::RefineResult& result);
 
 }  // namespace ulf::commands

@@ -1,4 +1,4 @@
-// `ulf track`: poses of a sequence, its error against a truth, and what tracking costs.
+// `ulf track` tracks a sequence, and reports poses, errors against a truth, and cost.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -60,8 +60,8 @@ struct TrackArgs {
   bool json = false;
 };
 
-// CPU milliseconds of cv::ORB on the same frame, at the tracked size, in the same thread: the unit in which
-// the cost of tracking is reported.
+// Returns CPU milliseconds of cv::ORB on the same frame, at the tracked size, in the same thread: the unit in
+// which the cost of tracking is reported.
 double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::TrackedSize& size) {
   cv::Mat gray = GrayForTracking(frame.image);
   if (size.width > 0 && (gray.cols != size.width || gray.rows != size.height))
@@ -73,13 +73,13 @@ double TimeOrb(const cv::Ptr<cv::ORB>& orb, const Frame& frame, const tracking::
   return 1000 * (ThreadCpuSeconds() - start_s);
 }
 
-// A run, and the poses that the device knows (simulator, recorded light field).
-struct Followed {
+// A run with the poses that the device knows (simulator, recorded light field).
+struct TrackedSequence {
   TrackRun run;
   std::vector<TimedPose> known;
 };
 
-// What the images said of the lens, at once.
+// Warns at once when the images contradict the lens.
 void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tracking::LensUse use,
               TrackRun& run) {
   const auto after_s = [&] {
@@ -98,7 +98,7 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tra
       spdlog::info("images fit {}: tracking goes on with this lens, and the poses so far are corrected",
                    lens->Text());
   }
-  // What is to be replaced before the next frame needs no warning.
+  // A lens that is replaced before the next frame needs no warning.
   if (!track.wrong_lens || run.wrong_lens_after_s || use == tracking::LensUse::kRefine) return;
   const auto lens = poses.Statistics().calibration;
   if (!lens) return;
@@ -106,7 +106,7 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tra
   spdlog::warn("{}", lens->Advice(run.source));
 }
 
-// 0 where there is no pose, or the source follows no points.
+// Returns 0 without a pose, or if the source tracks no points.
 double SeenDistance(const tracking::PoseSource& poses, const tracking::Track& track) {
   if (!track.cam_from_world) return 0;
   std::vector<double> distances;
@@ -116,15 +116,15 @@ double SeenDistance(const tracking::PoseSource& poses, const tracking::Track& tr
 }
 
 // Tracks until the device ends, enough frames have come or the operator stops.
-void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
-                  std::unique_ptr<tracking::PoseSource>& poses, Followed& followed) {
+void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
+                   std::unique_ptr<tracking::PoseSource>& poses, TrackedSequence& followed) {
   TrackRun& run = followed.run;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
   acquisition::RepeatedEvents repeated;
   device.Start();
-  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
+  while (!acquisition::IsOver(device.State()) && !StopOnSignal::Requested()) {
     for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
       spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));
@@ -146,7 +146,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                                              .readout = args.readout,
                                              .lens = args.lens.use,
                                              .lens_is_guess = !acquisition::IsCalibration(source)},
-                                 .stop = StopOnSignal::Asked});
+                                 .stop = StopOnSignal::Requested});
     }
     if (frame->known_cam_from_world)
       followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
@@ -170,14 +170,14 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
   for (const std::string& line : repeated.AtTheEnd()) spdlog::warn("{}", line);
 }
 
-Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {
-  Followed followed;
+TrackedSequence Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {
+  TrackedSequence followed;
   TrackRun& run = followed.run;
   run.deterministic = args.deterministic;
   run.source = device.Source();
   std::unique_ptr<tracking::PoseSource> poses;
   try {
-    FollowFrames(args, spec, device, poses, followed);
+    TrackSequence(args, spec, device, poses, followed);
   } catch (const std::exception& error) {
     if (LivePoses(run) == 0) throw;
     run.failure = fmt::format("frame {}: {}", run.frames.size(), error.what());
@@ -202,21 +202,21 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
   return followed;
 }
 
-// "poses.txt", 2: "poses.map2.txt".
-std::filesystem::path OfEarlierMap(const std::filesystem::path& file, std::size_t number) {
+// Returns "poses.txt", for number 2 "poses.map2.txt".
+std::filesystem::path EarlierMapFile(const std::filesystem::path& file, std::size_t number) {
   return file.parent_path() /
          fmt::format("{}.map{}{}", file.stem().string(), number, file.extension().string());
 }
 
-// The last map's poses; those of maps that were given up or are apart lie in other worlds and get files of
-// their own.
+// Writes the last map's poses; those of discarded or separate maps lie in other worlds and get files of their
+// own.
 void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedPose> GivenPoses::*which) {
   if (path.empty()) return;
-  const std::vector<GivenPoses> maps = ByMap(run);
+  const std::vector<GivenPoses> maps = PosesOfMaps(run);
   WriteTum(path, maps.empty() ? std::vector<TimedPose>() : maps.back().*which);
   for (std::size_t i = 0; i + 1 < maps.size(); ++i) {
     if ((maps[i].*which).empty()) continue;
-    const std::filesystem::path file = OfEarlierMap(path, i + 1);
+    const std::filesystem::path file = EarlierMapFile(path, i + 1);
     WriteTum(file, maps[i].*which);
     spdlog::warn("{}: {} of another map, which nothing joins to the last one: in a world of its own",
                  file.string(), Counted((maps[i].*which).size(), "pose"));
@@ -232,7 +232,7 @@ int RunTrack(const TrackArgs& args) {
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
-  // OpenCV would take all processors for a single frame; the other threads need them.
+  // OpenCV would use all processors for a single frame; the other threads need them.
   cv::setNumThreads(1);
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
@@ -294,7 +294,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
-  Knows(command->add_option("--poses", args->poses, tracking::kPosesHelp), tracking::kPosesValues)
+  OfferValues(command->add_option("--poses", args->poses, tracking::kPosesHelp), tracking::kPosesValues)
       ->capture_default_str();
   AddReadoutOption(*command, args->readout);
   AddLensUseOptions(*command, args->lens);

@@ -31,7 +31,7 @@ constexpr std::array kStages{Stage{"pyramid", &StageTimes::pyramid_s},
                              Stage{"relocalisation", &StageTimes::relocalization_s},
                              Stage{"keyframes", &StageTimes::keyframe_s}};
 
-// The last map that gave live poses.
+// Returns the last map that gave live poses.
 std::optional<int> LastMap(const TrackRun& run) {
   const auto last = std::find_if(run.frames.rbegin(), run.frames.rend(), [](const TrackedFrame& frame) {
     return frame.track.cam_from_world.has_value();
@@ -41,14 +41,14 @@ std::optional<int> LastMap(const TrackRun& run) {
 
 struct Counts {
   int frames = 0, tracked = 0, lost = 0, found_again = 0;
-  int turned = 0;  // without a pose, but how the camera is turned is known
-  int zoomed = 0;  // under a zoom that was moved
+  int turned = 0;  // frames without a pose but with a rotation
+  int zoomed = 0;  // frames with a moved zoom
   std::optional<double> zoomed_from_s;
-  double focal_ratio = 1;     // of them, the farthest from 1
-  int apart = 0, joined = 0;  // followed without a live pose; of these with one in the last map after the run
+  double focal_ratio = 1;     // of these, the farthest from 1
+  int apart = 0, joined = 0;  // tracked without a live pose; of these, those in the last map after the run
   std::optional<int> first_tracked;
   std::vector<double> predicted;  // errors of the live poses, shares of the distance
-  int unsure = 0;                 // of these, those of more than a hundredth
+  int unsure = 0;                 // of these, above a hundredth
   std::vector<double> wall_ms, cpu_ms;
   std::array<double, kStages.size()> stage_ms{};  // CPU, mean over the frames
   double longest_ms = 0;
@@ -85,7 +85,7 @@ Counts Count(const TrackRun& run) {
       ++counts.apart;
       counts.joined += frame.final_cam_from_world && frame.final_map == last_map;
     }
-    // A camera that was found again in the frame that lost it counts as lost, too.
+    // A camera that was relocalised in the frame that lost it counts as lost, too.
     counts.lost += before == tracking::TrackState::kTracking &&
                    (track.state != tracking::TrackState::kTracking || track.relocalized);
     if (!counts.first_tracked && track.cam_from_world) counts.first_tracked = i;
@@ -118,7 +118,7 @@ void AddError(Json& report, const std::string& which, const std::optional<Trajec
   report["rotation_" + which + "_rmse_deg"] = number(&TrajectoryError::rotation_rmse_deg);
 }
 
-// Of the pictures, or the camera's own when the middle row was read.
+// Selects the pose of the picture, or the camera's own when the middle row was read.
 enum class PoseOfWhat { kPicture, kMiddleRow };
 
 std::map<int, GivenPoses> PosesByMap(const TrackRun& run, PoseOfWhat what) {
@@ -134,7 +134,7 @@ std::map<int, GivenPoses> PosesByMap(const TrackRun& run, PoseOfWhat what) {
   return by_map;
 }
 
-GivenPoses OfLastMap(const TrackRun& run, PoseOfWhat what) {
+GivenPoses LastMapPoses(const TrackRun& run, PoseOfWhat what) {
   const std::optional<int> last = LastMap(run);
   return last ? PosesByMap(run, what)[*last] : GivenPoses();
 }
@@ -188,7 +188,7 @@ std::string MapLine(const tracking::TrackerStatistics& map, FrameSource source) 
   return text;
 }
 
-// The most frequent obstacle to starting the map; empty where the source makes no map.
+// Returns the most frequent obstacle to initialisation; empty if the source makes no map.
 std::string MostFrequentObstacle(const TrackRun& run) {
   std::map<tracking::StartObstacle, int> frames;
   for (const TrackedFrame& frame : run.frames)
@@ -264,7 +264,7 @@ int LivePoses(const TrackRun& run) {
   }));
 }
 
-std::vector<GivenPoses> ByMap(const TrackRun& run) {
+std::vector<GivenPoses> PosesOfMaps(const TrackRun& run) {
   const std::optional<int> last = LastMap(run);
   std::vector<GivenPoses> in_order;
   std::map<int, GivenPoses> by_map = PosesByMap(run, PoseOfWhat::kPicture);
@@ -274,7 +274,7 @@ std::vector<GivenPoses> ByMap(const TrackRun& run) {
   return in_order;
 }
 
-GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, PoseOfWhat::kPicture); }
+GivenPoses LastMapPoses(const TrackRun& run) { return LastMapPoses(run, PoseOfWhat::kPicture); }
 
 TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name) {
   TrackErrors errors{.truth_name = std::move(truth_name), .truth = std::move(truth)};
@@ -288,7 +288,7 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
   const auto error = [&](const std::vector<TimedPose>& poses) {
     return CompareTrajectories(poses, errors.truth, tolerance_s, kRelativeErrorStep_s);
   };
-  const GivenPoses poses = OfLastMap(run);
+  const GivenPoses poses = LastMapPoses(run);
   errors.earlier_maps = LivePoses(run) - static_cast<int>(poses.live.size());
   errors.live = error(poses.live);
   if (errors.live) errors.wrong = CountWrong(run, *errors.live);
@@ -296,7 +296,7 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
   if (std::none_of(run.frames.begin(), run.frames.end(),
                    [](const TrackedFrame& frame) { return frame.track.middle_row_from_picture; }))
     return errors;
-  const GivenPoses middle_row = OfLastMap(run, PoseOfWhat::kMiddleRow);
+  const GivenPoses middle_row = LastMapPoses(run, PoseOfWhat::kMiddleRow);
   errors.middle_row_live = error(middle_row.live);
   errors.middle_row_final = error(middle_row.final);
   return errors;

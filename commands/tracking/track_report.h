@@ -16,14 +16,14 @@
 
 namespace ulf::commands {
 
-// One frame's outcome, as it was given live.
+// The live outcome of one frame.
 struct TrackedFrame {
   double time_s = 0;
   tracking::Track track;
   double wall_ms = 0;
-  double seen_distance = 0;  // of the map points that were found, median, world units; 0: unknown
-  // The pose after the last adjustment and the map in whose world it lies; a frame that was followed apart
-  // from the rest has one without a live pose.
+  double seen_distance = 0;  // median of the found map points, world units; 0: unknown
+  // The pose after the last adjustment and the map in whose world it lies; a frame that was tracked in a
+  // separate part of the map has one without a live pose.
   std::optional<Rigid3> final_cam_from_world = {};
   int final_map = 0;
 };
@@ -36,28 +36,28 @@ struct TrackRun {
   FrameSource source = FrameSource::kCamera;
   bool deterministic = false;  // mapping ran inside the frames
   std::vector<TrackedFrame> frames;
-  std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
+  std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features, on some of the frames
   tracking::TrackerStatistics map;
   std::optional<double>
-      wrong_lens_after_s;  // from the first pose on; none: the map never contradicted the lens
-  std::string failure;     // why and where the run ended early; empty: it did not
+      wrong_lens_after_s;  // from the first pose on; none if the map never contradicted the lens
+  std::string failure;     // why and where the run ended early; empty if it did not
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 
 int LivePoses(const TrackRun& run);
-// The poses of each map: each lies in a world of its own. Maps without poses are left out. The last map that
-// gave live poses comes last, the others in their order.
-std::vector<GivenPoses> ByMap(const TrackRun& run);
-// The poses of the last map that gave live poses; empty where none did.
-GivenPoses OfLastMap(const TrackRun& run);
+// Returns the poses of each map: each lies in a world of its own. Maps without poses are left out. The last
+// map that gave live poses comes last, the others in their order.
+std::vector<GivenPoses> PosesOfMaps(const TrackRun& run);
+// Returns the poses of the last map that gave live poses; empty if none did.
+GivenPoses LastMapPoses(const TrackRun& run);
 
-// Live poses that are off by 3 % of the distance of what was seen or by 2 degrees, after one alignment of the
-// run: wrong. Unsaid: with a quality of one half or more.
+// Counts of live poses: wrong ones are off by 3 % of the distance of the seen points or by 2 degrees, after
+// one alignment of the run; unsaid ones are wrong with a quality of one half or more.
 struct WrongPoses {
   int compared = 0, wrong = 0, unsaid = 0;
 };
 
-// A run against the truth.
+// The errors of a run against the truth.
 struct TrackErrors {
   std::string truth_name;
   std::vector<TimedPose> truth;
@@ -72,10 +72,10 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
 
 nlohmann::ordered_json ToJson(const TrackRun& run, const TrackErrors* errors);
 std::string ToText(const TrackRun& run, const TrackErrors* errors);
-// CSV with a line for each frame. Errors are distances of the centres in the truth's units, empty where
+// Returns CSV with a line for each frame. Errors are distances of the centres in the truth's units, empty if
 // nothing is compared.
 std::string ToCsv(const TrackRun& run, const TrackErrors* errors);
-// Why the map started from its model, and why it keeps what it keeps.
+// Explains the model from which the map started, and what it keeps.
 std::vector<ModelChoice> Explained(const TrackRun& run);
 
 }  // namespace ulf::commands

@@ -1,4 +1,4 @@
-// An index as containers want it. Files and triangles keep indices as int.
+// Converts an int index, as files and triangles keep it, to the index type of containers.
 #pragma once
 
 #include <cstddef>

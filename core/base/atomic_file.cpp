@@ -34,10 +34,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kBlock = 4096;          // unit of writes that bypass the page cache (O_DIRECT)
-constexpr std::size_t kStaged = 4 << 20;      // copied, then written, at a time
+constexpr std::size_t kStaged = 4 << 20;      // copied and written at a time
 constexpr std::size_t kDirectFrom = 1 << 18;  // smaller files gain nothing; guessed
 
-// One per thread, reused: new memory costs more than the copy into it.
+// There is one per thread, reused: new memory costs more than the copy into it.
 std::span<char> Staging() {
   struct Free {
     void operator()(char* memory) const { std::free(memory); }
@@ -50,17 +50,17 @@ std::span<char> Staging() {
 
 struct Temporary {
   fs::path path;
-  int descriptor = -1;  // -1: the disk refused, errno says why
+  int descriptor = -1;  // -1: failed, see errno
 };
 
-// A unique name, because other threads and programs may write the same file.
+// The name is unique, because other threads and programs may write the same file.
 Temporary OpenTemporary(const fs::path& beside, bool direct) {
   Temporary temporary;
   do {
     temporary.path = TemporaryName(beside);
     temporary.descriptor = open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   } while (temporary.descriptor < 0 && errno == EEXIST);
-  if (direct && temporary.descriptor >= 0)  // where the file system allows it
+  if (direct && temporary.descriptor >= 0)  // if the file system allows it
     fcntl(temporary.descriptor, F_SETFL, fcntl(temporary.descriptor, F_GETFL) | O_DIRECT);
   return temporary;
 }
@@ -91,7 +91,7 @@ class FoldersToSync {
   std::map<fs::path, int> descriptors_;
 };
 
-// False where something has that name (EEXIST) or the disk refuses; errno says which.
+// Returns false if the name is taken (EEXIST) or the disk refuses; see errno.
 bool RenameToFree(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
   if (errno != EINVAL && errno != ENOSYS) return false;
@@ -118,7 +118,7 @@ void CopyTo(const fs::path& from, const fs::path& to) {
     CopyTo(entry.path(), to / entry.path().filename());
 }
 
-// As RenameToFree(), and across disks: then a kill leaves the original, or both.
+// Does the same as RenameToFree(), also across disks: then a kill leaves the original, or both.
 bool MoveToFree(const fs::path& from, const fs::path& to) {
   if (RenameToFree(from, to)) return true;
   if (errno != EXDEV) return false;
@@ -132,7 +132,7 @@ bool MoveToFree(const fs::path& from, const fs::path& to) {
   fs::remove_all(from, unknown);
   if (!unknown) return true;
   const std::error_code refused = unknown;
-  fs::remove_all(to, unknown);  // else every try leaves another copy
+  fs::remove_all(to, unknown);  // otherwise every try leaves another copy
   errno = refused.value();
   return false;
 }
@@ -150,7 +150,7 @@ std::string ThisComputer() {
   return computer;
 }
 
-// Returns the mark of the process that wrote the temporary file, by its name; none: it has another name, or
+// Returns the mark of the process that wrote the temporary file, by its name; none if it has another name, or
 // is no file. Names of older programs had no computer.
 std::optional<std::string> MarkOf(const fs::directory_entry& entry) {
   static const std::regex kName(R"(.+\.((?:[0-9a-f]{8}-)?[0-9]{1,9})-[0-9]+\.part)");
@@ -166,8 +166,8 @@ bool IsOfDeadProcess(const fs::directory_entry& entry) {
   return mark && IsOfEndedProcess(*mark);
 }
 
-// Removes what killed processes left of this file. A folder is looked through once: what this process writes
-// itself, it removes itself.
+// Removes what killed processes left of this file. A folder is searched once: this process removes its own
+// files itself.
 void RemoveLeftOf(const fs::path& path) {
   static Mutex mutex;
   static std::map<fs::path, std::vector<fs::path>> left_in ULF_GUARDED_BY(mutex);
@@ -189,7 +189,7 @@ bool LeaveDirect(int descriptor) {
   return (flags & O_DIRECT) && fcntl(descriptor, F_SETFL, flags & ~O_DIRECT) == 0;
 }
 
-// False: the disk refused, errno says why.
+// Returns false if the disk refused; see errno.
 bool WriteAll(int descriptor, const char* bytes, std::size_t size) {
   while (size > 0) {
     const ssize_t written = write(descriptor, bytes, size);
@@ -233,7 +233,7 @@ const char* KindOf(const fs::file_status& status) {
   }
 }
 
-// A descriptor that is closed at the end.
+// Closes its descriptor at the end.
 struct Descriptor {
   int number = -1;
   ~Descriptor() {

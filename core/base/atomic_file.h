@@ -12,8 +12,8 @@
 
 namespace ulf {
 
-// Writes a temporary file beside `path`, syncs it, renames it and syncs the folder. Throws DiskFullError, or
-// Error where writing is not permitted; then the file at `path`, if there was one, is unchanged: nothing
+// Writes a temporary file beside `path`, syncs it, renames it and syncs the folder. Throws DiskFullError,
+// or Error if writing is not permitted; an existing file at `path` is then unchanged, because nothing
 // throws after the rename.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
@@ -31,7 +31,7 @@ FileContent ContentOf(std::string_view bytes);
 // where the file system allows it, which is twice as fast and leaves the cache to other programs.
 class FileBatch {
  public:
-  // What Commit() does where a file of that name exists: kReplace replaces it, kKeep throws Error.
+  // Commit() treats an existing file of that name so: kReplace replaces it, kKeep throws Error.
   enum class Existing { kReplace, kKeep };
   explicit FileBatch(Existing existing = Existing::kReplace) : existing_(existing) {}
   FileBatch(const FileBatch&) = delete;
@@ -41,13 +41,13 @@ class FileBatch {
   // Writes the file under a temporary name of this batch's own. Throws DiskFullError or Error; then nothing
   // of this file is left on the disk.
   void Write(const std::filesystem::path& path, const FileContent& content);
-  // The same for files that belong together: either all of them stay or none.
+  // Does the same for files that belong together: either all of them stay or none.
   void Write(std::span<const std::pair<std::filesystem::path, FileContent>> files);
   // Syncs all files, renames them and syncs their folders; the next Write() begins a new batch. Throws as
   // Write() does; then nothing of the batch is left, except files that have already replaced older ones.
   void Commit();
-  // Removes the files, committed or not: for a caller that could not write the index that names them. Leaves
-  // files that have replaced older ones: removing them would lose both.
+  // Removes the files, committed or not, for a caller that could not write the index that names them. Files
+  // that have replaced older ones stay, because removing them would lose both.
   void TakeBack() { TakeBack(0); }
 
  private:
@@ -64,7 +64,7 @@ class FileBatch {
   bool committed_ = false;
 };
 
-// The folder that holds `path`; "." where it names none.
+// Returns the folder that holds `path`, or "." if `path` names none.
 std::filesystem::path FolderOf(const std::filesystem::path& path);
 
 void SyncFolder(const std::filesystem::path& folder);
@@ -81,35 +81,36 @@ bool LinkOrCopy(const std::filesystem::path& from, const std::filesystem::path& 
 // Makes the folder and all folders above it. Throws Error naming what stands in the way.
 void MakeFolder(const std::filesystem::path& folder);
 
-// The bytes that this user may still write there; the largest number where the system does not tell.
+// Returns the bytes that this user may still write there, or the largest number if the system does not
+// tell.
 std::uint64_t FreeBytes(const std::filesystem::path& folder);
 
-// Throws DiskFullError where `reason`, an errno, says that there is no room, else Error.
+// Throws DiskFullError if `reason`, an errno, says that there is no room, otherwise Error.
 [[noreturn]] void ThrowDiskError(int reason, const std::string& what_failed);
 
 // Throws Error unless `path` leads to a regular file: opening a pipe would wait for ever, and reading a
 // device would never end.
 void RequireRegularFile(const std::filesystem::path& path);
 
-// The bytes of a regular file. Throws Error where it is missing, is none, or is larger than the memory that
-// is left.
+// Returns the bytes of a regular file. Throws Error if it is missing, is not regular, or is larger than the
+// memory that is left.
 std::string ReadWholeFile(const std::filesystem::path& path);
 
 // The ending of all temporary names. Files with it that a killed process left are safe to remove.
 inline constexpr std::string_view kTemporaryEnding = ".part";
 
-// This process among those of all computers that write to the same disk, for temporary names:
+// Identifies this process among all computers that write to the same disk, for temporary names:
 // "1f3a9c02-4711".
 std::string ProcessMark();
-// Whether it is the mark of a process of this computer that no longer runs.
+// Returns whether it is the mark of a process of this computer that no longer runs.
 bool IsOfEndedProcess(const std::string& mark);
-// A name beside `path` that nobody else uses: PATH.MARK-NUMBER.part.
+// Returns a name beside `path` that nobody else uses: PATH.MARK-NUMBER.part.
 std::filesystem::path TemporaryName(const std::filesystem::path& path);
 
-// Whether it is a temporary file by its name.
+// Returns whether it is a temporary file by its name.
 bool IsTemporary(const std::filesystem::directory_entry& entry);
-// Whether it is one that a killed process left: its process was one of this computer and no longer runs, or
-// it is older than an hour.
+// Returns whether it is a temporary file that a killed process left: its process was one of this computer
+// and no longer runs, or it is older than an hour.
 bool IsLeftTemporary(const std::filesystem::directory_entry& entry);
 
 }  // namespace ulf

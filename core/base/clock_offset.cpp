@@ -6,7 +6,7 @@
 namespace ulf {
 namespace {
 
-// Half of the span that counts. Longer: drift adds 1.5 ms per 30 s at 50 ppm; shorter: fewer frames without a
+// Half of the time that counts. Longer: drift adds 1.5 ms per 30 s at 50 ppm; shorter: fewer frames without a
 // delay. Guessed.
 constexpr double kWindowS = 30;
 

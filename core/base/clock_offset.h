@@ -13,9 +13,9 @@ namespace ulf {
 class ClockOffset {
  public:
   void Add(double device_time_s, double host_time_s);
-  // None: no frame yet.
+  // The offset in seconds; none before the first frame.
   std::optional<double> OffsetS() const;
-  // Standard deviation of the delay; none with fewer than two frames.
+  // The standard deviation of the delay in seconds; none with fewer than two frames.
   std::optional<double> JitterS() const;
   // Seconds by which this frame took longer than the fastest one; 0 before the first frame.
   double LatenessS(double device_time_s, double host_time_s) const;

@@ -1,4 +1,4 @@
-// A number with its noun, "1 view" or "2 views", for texts that people read.
+// Formats a number with its noun and a regular plural, "1 view" or "2 views", for texts that people read.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Names of cameras and pose sources with options, as the command line takes them:
+// URIs that name cameras and pose sources with options, as the command line takes them:
 // `scheme:path?key=value&key=value`.
 #pragma once
 
@@ -18,9 +18,10 @@ struct DeviceUri {
   std::optional<std::string> Option(const std::string& key) const;
   // The option as a finite number; throws Refusal naming it when it is something else.
   std::optional<double> Number(const std::string& key) const;
-  // The same, `otherwise` where it is not given; throws Refusal where it is not within `least` to `most`.
+  // Does the same but returns `otherwise` if it is not given; throws Refusal if it is not within `least` to
+  // `most`.
   double Number(const std::string& key, double otherwise, double least, double most) const;
-  // The option as a whole number from `least` to `most`; none where it is not given. Throws Refusal.
+  // The option as a whole number from `least` to `most`; none if it is not given. Throws Refusal.
   std::optional<int> Whole(const std::string& key, int least, int most) const;
   // Gives the option this value, replacing an earlier one.
   void Set(const std::string& key, const std::string& value);

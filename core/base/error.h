@@ -11,7 +11,7 @@
 
 namespace ulf {
 
-// The work could not be done: a file, a device, the data. Exit status 1.
+// The work could not be done because of a file, a device or the data. The exit status is 1.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -20,8 +20,8 @@ class Error : public std::runtime_error {
       : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
 };
 
-// A caller's request that cannot be met: a parameter has an impossible value, or two contradict each other.
-// The text is "WHAT VALUE: WHY; REMEDY", without the parts that are empty. Exit status 2.
+// A caller's request cannot be met: a parameter has an impossible value, or two contradict each other. The
+// text is "WHAT VALUE: WHY; REMEDY", without the parts that are empty. The exit status is 2.
 class Refusal : public Error {
  public:
   // what: the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file). value:
@@ -39,11 +39,11 @@ class Refusal : public Error {
   std::string what_, value_, why_, remedy_;
 };
 
-// The name of a parameter as whoever reads messages writes it: "no_subject", its name in the API, unless a
-// program has its own way (the command line writes "--no-subject"). For texts of errors, warnings and hints.
+// Returns the name of a parameter for texts of errors, warnings and hints: "no_subject", its name in the
+// API, unless a program has set its own spelling (the command line writes "--no-subject").
 std::string Parameter(std::string_view name);
 
-// How Parameter() spells names from now on in this process. Called once, before other threads begin.
+// Sets how Parameter() spells names in this process. Call it once, before other threads begin.
 void SpellParameters(std::string (*spell)(std::string_view name));
 
 // The disk or the user's quota is full. What was being written has been removed; it can be written again when

@@ -1,4 +1,4 @@
-// The owner of a file descriptor or socket: closes it.
+// Owns a file descriptor or socket and closes it.
 #pragma once
 
 #include <unistd.h>
@@ -10,7 +10,7 @@ namespace ulf {
 class FileDescriptor {
  public:
   FileDescriptor() = default;
-  // Takes over an open descriptor; -1: none.
+  // Takes over an open descriptor; -1 stands for none.
   explicit FileDescriptor(int number) : number_(number) {}
   FileDescriptor(FileDescriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
   FileDescriptor& operator=(FileDescriptor&& other) noexcept {

@@ -16,10 +16,10 @@ inline double SecondsSince(std::chrono::steady_clock::time_point moment) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - moment).count();
 }
 
-// Times of laps on this machine's steady clock.
+// Measures the times of laps on this machine's steady clock.
 class Stopwatch {
  public:
-  // Since the last lap, or since the watch was made.
+  // Returns the seconds since the last lap, or since the watch was made.
   double LapSeconds() {
     const auto now = std::chrono::steady_clock::now();
     return std::chrono::duration<double>(now - std::exchange(start_, now)).count();
@@ -29,7 +29,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// CPU time of the calling thread, in seconds: independent of other programs on the machine.
+// Returns the CPU time of the calling thread in seconds, which other programs on the machine do not affect.
 inline double ThreadCpuSeconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -13,8 +13,8 @@ bool IsOfWord(char c) {
   return std::isalnum(byte) || byte >= 0x80 || c == '_' || c == '.' || c == '-' || c == '+';
 }
 
-// The word, or the sign, that the character belongs to; of text in quotes, where the parser stops at its end,
-// all of it.
+// Returns the word, or the sign, that the character belongs to; for quoted text, at whose end the parser
+// stops, all of it.
 std::string_view WordAt(std::string_view text, std::size_t at) {
   if (text[at] == '"' && at > 0) {
     std::size_t begin = text.rfind('"', at - 1);
@@ -36,7 +36,7 @@ bool IsNotFiniteNumber(std::string_view word) {
   return small == "nan" || small == "inf" || small == "infinity";
 }
 
-// Where the parser stops in the middle of text in quotes.
+// Finds the escape sequence in quoted text at which the parser stopped.
 std::string_view BackslashBefore(std::string_view text, std::size_t at) {
   constexpr std::size_t kLongest = 6;  // \u and four digits
   const std::size_t backslash = text.substr(0, at).rfind('\\');
@@ -84,7 +84,7 @@ std::string JsonFault(std::string_view text, std::size_t byte) {
   const std::size_t line_break = before.rfind('\n');
   const std::string_view of_line =
       line_break == std::string_view::npos ? before : before.substr(line_break + 1);
-  // A character of UTF-8 is one column.
+  // A UTF-8 character is one column.
   const auto column = 1 + std::ranges::count_if(
                               of_line, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; });
   return fmt::format(

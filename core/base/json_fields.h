@@ -15,11 +15,11 @@
 
 namespace ulf {
 
-// "line 3, column 17: not valid JSON: a comma too many before ']'". `byte`:
+// Describes a fault: "line 3, column 17: not valid JSON: a comma too many before ']'". `byte` is
 // nlohmann::json::parse_error::byte.
 std::string JsonFault(std::string_view text, std::size_t byte);
 
-// Throws Error: `where`, the fault, and `remedy` (what to do, as a clause).
+// Parses JSON. Throws Error that says `where`, the fault, and `remedy` (what to do, as a clause).
 nlohmann::json ParseJson(std::string_view text, const std::string& where, const std::string& remedy);
 
 // An object inside a file, and its place for messages: "transforms.json, frame 12 (images/0012.jpg)".
@@ -45,7 +45,7 @@ struct JsonPlace {
   }
   double Number(const char* key, double otherwise) const { return Has(key) ? Number(key) : otherwise; }
 
-  // Refuses all other keys: for files that people write by hand, where a misspelt key would be ignored.
+  // Throws Error for any other key, for files that people write by hand: a misspelt key would be ignored.
   void RequireOnly(std::initializer_list<const char*> keys) const {
     if (!object.is_object()) throw Error("{}: expected an object", where);
     for (const auto& item : object.items()) {
@@ -54,7 +54,7 @@ struct JsonPlace {
     }
   }
 
-  // A whole number in the range of int.
+  // Reads a whole number in the range of int.
   int Integer(const char* key) const {
     const double number = Number(key);
     if (number != std::floor(number) || std::abs(number) > 2e9)
@@ -63,7 +63,7 @@ struct JsonPlace {
   }
   int Integer(const char* key, int otherwise) const { return Has(key) ? Integer(key) : otherwise; }
 
-  // A number above 0.
+  // Reads a number above 0.
   double Positive(const char* key) const {
     const double number = Number(key);
     if (!(number > 0)) throw Error("{}: '{}' must be positive, not {}", where, key, number);
@@ -80,7 +80,7 @@ struct JsonPlace {
     return Has(key) ? Text(key) : otherwise;
   }
 
-  // Exactly `count` finite numbers.
+  // Reads exactly `count` finite numbers.
   std::vector<double> Numbers(const char* key, std::size_t count) const {
     const nlohmann::json& value = Raw(key);
     if (!value.is_array() || value.size() != count)

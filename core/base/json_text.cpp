@@ -7,7 +7,8 @@
 namespace ulf {
 namespace {
 
-// Where values are nested deeper than anything that ulf reads: the library copies and prints by recursion.
+// Finds values that are nested deeper than anything that ulf reads: the library copies and prints by
+// recursion.
 std::optional<std::size_t> TooDeepAt(std::string_view text) {
   constexpr int kMostLevels = 100;
   int levels = 0;

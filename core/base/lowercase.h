@@ -1,4 +1,4 @@
-// ASCII letters in lower case, for endings of file names and names of settings; other bytes stay.
+// Converts ASCII letters to lower case, for endings of file names and names of settings; other bytes stay.
 #pragma once
 
 #include <string>

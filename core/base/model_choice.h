@@ -1,4 +1,4 @@
-// Why the program chose one model and not another, in one form for all commands.
+// States why the program chose one model and not another, in one form for all commands.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ struct ModelChoice {
   std::vector<ModelCandidate> candidates;  // in order of preference, mostly the simplest first
 };
 
-// A heading, and a line for each candidate.
+// Prints a heading, and a line for each candidate.
 inline std::string ToText(const ModelChoice& choice) {
   std::size_t width = 0;
   for (const ModelCandidate& candidate : choice.candidates) width = std::max(width, candidate.model.size());

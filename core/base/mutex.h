@@ -74,7 +74,7 @@ class ConditionVariable {
     condition_.wait(lock.lock_, std::move(predicate));
   }
 
-  // Return the last value of the predicate.
+  // These return the last value of the predicate.
   template <typename Rep, typename Period, typename Predicate>
   bool wait_for(MutexLock& lock, const std::chrono::duration<Rep, Period>& time, Predicate predicate) {
     return condition_.wait_for(lock.lock_, time, std::move(predicate));

@@ -1,4 +1,4 @@
-// The order of file names that compares numbers by value: frame_2 before frame_10.
+// Orders file names by the value of the numbers in them: frame_2 comes before frame_10.
 #pragma once
 
 #include <string>

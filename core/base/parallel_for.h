@@ -1,4 +1,4 @@
-// A loop over all processors.
+// Runs a loop over all processors.
 #pragma once
 
 #include <atomic>
@@ -7,11 +7,11 @@
 
 namespace ulf {
 
-// Calls each(0) to each(count - 1) in several threads, in any order. `stripes`: into how many parts the loop
-// is divided; 0: one for each index.
+// Calls each(0) to each(count - 1) in several threads, in any order. `stripes` is the number of parts into
+// which the loop is divided; 0 means one for each index.
 template <typename Each>
 void ParallelFor(std::size_t count, const Each& each, double stripes = 0) {
-  // The library starts and joins its threads by means that the thread sanitizer cannot see; this it sees.
+  // OpenCV starts and joins threads in a way that the thread sanitizer cannot see; it sees this counter.
   std::atomic<std::size_t> parts = 0;
   parts.store(1, std::memory_order_release);
   cv::parallel_for_(

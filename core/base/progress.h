@@ -1,5 +1,5 @@
-// Progress of work that takes more than a second, on standard error: a bar on a terminal, plain lines
-// elsewhere.
+// Shows the progress of work that takes more than a second, on standard error: a bar on a terminal, plain
+// lines elsewhere.
 #pragma once
 
 #include <chrono>
@@ -13,9 +13,9 @@ class Progress {
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  // `share`: done so far, 0 to 1. `detail`: printed after the percentage.
+  // `share` is the part done so far, 0 to 1. `detail` is printed after the percentage.
   void Show(double share, const std::string& detail = {});
-  // Prints a line that stays, above the bar; also when quiet.
+  // Prints a line that stays, above the bar, also when quiet.
   void Say(const std::string& line);
 
  private:

@@ -1,4 +1,4 @@
-// Order statistics.
+// Order statistics of a list of numbers.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace ulf {
 
-// The value below which `share` (0 to 1) of the values lie, by nearest rank; 0 for no values.
+// Returns the value below which `share` (0 to 1) of the values lie, by nearest rank; 0 for no values.
 inline double Quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto at = values.begin() + std::lround(share * static_cast<double>(values.size() - 1));

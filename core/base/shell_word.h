@@ -1,5 +1,5 @@
-// Words of shells: of commands in messages, so that a reader can copy the command, and of the completions of
-// bash and zsh.
+// Quotes words for shells: in commands that messages show for copying, and in the completions of bash and
+// zsh.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace ulf {
 
-// The word itself, or in double quotes where a shell would split it: `ulf repair "my vase"`.
+// Returns the word itself, or in double quotes if a shell would split it: `ulf repair "my vase"`.
 inline std::string ShellWord(std::string_view word) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:=,@%+-";
-  // Bytes of other scripts mean nothing to a shell.
+  // A shell gives no meaning to bytes beyond ASCII.
   const auto plain = [&](char c) { return (c & 0x80) != 0 || kPlain.find(c) != std::string_view::npos; };
   bool all_plain = !word.empty();
   std::string quoted = "\"";

@@ -11,7 +11,7 @@ namespace ulf {
 namespace {
 
 std::atomic<bool> stop_asked{false};
-std::map<int, struct sigaction> actions_before;  // what each of the signals did before
+std::map<int, struct sigaction> actions_before;  // former actions of the signals
 
 }  // namespace
 
@@ -34,7 +34,7 @@ StopOnSignal::~StopOnSignal() {
   actions_before.clear();
 }
 
-bool StopOnSignal::Asked() { return stop_asked; }
+bool StopOnSignal::Requested() { return stop_asked; }
 
 namespace {
 

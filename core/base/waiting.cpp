@@ -21,7 +21,7 @@ Waiting::~Waiting() {
   thread_.join();
 }
 
-void Waiting::For(std::string step) {
+void Waiting::SetStep(std::string step) {
   const MutexLock lock(mutex_);
   step_ = std::move(step);
   since_ = std::chrono::steady_clock::now();
@@ -29,7 +29,7 @@ void Waiting::For(std::string step) {
 
 void Waiting::Loop() {
   InstallSignalStack();
-  // Shorter work says nothing. Guessed.
+  // Shorter work prints nothing. Guessed.
   std::chrono::milliseconds until_next(1000);
   MutexLock lock(mutex_);
   while (!changed_.wait_for(lock, until_next, [this]() ULF_REQUIRES(mutex_) { return over_; })) {

@@ -13,19 +13,19 @@ namespace ulf {
 
 class Waiting {
  public:
-  // "closing", "depth maps and the mesh".
+  // Examples are "closing" for `what` and "depth maps and the mesh" for `step`.
   Waiting(std::string what, std::string step);
   ~Waiting();
   Waiting(const Waiting&) = delete;
   Waiting& operator=(const Waiting&) = delete;
-  // The next step begins.
-  void For(std::string step);
+  // Announces that the next step begins.
+  void SetStep(std::string step);
 
  private:
   void Loop();
 
   const std::string what_;
-  Progress progress_;  // the thread's
+  Progress progress_;  // used by the thread alone
   Mutex mutex_;
   ConditionVariable changed_;
   std::string step_ ULF_GUARDED_BY(mutex_);

@@ -65,7 +65,7 @@ void ToOurLog(void* context, int level, const char* format, va_list arguments) {
 
 }  // namespace
 
-std::string FfmpegWords(int status) {
+std::string FfmpegErrorText(int status) {
   std::array<char, AV_ERROR_MAX_STRING_SIZE> words{};
   if (Ffmpeg().av_strerror(status, words.data(), words.size()) < 0) return std::to_string(status);
   return words.data();

@@ -1,4 +1,4 @@
-// The functions of FFmpeg's libraries that ulf calls, found when the first is called: these libraries bring a
+// Loads the functions of FFmpeg's libraries that ulf calls when the first is called: these libraries load a
 // hundred others, and most commands read no video.
 #pragma once
 
@@ -84,14 +84,14 @@ struct FfmpegCalls {
 #undef ULF_MEMBER
 };
 
-// Throws Error, which names the packages, where the libraries of the version that ulf was built with are not
+// Throws Error, which names the packages, if the libraries of the version that ulf was built with are not
 // installed.
 const FfmpegCalls& Ffmpeg();
 
-// The meaning of an error number of FFmpeg.
-std::string FfmpegWords(int status);
+// Returns the meaning of an error number of FFmpeg.
+std::string FfmpegErrorText(int status);
 
-// FFmpeg's own messages go to our log as details, once and for all.
+// Sends FFmpeg's own messages to our log as details, from the first call on.
 void RouteFfmpegLog();
 
 }  // namespace ulf

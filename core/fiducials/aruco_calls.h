@@ -1,6 +1,6 @@
-// OpenCV's ArUco under one set of names: 4.7 took it out of the contributed modules, and returns dictionaries
-// and boards as values. The calls that follow take pointers in both. Only the files of this folder include
-// this header.
+// Hides the differences between OpenCV's versions of ArUco: 4.7 took it out of the contributed modules and
+// returns dictionaries and boards as values. These functions return pointers in both. Only the files of
+// this folder include this header.
 #pragma once
 
 #include <opencv2/aruco/charuco.hpp>
@@ -8,7 +8,7 @@
 
 namespace ulf {
 
-// `number` as DictionaryNumber() (board.h) returns it.
+// `number` is what DictionaryNumber() (board.h) returns.
 inline cv::Ptr<cv::aruco::Dictionary> ArucoDictionary(int number) {
 #if CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR < 7
   return cv::aruco::getPredefinedDictionary(number);

@@ -12,7 +12,7 @@
 namespace ulf {
 namespace {
 
-// By OpenCV's number.
+// The order is that of OpenCV's numbers.
 constexpr std::array<std::string_view, 21> kDictionaries = {
     "DICT_4X4_50",         "DICT_4X4_100",       "DICT_4X4_250",       "DICT_4X4_1000",
     "DICT_5X5_50",         "DICT_5X5_100",       "DICT_5X5_250",       "DICT_5X5_1000",
@@ -65,8 +65,7 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
     throw Refusal("board", Quoted(text), fmt::format("'{}' is not COLUMNSxROWS, as 7x5", word), "");
 }
 
-// Lengths in metres, and Kalibr's gap as a share of the tag, are taken for what they are where they can be
-// nothing else.
+// Refuses lengths in metres, and Kalibr's gap as a share of the tag, if they can be nothing else.
 void RefuseMetres(const Board& board, const std::string& text) {
   constexpr double kLeastMm = 1, kMmPerM = 1000;
   const double length = board.IsMarkerGrid() ? board.marker_mm : board.square_mm;
@@ -87,12 +86,12 @@ bool IsDarkSquare(const Board& board, int column, int row) {
   return (column + row) % 2 == (board.white_corner ? 1 : 0);
 }
 
-// The dark cells of one marker with its dark border, as runs along its rows.
+// Adds the dark cells of one marker with its dark border, as runs along its rows.
 void AddMarker(const Board& board, const cv::aruco::Dictionary& dictionary, int id, double x_mm, double y_mm,
                std::vector<RectangleMm>& dark) {
   const int bits = dictionary.markerSize, border = board.BorderCells(), cells = bits + 2 * border;
   cv::Mat white = cv::aruco::Dictionary::getBitsFromByteList(dictionary.bytesList.rowRange(id, id + 1), bits);
-  // OpenCV's tags stand on their heads.
+  // OpenCV draws the tags upside down.
   if (board.kind == BoardKind::kAprilGrid) cv::flip(white.clone(), white, -1);
   const double cell = board.marker_mm / cells;
   const auto is_dark = [&](int column, int row) {
@@ -109,7 +108,7 @@ void AddMarker(const Board& board, const cv::aruco::Dictionary& dictionary, int 
     }
 }
 
-// The words behind a board's lengths and dictionary.
+// Parses the words behind a board's lengths and dictionary.
 void ParseWords(const std::vector<std::string>& words, const std::string& text, Board& board) {
   for (const std::string& word : words) {
     char rest = 0;
@@ -238,8 +237,8 @@ std::string Board::Text() const {
 
 namespace {
 
-// The length of so many squares, or markers with the gaps between them, and around them where squares stand
-// there.
+// Returns the length of so many squares, or markers with the gaps between them, and around them if there are
+// squares in the gaps.
 double LengthOf(const Board& board, int count) {
   if (!board.IsMarkerGrid()) return count * board.square_mm;
   const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;

@@ -1,4 +1,4 @@
-// Calibration targets: what is printed on the sheet, and where the corners are.
+// Describes calibration targets: what is printed on the sheet, and where the corners are.
 //
 // Lengths are millimetres. The board's frame has its origin at the pattern's upper left corner, x to the
 // right, y down, z into the sheet; every point lies at z = 0. Patterns are OpenCV's (4.6): a ChArUco board
@@ -17,8 +17,8 @@
 //   chessboard:8x6:25                 columns x rows of squares, square
 // Boards of other makers have words behind that, in any order: `first=36`, the least number of a marker;
 // `right-up`, how markers are numbered (right, left, up or down to the next one, then to the next row or
-// column); `white-corner`, a ChArUco board with a marker in its upper left corner, as OpenCV drew those of an
-// even number of rows before 4.6.
+// column); `white-corner`, a ChArUco board with a marker in its upper left corner, as OpenCV before 4.6
+// drew boards with an even number of rows.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@ namespace ulf {
 
 enum class BoardKind { kCharuco, kArucoGrid, kAprilGrid, kChessboard };
 
-// Where the next number is; as text "right-down": to the right, then the next row below.
+// Says where the marker with the next number is; "right-down" means to the right, then the next row below.
 struct MarkerOrder {
   bool by_columns = false;  // the next marker is in the same column
   bool leftwards = false, upwards = false;
@@ -55,28 +55,29 @@ struct Board {
   static Board Parse(const std::string& text);  // throws Refusal that names the right form
   std::string Text() const;
 
-  // A grid of markers without squares between: ArUco grid or AprilGrid.
+  // Returns whether the board is a grid of markers without squares between: an ArUco grid or an AprilGrid.
   bool IsMarkerGrid() const { return kind == BoardKind::kArucoGrid || kind == BoardKind::kAprilGrid; }
-  // The width of a marker's dark border in cells.
+  // Returns the width of a marker's dark border in cells.
   int BorderCells() const { return kind == BoardKind::kAprilGrid ? 2 : 1; }
-  // Column and row of each marker, in the order of their numbers; empty for a chessboard.
+  // Returns column and row of each marker, in the order of their numbers; empty for a chessboard.
   std::vector<Eigen::Vector2i> MarkerPlaces() const;
 
   double WidthMm() const;
   double HeightMm() const;
-  // The points that are detected, by id: the inner corners of a ChArUco board or chessboard row by row; the
-  // four corners of each marker of a grid (from first_marker on), clockwise from its upper left one.
+  // Returns the points that are detected, by id, in mm: the inner corners of a ChArUco board or chessboard
+  // row by row; the four corners of each marker of a grid (from first_marker on), clockwise from its upper
+  // left one.
   std::vector<Eigen::Vector3d> Points() const;
-  // The corners of the markers of a ChArUco board or a grid, four for each marker number from first_marker
-  // on, clockwise from its upper left one.
+  // Returns the corners of the markers of a ChArUco board or a grid in mm, four for each marker number from
+  // first_marker on, clockwise from its upper left one.
   std::vector<Eigen::Vector3d> MarkerPoints() const;
-  // The dark areas of the sheet. Rectangles may touch but do not overlap.
+  // Returns the dark areas of the sheet. Rectangles may touch but do not overlap.
   std::vector<RectangleMm> Dark() const;
 
   bool operator==(const Board&) const = default;
 };
 
-// OpenCV's number of the dictionary with this name; throws Refusal that lists the names.
+// Returns OpenCV's number of the dictionary with this name; throws Refusal that lists the names.
 int DictionaryNumber(const std::string& name);
 
 }  // namespace ulf

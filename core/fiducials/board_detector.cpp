@@ -16,8 +16,8 @@ namespace {
 
 using Corners = std::vector<cv::Point2f>;
 
-// Half the window in which a corner is refined, px. Smaller: noise decides; larger: other edges get in.
-// Guessed.
+// Half the window in which a corner is refined, px. A smaller one is noisy, a larger one includes other
+// edges. Guessed.
 constexpr int kLeastHalfWindowPx = 2, kMostHalfWindowPx = 8;
 
 void RefineCorners(const cv::Mat& gray, double half_window_px, Corners& corners) {
@@ -40,7 +40,7 @@ Markers DetectMarkers(const cv::Mat& gray, const cv::Ptr<cv::aruco::Dictionary>&
   const auto parameters = cv::makePtr<cv::aruco::DetectorParameters>();
   parameters->cornerRefinementMethod =
       refine ? cv::aruco::CORNER_REFINE_SUBPIX : cv::aruco::CORNER_REFINE_NONE;
-  // Windows up to the size of a cell of a marker that fills the image.
+  // The windows reach the size of a cell of a marker that fills the image.
   parameters->adaptiveThreshWinSizeMax = std::max(23, std::max(gray.cols, gray.rows) / 12) | 1;
   parameters->adaptiveThreshWinSizeStep = std::max(10, (parameters->adaptiveThreshWinSizeMax - 3) / 4);
   Markers markers;
@@ -52,7 +52,7 @@ BoardView DetectChessboard(const Board& board, const cv::Mat& gray) {
   const cv::Size inner(board.columns - 1, board.rows - 1);
   Corners corners;
   BoardView view;
-  // The older findChessboardCorners takes seconds where a part of the board is out of sight.
+  // The older findChessboardCorners takes seconds if a part of the board is out of sight.
   if (!cv::findChessboardCornersSB(gray, inner, corners, cv::CALIB_CB_NORMALIZE_IMAGE)) return view;
   // The window must not reach the neighbouring corners.
   double step = 1e9;
@@ -63,7 +63,7 @@ BoardView DetectChessboard(const Board& board, const cv::Mat& gray) {
   return view;
 }
 
-// The largest window about a square's corner that does not reach the markers beside it.
+// Returns the largest window about a square's corner that does not reach the markers beside it.
 double HalfWindowPx(const cv::Point2f& corner, const Markers& markers) {
   double nearest = 1e9;
   for (const Corners& marker : markers.corners)
@@ -71,8 +71,8 @@ double HalfWindowPx(const cv::Point2f& corner, const Markers& markers) {
   return nearest / std::sqrt(2.0) - 1;
 }
 
-// The board that OpenCV looks for. It knows those with a dark upper left corner: one with a white corner is
-// what remains of such a board without its first column.
+// Returns the board that OpenCV looks for. It knows those with a dark upper left corner: one with a white
+// corner is the rest of such a board without its first column.
 Board DarkCornerBoard(const Board& board) {
   Board whole = board;
   if (board.white_corner) ++whole.columns;
@@ -82,7 +82,7 @@ Board DarkCornerBoard(const Board& board) {
   return whole;
 }
 
-// The markers' numbers as that board has them; those of other sheets are taken out.
+// Renumbers markers for that board and removes those of other sheets.
 void RenumberMarkers(const Board& board, const Board& whole, Markers& markers) {
   if (board == whole) return;
   const auto places = board.MarkerPlaces(), places_in_whole = whole.MarkerPlaces();
@@ -123,8 +123,8 @@ BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
   return view;
 }
 
-// A corner that moves farther is another corner: pixels, and the share of the marker's side in large
-// pictures. Guessed.
+// A corner that moves farther is another corner: pixels, and share of the marker's side in large pictures.
+// Guessed.
 constexpr double kFarthestPx = 3, kFarthestShare = 0.05;
 
 // Adds a marker's corners, refined in windows that reach neither its cells nor what lies beyond the gap.
@@ -132,11 +132,11 @@ void AddMarkerCorners(const Board& board, int number, int cells, const cv::Mat& 
                       const MarkerImage& marker, BoardView& view) {
   double side_px = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 4; ++k) side_px = std::min(side_px, (marker[(k + 1) % 4] - marker[k]).norm());
-  constexpr double kClear = 0.6;  // of the border and the gap; guessed
+  constexpr double kClear = 0.6;  // share of the border and the gap; guessed
   const double half_window_px =
       kClear * side_px *
       std::min(static_cast<double>(board.BorderCells()) / cells, board.gap_mm / board.marker_mm);
-  // Where the picture's edge cuts a marker it has corners that are none.
+  // At the picture's edge a cut marker has false corners.
   const auto margin =
       static_cast<float>(std::clamp<double>(half_window_px, kLeastHalfWindowPx, kMostHalfWindowPx) + 1);
   const cv::Rect2f inside(margin, margin, static_cast<float>(gray.cols) - 2 * margin,
@@ -152,8 +152,8 @@ void AddMarkerCorners(const Board& board, int number, int cells, const cv::Mat& 
   }
 }
 
-// Whether the tags of an AprilGrid stand on their heads: Kalibr's do for OpenCV, those that were drawn with
-// OpenCV's dictionary do not. Their neighbours tell.
+// Returns whether the tags of an AprilGrid are upside down: Kalibr's are for OpenCV, those drawn with
+// OpenCV's dictionary are not. Their neighbours decide.
 bool AreTurned(const std::vector<Eigen::Vector2i>& places,
                const std::vector<std::pair<int, MarkerImage>>& tags) {
   double upright = 0;
@@ -198,7 +198,7 @@ BoardView DetectArucoGrid(const Board& board, const cv::Mat& gray) {
     seen.insert(number);
     for (int k = 0; k < 4; ++k) Add(4 * number + k, markers.corners[i][static_cast<std::size_t>(k)], view);
   }
-  // Where few are seen, the corners of the markers may touch squares between them.
+  // If few are seen, the corners of the markers may touch squares between them.
   if (2 * static_cast<int>(seen.size()) > all) return view;
   for (const auto& [id, marker] :
        MarkersAmong(DarkQuads(gray), gray, board.dictionary, board.BorderCells())) {
@@ -209,7 +209,7 @@ BoardView DetectArucoGrid(const Board& board, const cv::Mat& gray) {
   return view;
 }
 
-// Corners in one line or one spot have no pose.
+// Corners on a line or in one spot do not determine a pose.
 bool SpreadsOverThePlane(const Board& board, const BoardView& view) {
   const auto points = board.Points();
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -220,7 +220,7 @@ bool SpreadsOverThePlane(const Board& board, const BoardView& view) {
     const Eigen::Vector2d d = points[static_cast<std::size_t>(id)].head<2>() - mean;
     scatter += d * d.transpose();
   }
-  constexpr double kLeastRoundness = 1e-3;  // 1/4: as far in all directions; 0: on a line; guessed
+  constexpr double kLeastRoundness = 1e-3;  // 1/4: isotropic; 0: on a line; guessed
   return scatter.determinant() > kLeastRoundness * std::pow(scatter.trace(), 2);
 }
 

@@ -20,15 +20,15 @@ struct BoardView {
   std::vector<Eigen::Vector2d> img = {};  // where each is seen
 };
 
-// The fewest corners of a usable view: fewer do not determine a pose and check it. Guessed.
+// A usable view has at least this many corners: fewer do not determine a pose and check it. Guessed.
 inline constexpr std::size_t kLeastCorners = 6;
 
-// `gray`: CV_8UC1. The result is empty where the board is not visible, or too little of it.
+// `gray` is CV_8UC1. The result is empty if the board is not visible, or too little of it.
 BoardView DetectBoard(const Board& board, const cv::Mat& gray);
 
-// The blur of the board's edges as the standard deviation of a Gaussian, in pixels, from the steepest edges
-// and the contrast within the board: about 0.5 for a sharp image, more when defocused or moving; infinite
-// where there is hardly any contrast.
+// Returns the blur of the board's edges as the standard deviation of a Gaussian, in pixels, from the
+// steepest edges and the contrast within the board: about 0.5 for a sharp image, more when defocused or
+// moving, infinite if there is hardly any contrast.
 double EdgeBlurPx(const BoardView& view, const cv::Mat& gray);
 
 }  // namespace ulf

@@ -1,5 +1,5 @@
-// A chart of 24 patches (4 rows of 6, as the ColorChecker Classic): the patches' published colours and their
-// places.
+// A chart of 24 patches (4 rows of 6, as the ColorChecker Classic) with the published colours and the
+// places of its patches.
 //
 // Patches count from the chart's dark brown, row by row, as its maker counts them; the last row goes from
 // white to black.
@@ -13,8 +13,8 @@ namespace ulf {
 inline constexpr int kChartColumns = 6, kChartRows = 4, kChartPatches = 24;
 inline constexpr int kFirstGrey = 18;  // index of the white patch; the greys follow
 
-// L* a* b* (D50) that the maker published for charts made before November 2014 (later ones differ by less
-// than 3 units).
+// Returns L* a* b* (D50) as the maker published them for charts made before November 2014 (later ones
+// differ by less than 3 units).
 const std::array<Eigen::Vector3d, kChartPatches>& ChartLab();
 
 // The chart's outline is a rectangle of this size, in the units of OpenCV's model, with patches 2.5 wide that

@@ -19,7 +19,7 @@ namespace {
 cv::Ptr<cv::aruco::DetectorParameters> Parameters(const cv::Size& size) {
   const auto parameters = cv::makePtr<cv::aruco::DetectorParameters>();
   parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_NONE;  // RefinedBySides() does it
-  // Two windows: the cells of a small marker, and of one that fills the image.
+  // The two windows suit the cells of a small marker, and of one that fills the image.
   parameters->adaptiveThreshWinSizeMin = 7;
   parameters->adaptiveThreshWinSizeMax = std::max(23, std::max(size.width, size.height) / 16) | 1;
   parameters->adaptiveThreshWinSizeStep = parameters->adaptiveThreshWinSizeMax - 7;
@@ -35,7 +35,7 @@ std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictio
   cv::aruco::detectMarkers(gray, known, corners, ids, Parameters(gray.size()));
   std::vector<std::pair<int, MarkerImage>> found;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    MarkerImage img;  // OpenCV counts pixel centres as integers
+    MarkerImage img;  // OpenCV's pixel centres are integers
     for (std::size_t k = 0; k < 4; ++k) img[k] = {corners[i][k].x + 0.5, corners[i][k].y + 0.5};
     found.emplace_back(ids[i], RefinedBySides(gray, img, known->markerSize + 2));
   }
@@ -46,8 +46,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Linear light between pixel centres; none outside. Blur mixes light: display values would move every edge
-// towards its dark side and make markers a tenth of a pixel too small.
+// Interpolates linear light between pixel centres; none outside. Blur mixes light: display values would move
+// every edge towards its dark side and make markers a tenth of a pixel too small.
 std::optional<double> Level(const cv::Mat& gray, const Vector2d& img) {
   const double x = img.x() - 0.5, y = img.y() - 0.5;
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
@@ -65,10 +65,10 @@ struct Line {
 };
 
 struct Step {
-  double at, across;  // along the side and outwards from it, pixels
+  double at, across;  // px along the side and outwards from it
 };
 
-// The centre of the rise along `out`, within `reach` of `from`; none where nothing rises.
+// Returns the centre of the rise along `out`, within `reach` of `from`; none if nothing rises.
 std::optional<double> Rise(const cv::Mat& gray, const Vector2d& from, const Vector2d& out, double reach) {
   // Sampling distance in pixels, and the least rise in grey level (0 to 1): less is noise. Guessed.
   constexpr double kStep = 0.5, kLeastContrast = 0.005;
@@ -87,11 +87,11 @@ std::optional<double> Rise(const cv::Mat& gray, const Vector2d& from, const Vect
   return sum / weights;
 }
 
-// The side from `corner` towards `other`, as a line; `out` is where it is bright.
+// Fits a line to the side from `corner` towards `other`; `out` points to the bright side.
 std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const Vector2d& other,
                             const Vector2d& inside, double reach) {
   // Pixels: blur rounds the corner up to kClear; a side is straight up to kLongest under any lens; sides
-  // shorter than kShortest have too few steps. These and the share of the side that is used are guessed.
+  // shorter than kShortest have too few steps. These and the used share of the side are guessed.
   constexpr double kClear = 1.5, kLongest = 24, kShortest = 6, kUsedShare = 0.6;
   const double length = (other - corner).norm();
   if (length < kShortest) return std::nullopt;
@@ -149,12 +149,12 @@ MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int 
       const auto reach = [&](const Vector2d& across) {
         return std::clamp(0.75 * (across - corner).norm() / cells, 1.25, 4.0);
       };
-      // A side's profile runs across it: as far as a cell of the other side is wide.
+      // A side's profile runs across it, as far as a cell of the other side is wide.
       const auto first = FitSide(gray, corner, next, middle, reach(last)),
                  second = FitSide(gray, corner, last, middle, reach(next));
       if (!first || !second) continue;
       const auto met = Meet(*first, *second);
-      constexpr double kFar = 3;  // pixels; a corner that moves farther is another corner; guessed
+      constexpr double kFar = 3;  // px; a corner that moves farther is another one; guessed
       if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
     }
   }
@@ -165,7 +165,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Each side is moved outwards by so many pixels.
+// Moves each side outwards by `px` pixels.
 MarkerImage GrownBy(const MarkerImage& quad, double px) {
   MarkerImage grown = quad;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -178,8 +178,8 @@ MarkerImage GrownBy(const MarkerImage& quad, double px) {
   return grown;
 }
 
-// Adds the quadrilaterals among the outlines of the mask's areas, whose sides were moved inwards by so many
-// pixels.
+// Adds the quadrilaterals among the outlines of the mask's areas, whose sides were moved inwards by
+// `shrunk_px`.
 void AddQuads(const cv::Mat& mask, double shrunk_px, std::vector<MarkerImage>& quads) {
   // Pixels, shares of the perimeter and of the square's area: smaller markers cannot be read. Guessed.
   constexpr double kShortestSidePx = 8, kStraight = 0.04, kLeastFullness = 0.2;
@@ -192,7 +192,7 @@ void AddQuads(const cv::Mat& mask, double shrunk_px, std::vector<MarkerImage>& q
     cv::approxPolyDP(outline, corners, kStraight * length, true);
     if (corners.size() != 4 || !cv::isContourConvex(corners)) continue;
     if (cv::contourArea(corners) < kLeastFullness * length * length / 16) continue;
-    // Clockwise, with y down.
+    // The order is clockwise, with y down.
     if (cv::contourArea(corners, true) < 0) std::swap(corners[1], corners[3]);
     MarkerImage quad;
     for (std::size_t k = 0; k < 4; ++k) quad[k] = {corners[k].x + 0.5, corners[k].y + 0.5};
@@ -201,7 +201,7 @@ void AddQuads(const cv::Mat& mask, double shrunk_px, std::vector<MarkerImage>& q
   }
 }
 
-// White cells as 1, CV_8UC1, row by row; empty where the outline holds nothing with contrast.
+// Returns white cells as 1, CV_8UC1, row by row; empty if the outline holds nothing with contrast.
 cv::Mat CellsOf(const MarkerImage& quad, const cv::Mat& gray, int cells) {
   constexpr int kCellPx = 6, kMarginPx = 1;
   const auto side = static_cast<float>(cells * kCellPx);
@@ -214,7 +214,7 @@ cv::Mat CellsOf(const MarkerImage& quad, const cv::Mat& gray, int cells) {
                       cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   cv::Scalar mean, deviation;
   cv::meanStdDev(square, mean, deviation);
-  constexpr double kLeastDeviation = 5;  // grey levels, as OpenCV's detector has it
+  constexpr double kLeastDeviation = 5;  // grey levels, as in OpenCV's detector
   if (deviation[0] < kLeastDeviation) return {};
   cv::threshold(square, light, 0, 1, cv::THRESH_BINARY | cv::THRESH_OTSU);
   cv::Mat white(cells, cells, CV_8UC1);
@@ -232,15 +232,15 @@ cv::Mat CellsOf(const MarkerImage& quad, const cv::Mat& gray, int cells) {
 std::vector<MarkerImage> DarkQuads(const cv::Mat& gray) {
   std::vector<MarkerImage> quads;
   const int size = std::max(gray.cols, gray.rows);
-  // Windows about as large as a marker, so that its border is dark as a whole, and how far areas are shrunk.
-  // Guessed.
+  // The windows are about as large as a marker, so that its border is dark as a whole; areas shrink with
+  // them. Guessed.
   for (const double share : {0.04, 0.1, 0.25}) {
     const int window = std::max(15, static_cast<int>(share * size)) | 1;
     constexpr double kDarker = 5;  // grey levels below the window's mean
     cv::Mat mask;
     cv::adaptiveThreshold(gray, mask, 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, window,
                           kDarker);
-    // Outlines stop at the picture's edge otherwise.
+    // Otherwise outlines stop at the picture's edge.
     cv::copyMakeBorder(mask, mask, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
     for (const int shrunk_px : {1, std::max(2, size / 400)}) {
       cv::Mat parted;
@@ -259,8 +259,8 @@ std::vector<std::pair<int, MarkerImage>> MarkersAmong(const std::vector<MarkerIm
                                                       int border_cells) {
   const auto known = ArucoDictionary(DictionaryNumber(dictionary));
   const int bits = known->markerSize, cells = bits + 2 * border_cells;
-  // Wrong cells: the share of the border's, and of those that the dictionary can correct; as OpenCV's
-  // detector has them.
+  // Shares of wrong cells in the border, and among those that the dictionary can correct, as in OpenCV's
+  // detector.
   constexpr double kBorder = 0.1, kCorrected = 0.6;
   std::map<int, std::pair<int, MarkerImage>> best;  // wrong cells of the border and outline, by number
   for (const MarkerImage& quad : quads) {

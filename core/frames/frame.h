@@ -1,4 +1,4 @@
-// One image as a device delivered it, with what is known about how it was taken.
+// An image as a device delivered it, with what is known about how it was taken.
 #pragma once
 
 #include <array>
@@ -12,10 +12,11 @@
 
 namespace ulf {
 
-// kIncomplete: pixels are missing; such a frame is counted and displayed, but never tracked or recorded.
+// kIncomplete means that pixels are missing; such a frame is counted and displayed, but never tracked or
+// recorded.
 enum class FrameStatus { kComplete, kIncomplete };
 
-// kStill: a photograph of a tethered camera in full resolution, which has its own intrinsics.
+// kStill is a photograph of a tethered camera in full resolution, which has its own intrinsics.
 enum class FrameKind { kLive, kStill };
 
 // The file as the camera wrote it. A light field keeps a camera's JPEG byte for byte.
@@ -34,27 +35,28 @@ struct Frame {
   double gain = 1;         // linear: 10^(dB/20)
   double black_level = 0;  // as a share of full scale
   std::optional<double> f_number;
-  std::optional<double> focal_mm;  // of the lens
-  std::string lens = {};           // its model in its maker's words, ASCII; empty: not known
-  // Where the camera tells them with the frame itself (chunk data): its number, and its lines, one bit each.
+  std::optional<double> focal_mm;  // of the lens, mm
+  std::string lens = {};           // the lens model as its maker names it, ASCII; empty if unknown
+  // The frame's number and the states of the camera's lines, one bit each, if chunk data hold them.
   std::optional<std::uint64_t> told_id, line_status;
   bool on_shared_clock = false;  // device_time_s is by a clock that IEEE 1588 sets
   FrameStatus status = FrameStatus::kComplete;
   FrameKind kind = FrameKind::kLive;
-  // Of an exposure that Device::RequestExposures() asked for: the stops asked.
+  // The stops that Device::RequestExposures() asked for, if it requested this exposure.
   std::optional<double> asked_stops = {};
-  // Of a photograph: the time on the device's clock at which the program released the shutter; none: it was
-  // released on the camera.
+  // The time on the device's clock at which the program released the shutter for a photograph; none if it
+  // was released on the camera.
   std::optional<double> requested_s;
   std::optional<EncodedImage> encoded;  // the file behind `image`, where there is one
   std::optional<EncodedImage> raw;      // the raw file beside it, or alone: then `image` is its light
-  // The pose where it is known without tracking: from the simulator or a replayed light field. The tracker
+  // The pose if it is known without tracking, from the simulator or a replayed light field. The tracker
   // never uses it.
   std::optional<Rigid3> known_cam_from_world;
 };
 
-// Where frames come from, by what whoever runs the program can still change about them. All advice asks it,
-// so that it names only what can be changed (tests/commands/capture/advice_test.cpp goes over all of it).
+// Says where frames come from, by what the user of the program can still change about them. All advice
+// depends on it, so that it names only what can be changed (tests/commands/capture/advice_test.cpp checks
+// all of it).
 
 enum class FrameSource {
   kSettableCamera,  // a camera in the hand, whose settings `ulf features` and the URI change
@@ -65,12 +67,12 @@ enum class FrameSource {
 inline constexpr std::array kFrameSources{FrameSource::kSettableCamera, FrameSource::kCamera,
                                           FrameSource::kRecording, FrameSource::kPhotographs};
 
-// Pictures that are taken already: no camera can be moved or set, no lamp and no subject be changed.
+// Returns whether the pictures are taken already: neither camera, lamp nor subject can be changed any more.
 inline bool IsTaken(FrameSource source) {
   return source == FrameSource::kRecording || source == FrameSource::kPhotographs;
 }
 
-// Where a camera's settings are changed: "set the exposure (...)".
+// Says where a camera's settings are changed: "set the exposure (...)".
 inline const char* WhereToSet(FrameSource source) {
   return source == FrameSource::kSettableCamera ? "in the URI, by ulf features, or at the camera"
                                                 : "in the URI, or at the camera";

@@ -65,7 +65,8 @@ constexpr std::array kFormats = {
     PixelFormat{"BayerBG12Packed", 0x010C002D, 12, 1, Mosaic::kBggr, kGvspPacked},
     PixelFormat{"RGB8", 0x02180014, 8, 3, Mosaic::kNone, kWholeBytes, true},
     PixelFormat{"BGR8", 0x02180015, 8, 3},
-    // PFNC: YUV and YCbCr without a number are BT.601 over all 256 levels, the numbered ones have 16 to 235.
+    // In PFNC, YUV and YCbCr without a number are BT.601 over all 256 levels, the numbered ones have 16 to
+    // 235.
     PixelFormat{"YUV422_8", 0x02100032, 8, 3, Mosaic::kNone, kYuyv, false, {kBt601, true}},
     PixelFormat{"YUV422_8_UYVY", 0x0210001F, 8, 3, Mosaic::kNone, kUyvy, false, {kBt601, true}},
     PixelFormat{"YCbCr422_8", 0x0210003B, 8, 3, Mosaic::kNone, kYuyv, false, {kBt601, true}},
@@ -74,7 +75,7 @@ constexpr std::array kFormats = {
     PixelFormat{"YCbCr601_422_8_CbYCrY", 0x02100044, 8, 3, Mosaic::kNone, kUyvy},
     PixelFormat{"YCbCr709_422_8", 0x02100041, 8, 3, Mosaic::kNone, kYuyv, false, {kBt709, false}},
     PixelFormat{"YCbCr709_422_8_CbYCrY", 0x02100045, 8, 3, Mosaic::kNone, kUyvy, false, {kBt709, false}},
-    // Webcams' own names; the driver says how the colours are coded.
+    // Webcams use their own names; the driver says how the colours are coded.
     PixelFormat{"YUYV", 0, 8, 3, Mosaic::kNone, kYuyv},
     PixelFormat{"UYVY", 0, 8, 3, Mosaic::kNone, kUyvy},
     PixelFormat{"NV12", 0, 8, 3, Mosaic::kNone, kNv12},
@@ -104,7 +105,7 @@ std::size_t RowBytes(const PixelFormat& format, std::size_t width) {
   return 0;
 }
 
-// B, G, R from Y, U, V as a 3x4 matrix on 8-bit values.
+// Returns B, G, R from Y, U, V as a 3x4 matrix on 8-bit values.
 cv::Matx34f BgrFromYuv(const YuvEncoding& encoding) {
   double red = 0.299, blue = 0.114;
   if (encoding.matrix == kBt709) red = 0.2126, blue = 0.0722;
@@ -217,7 +218,7 @@ int Preference(const PixelFormat& format) {
 }  // namespace
 
 std::optional<PixelFormat> PixelFormatByCode(std::uint32_t code) {
-  if (code == 0) return std::nullopt;  // the webcams' formats have no number
+  if (code == 0) return std::nullopt;  // webcams' formats have no number
   for (const PixelFormat& format : kFormats)
     if (format.code == code) return format;
   return std::nullopt;
@@ -242,7 +243,7 @@ std::size_t ImageBytes(const PixelFormat& format, int width, int height) {
   const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
   switch (format.packing) {
     case kLsbPacked:
-    case kGvspPacked:  // rows follow each other without a break
+    case kGvspPacked:  // rows are contiguous
       return RowBytes(format, columns * rows);
     case kNv12:
       return RowBytes(format, columns) * rows * 3 / 2;
@@ -310,14 +311,14 @@ std::uint16_t SpreadTo16(std::uint32_t value, int bits) {
   return static_cast<std::uint16_t>((value << (16 - bits)) | (value >> (2 * bits - 16)));
 }
 
-// The same on four 16-bit lanes.
+// Does the same on four 16-bit lanes.
 template <int kBits>
 std::uint64_t SpreadLanes(std::uint64_t values) {
   constexpr std::uint64_t kLowBits = FourTimes((1u << (16 - kBits)) - 1);
   return (values << (16 - kBits)) | ((values >> (2 * kBits - 16)) & kLowBits);
 }
 
-// Four values that follow each other in a stream of bits, one in each lane.
+// Loads four consecutive values of a stream of bits, one into each lane.
 template <int kBits>
 std::uint64_t LanesOfStream(std::uint64_t stream) {
   constexpr std::uint64_t kPair = (std::uint64_t{1} << (2 * kBits)) - 1;
@@ -327,7 +328,7 @@ std::uint64_t LanesOfStream(std::uint64_t stream) {
   return (pairs & kEven) | ((pairs & (kEven << kBits)) << (16 - kBits));
 }
 
-// Two triples of bytes, each a high byte, the low bits of both, a high byte: one value in each lane.
+// Loads two triples of bytes, each a high byte, the low bits of both, a high byte: one value in each lane.
 template <int kBits>
 std::uint64_t LanesOfTriples(std::uint64_t bytes) {
   constexpr int kLow = kBits - 8;
@@ -340,7 +341,8 @@ std::uint64_t LanesOfTriples(std::uint64_t bytes) {
   return first | second << 16;
 }
 
-// Whole groups of four values in kGroupBytes bytes, as long as eight can be read. Returns the values done.
+// Unpacks whole groups of four values in kGroupBytes bytes, as long as eight can be read. Returns the values
+// done.
 template <int kGroupBytes, typename Unpack>
 std::size_t UnpackGroups(const std::uint8_t* bytes, std::size_t size, std::uint16_t* out, Unpack unpack) {
   if (size < 8) return 0;

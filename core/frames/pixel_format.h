@@ -27,8 +27,8 @@ enum class PixelPacking {
   kJpeg,        // a whole JPEG of any length
 };
 
-// How luma and chroma encode colour: the matrix, and the range: all 256 levels, or Y from 16 to 235 and U, V
-// from 16 to 240.
+// Says how luma and chroma encode colour: by the matrix, and by the range, which is all 256 levels, or Y
+// from 16 to 235 and U, V from 16 to 240.
 enum class YuvMatrix { kBt601, kBt709, kBt2020 };
 struct YuvEncoding {
   YuvMatrix matrix = YuvMatrix::kBt601;
@@ -47,7 +47,7 @@ struct PixelFormat {
   YuvEncoding yuv = {};
 };
 
-// What the format alone does not tell.
+// Describes what the format alone does not tell.
 struct BytesLayout {
   std::size_t row_bytes = 0;  // with padding; 0: none
   std::optional<YuvEncoding> yuv = {};
@@ -55,10 +55,10 @@ struct BytesLayout {
 
 std::optional<PixelFormat> PixelFormatByCode(std::uint32_t code);
 std::optional<PixelFormat> PixelFormatByName(std::string_view name);
-// The names of all formats, "Mono8, Mono10, ...", for error messages.
+// Returns the names of all formats, "Mono8, Mono10, ...", for error messages.
 std::string SupportedPixelFormats();
 
-// The bytes of one image without padding at the end of rows; for JPEG the least possible number.
+// Returns the bytes of one image without padding at the end of rows; for JPEG the least possible number.
 std::size_t ImageBytes(const PixelFormat& format, int width, int height);
 
 // Copies and unpacks, or decodes. Throws Error when the image has no pixels or `size` is smaller than it,
@@ -66,22 +66,23 @@ std::size_t ImageBytes(const PixelFormat& format, int width, int height);
 Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
                      const BytesLayout& layout = {});
 
-// The best of the formats that a camera offers, for a light field: colour before grey, the raw mosaic before
-// colours that the camera interpolated, full colour before subsampled chroma, 8 bits before more (less
-// bandwidth; users name deeper formats). None: no format is supported.
+// Returns the best of the formats that a camera offers, for a light field: colour before grey, the raw
+// mosaic before colours that the camera interpolated, full colour before subsampled chroma, 8 bits before
+// more (less bandwidth; users name deeper formats). Returns none if no format is supported.
 std::optional<PixelFormat> PreferredPixelFormat(const std::vector<std::string>& offered);
 
-// Unpacks values of 10 to 16 bits as cameras pack them and spreads them over 16 bits: full scale becomes
-// exactly 65535 (v * 65535 / (2^n - 1), by repeating the high bits), which is monotone and reversible.
-// `count` values from `bytes` to `out`; four at a time in a 64-bit word.
+// The next three functions unpack `count` values of 10 to 16 bits from `bytes` and spread them over 16
+// bits: full scale becomes exactly 65535 (v * 65535 / (2^n - 1), by repeating the high bits), which is
+// monotone and reversible.
 
-// PFNC's "p": a stream of bits, lowest first. `bits` 10, 12 or 14.
+// Unpacks PFNC's "p": a stream of bits, lowest first. `bits` is 10, 12 or 14.
 void UnpackLsb(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
-// GigE Vision's "Packed": two values in three bytes, the low bits of both in the middle one. `bits` 10 or 12.
+// Unpacks GigE Vision's "Packed": two values in three bytes, the low bits of both in the middle. `bits` is
+// 10 or 12.
 void UnpackGvsp(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
-// 16-bit little-endian words with the value in the low bits; the bits above are ignored.
+// Unpacks 16-bit little-endian words with the value in the low bits; the bits above are ignored.
 void UnpackWords(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
 }  // namespace ulf

@@ -1,4 +1,5 @@
-// Angles: between vectors, and from degrees, which people write, to radians, which the code uses.
+// Angles between vectors, and conversions from degrees, which people write, to radians, which the code
+// uses.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +11,8 @@ namespace ulf {
 constexpr double Radians(double degrees) { return degrees * M_PI / 180; }
 constexpr double Degrees(double radians) { return radians * 180 / M_PI; }
 
-// The angle between two vectors of any length, in radians, 0 to pi. Unlike the arc cosine of the scalar
-// product it is accurate near 0 and pi. 0 where a vector is zero.
+// Returns the angle between two vectors of any length, in radians, 0 to pi; 0 if a vector is zero. Unlike
+// the arc cosine of the scalar product it is accurate near 0 and pi.
 inline double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }

@@ -1,4 +1,4 @@
-// Numbers as little-endian bytes, for binary files of ulf and of COLMAP.
+// Writes and reads numbers as little-endian bytes, for binary files of ulf and of COLMAP.
 #pragma once
 
 #include <Eigen/Core>
@@ -66,19 +66,20 @@ class ByteReader {
     pose.translation = Get3();
     return pose;
   }
-  // A count of things of at least `least` bytes each; 0, and IsShort(), where so many cannot follow.
+  // Reads a 32-bit count of things of at least `least` bytes each; 0, and IsShort(), if so many cannot
+  // follow.
   std::size_t Count(std::size_t least) {
     const std::size_t count = Get<std::uint32_t>();
     if (count * least > bytes_.size() - at_) short_ = true;
     return short_ ? 0 : count;
   }
-  // The same for counts of eight bytes.
+  // Does the same for counts of eight bytes.
   std::size_t Count64(std::size_t least) {
     const auto count = Get<std::uint64_t>();
     if (count > (bytes_.size() - at_) / least) short_ = true;
     return short_ ? 0 : static_cast<std::size_t>(count);
   }
-  // Up to a zero byte, which is passed.
+  // Reads text up to a zero byte and skips that byte.
   std::string GetText() {
     const std::size_t end = bytes_.find('\0', at_);
     if (end == std::string_view::npos) {

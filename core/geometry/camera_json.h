@@ -1,5 +1,5 @@
-// A camera model, a sensor window and a vector as JSON, the same in the journal, in calibration files, in
-// recordings and in camera paths.
+// Converts camera models, sensor windows and vectors to JSON and back, the same in the journal, in
+// calibration files, in recordings and in camera paths.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,7 +13,7 @@ namespace ulf {
 // {"width","height","fx","fy","cx","cy","distortion":"none|radial-tangential|fisheye","coefficients":[5],
 //  "pixel_centers":"half"}
 nlohmann::json CameraToJson(const CameraModel& camera);
-// Also reads "pixel_centers":"integer", whose principal point is moved by half a pixel. Throws Error.
+// Also reads "pixel_centers":"integer" and then adds half a pixel to the principal point. Throws Error.
 CameraModel CameraFromJson(const JsonPlace& place);
 
 nlohmann::json Vector3ToJson(const Eigen::Vector3d& vector);  // [x, y, z]

@@ -35,7 +35,7 @@ Distorted DistortRadialTangential(const std::array<double, 5>& c, const Vector2d
   return d;
 }
 
-// The fisheye's image radius as a function of the angle from the axis, and its derivative.
+// Returns the fisheye's image radius as a function of the angle from the axis, and its derivative.
 std::pair<double, double> FisheyeRadius(const std::array<double, 5>& k, double theta) {
   const double t2 = theta * theta;
   const double radius = theta * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
@@ -43,7 +43,7 @@ std::pair<double, double> FisheyeRadius(const std::array<double, 5>& k, double t
   return {radius, slope};
 }
 
-// A distorted point's derivative by the coefficients (k1 k2 p1 p2 k3), at an undistorted point of the plane.
+// Returns a distorted point's derivative by (k1 k2 p1 p2 k3), at an undistorted point of the plane.
 Eigen::Matrix<double, 2, 5> RadialTangentialByCoefficients(const Vector2d& p) {
   const double x = p.x(), y = p.y(), r2 = p.squaredNorm();
   Eigen::Matrix<double, 2, 5> j;
@@ -71,7 +71,7 @@ bool GrowsUpTo(const std::array<double, 5>& c, double r2) {
   // d(r·radial)/dr = 1 + 3 k1 r² + 5 k2 r⁴ + 7 k3 r⁶ must stay positive on [0, r].
   const auto slope = [&](double s) { return 1 + s * (3 * c[0] + s * (5 * c[1] + s * 7 * c[4])); };
   if (slope(r2) <= 0) return false;
-  // The cubic in s can fall below zero in between: look at its stationary points.
+  // The cubic in s can fall below zero in between, at its stationary points.
   const double a = 21 * c[4], b = 10 * c[1], d = 3 * c[0];
   const auto dips = [&](double s) { return s > 0 && s < r2 && slope(s) <= 0; };
   if (a == 0) return b == 0 || !dips(-d / b);
@@ -111,7 +111,7 @@ void CameraModel::Validate(const std::string& owner) const {
   for (const double value : {fx, fy, cx, cy})
     if (!std::isfinite(value))
       throw Error("{}: an intrinsic parameter is not finite; calibrate again or correct the file", owner);
-  constexpr double kShortest_px = 1e-3;  // shorter ones are zeros that a file has not written as such
+  constexpr double kShortest_px = 1e-3;  // shorter ones are zeros with rounding errors in a file
   if (fx < kShortest_px || fy < kShortest_px)
     throw Error("{}: focal lengths {} and {} px must be positive; calibrate again or correct the file", owner,
                 fx, fy);

@@ -26,7 +26,7 @@ struct CameraModel {
   std::array<double, 5> coefficients{};
 
   static CameraModel Pinhole(int width, int height, double focal_px);
-  // From a principal point counted from integer pixel centres (OpenCV, Kalibr, ROS).
+  // Makes a camera from a principal point counted from integer pixel centres (OpenCV, Kalibr, ROS).
   static CameraModel FromOpenCv(int width, int height, double fx, double fy, double cx, double cy,
                                 Distortion distortion = Distortion::kNone,
                                 const std::array<double, 5>& coefficients = {});
@@ -34,39 +34,40 @@ struct CameraModel {
   // Throws Error naming what is out of range (sizes, focal lengths, anything not finite).
   void Validate(const std::string& owner) const;
 
-  // The image point of a point in front of the camera; none behind it, or where the distortion polynomial no
-  // longer grows (the image point would belong to a ray nearer the axis). The result may lie outside the
-  // image.
+  // Returns the image point in px of a point in front of the camera; none behind it, or if the distortion
+  // polynomial no longer grows (the image point would belong to a ray nearer the axis). The result may lie
+  // outside the image.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam) const;
 
-  // The same, with the 2x3 derivative by the point.
+  // Does the same, with the 2x3 derivative by the point.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
                                             Eigen::Matrix<double, 2, 3>* img_by_point) const;
 
-  // The same, with the derivative by the parameters as well: fx fy cx cy, then the five coefficients.
+  // Does the same, with the derivative by the parameters as well: fx fy cx cy, then the five coefficients.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
                                             Eigen::Matrix<double, 2, 3>* img_by_point,
                                             Eigen::Matrix<double, 2, 9>* img_by_parameters) const;
 
-  // The unit ray through an image point; none where the distortion cannot be inverted.
+  // Returns the unit ray through an image point; none if the distortion cannot be inverted.
   std::optional<Eigen::Vector3d> RayFromImg(const Eigen::Vector2d& img) const;
 
-  // How far from the axis the distortion holds, which is as far as its radius grows: the squared distance at
-  // depth 1, or the fisheye's angle in radians. ImgFromCam() has no image for points beyond. 1e30 or pi where
-  // it holds everywhere.
+  // Returns how far from the axis the distortion polynomial grows: the squared distance at depth 1, or the
+  // fisheye's angle in radians. ImgFromCam() has no image for points beyond. It is 1e30 or pi if it grows
+  // everywhere.
   double DistortionExtent() const;
 
   bool Contains(const Eigen::Vector2d& img) const {
     return img.x() >= 0 && img.y() >= 0 && img.x() < width && img.y() < height;
   }
 
-  // The same camera whose images are resized to another width and height.
+  // Returns the same camera with images resized to another width and height.
   CameraModel ScaledTo(int new_width, int new_height) const;
-  // The same camera without its distortion.
+  // Returns the same camera without its distortion.
   CameraModel WithoutDistortion() const;
 
   double MeanFocalPx() const { return 0.5 * (fx + fy); }
-  // The largest angle between the axis and a ray of the image, half the diagonal field of view, in radians.
+  // Returns the largest angle between the axis and a ray of the image, half the diagonal field of view, in
+  // radians.
   double MaxRayAngle() const;
 
   bool operator==(const CameraModel&) const = default;

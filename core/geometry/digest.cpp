@@ -43,8 +43,8 @@ std::uint64_t ChecksumOf(std::string_view bytes) {
 
 std::string ChecksumText(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }
 
-// Four sums side by side, which the processor computes in parallel. Every step is invertible, so that no
-// change of one word is lost.
+// The processor computes four sums in parallel. Every step is invertible, so that no change of one word is
+// lost.
 std::uint64_t FastChecksumOf(std::string_view bytes, std::uint64_t seed) {
   constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;
   const auto mix = [](std::uint64_t sum, std::uint64_t word) { return std::rotl((sum ^ word) * kOdd, 29); };

@@ -1,4 +1,4 @@
-// A checksum that tells whether values have changed: FNV-1a, 64 bits. Not for security.
+// A checksum that tells whether values have changed (FNV-1a, 64 bits). It gives no security.
 #pragma once
 
 #include <cstddef>
@@ -27,11 +27,11 @@ class Digest {
 
 std::uint64_t ChecksumOf(std::string_view bytes);
 
-// Of large arrays, some gigabytes a second; other values than ChecksumOf(). Every change of one 64-bit word
-// changes the result.
+// Returns a checksum of large arrays, some gigabytes a second; its values differ from ChecksumOf(). Every
+// change of one 64-bit word changes the result.
 std::uint64_t FastChecksumOf(std::string_view bytes, std::uint64_t seed = 0);
 
-// As files have it: 16 hexadecimal digits.
+// Formats a checksum as files contain it: 16 hexadecimal digits.
 std::string ChecksumText(std::uint64_t checksum);
 
 }  // namespace ulf

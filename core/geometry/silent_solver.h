@@ -1,12 +1,12 @@
-// Options for Ceres that print nothing: a step that fails belongs to the search and is reported in the
-// summary.
+// Options for Ceres that print nothing: a step that fails is a normal part of the search, and the summary
+// reports it.
 #pragma once
 
 #include <ceres/solver.h>
 
 namespace ulf {
 
-// With one thread.
+// The solver uses one thread.
 ceres::Solver::Options SilentSolver(int max_iterations);
 
 }  // namespace ulf

@@ -1,4 +1,4 @@
-// A similarity transform (rotation, translation, scale): the map of one camera is determined up to one.
+// A similarity transform (rotation, translation, scale): the poses of one camera are determined up to one.
 //
 // `target_from_source` as for Rigid3, with the scale first: target = scale * rotation * source + translation.
 // Scaling the world about the camera does not change the image, so WithoutScale() turns a pose that a
@@ -23,7 +23,7 @@ struct Similarity3 {
   Similarity3 Inverse() const {
     return {1 / scale, rotation.transpose(), -(rotation.transpose() * translation) / scale};
   }
-  // Of a camera: the rigid pose that sees the same image, in units of the source.
+  // For a camera, returns the rigid pose that sees the same image, in units of the source.
   Rigid3 WithoutScale() const { return {Eigen::Quaterniond(rotation).normalized(), translation / scale}; }
 };
 
@@ -36,11 +36,12 @@ inline Similarity3 operator*(const Similarity3& c_from_b, const Similarity3& b_f
           c_from_b * b_from_a.translation};
 }
 
-// exp(delta) * target_from_source; delta: rotation vector (radians), translation, logarithm of the scale.
+// Returns exp(delta) * target_from_source; delta holds rotation vector (radians), translation, log of the
+// scale.
 Similarity3 Perturbed(const Similarity3& target_from_source, const Eigen::Matrix<double, 7, 1>& delta);
 
-// The similarity that maps `source` to `target` with least squared error (Umeyama 1991), of scale 1 if
-// `rigid`; none for fewer than three points or where they lie on one line.
+// Returns the similarity that maps `source` to `target` with least squared error (Umeyama 1991), of scale 1
+// if `rigid`; none for fewer than three points or if they lie on one line.
 std::optional<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
                                        std::span<const Eigen::Vector3d> target, bool rigid = false);
 

@@ -85,7 +85,7 @@ std::vector<Pair> PairByTime(std::span<const TimedPose> estimated, std::span<con
   return pairs;
 }
 
-// The mean of what each pair says of how the two worlds are turned to each other.
+// Averages each pair's estimate of the rotation between the two worlds.
 Eigen::Quaterniond TruthFromEstimated(const std::vector<Pair>& pairs) {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
   for (const Pair& pair : pairs) {

@@ -1,4 +1,4 @@
-// Poses with times: files, alignment, errors.
+// Trajectories, which are poses with times: their files, alignment and errors.
 //
 // TUM format: one line per pose, `time tx ty tz qx qy qz qw` (seconds, camera to world); lines that start
 // with # are comments. Errors are computed after a similarity alignment of the camera centres (Umeyama 1991)
@@ -31,8 +31,8 @@ struct TrajectoryError {
   double ate_rmse = 0;
   double ate_median = 0;
   double ate_max = 0;
-  int steps = 0;                     // of about `rpe_step_s`; without any, the next three mean nothing
-  double rpe_rmse = 0;               // translation over `rpe_step_s`
+  int steps = 0;        // number of steps of about `rpe_step_s`; if 0, the next three mean nothing
+  double rpe_rmse = 0;  // translation over `rpe_step_s`
   double rpe_rotation_rmse_deg = 0;  // rotation over `rpe_step_s`
   double drift = 0;  // median over these steps: error of the translation, as a share of the true motion
   double rotation_rmse_deg = 0;  // after the alignment's rotation
@@ -40,16 +40,16 @@ struct TrajectoryError {
   Similarity3 truth_from_estimated;
   struct AtTime {
     double time_s = 0;
-    double distance = 0;  // of the centres
-    // Between the two, after the rotation that lays the turns over each other: centres that lie close
-    // together leave open how they are turned.
+    double distance = 0;  // between the two camera centres
+    // Angle between the two rotations after the rotational alignment that minimises it over all poses:
+    // centres that lie close together do not determine the rotation.
     double turn_deg = 0;
   };
-  std::vector<AtTime> errors;  // of each pose that has a counterpart
+  std::vector<AtTime> errors;  // one for each pose with a counterpart
 };
 
-// Pairs poses whose times differ by at most `tolerance_s`; none when fewer than three pair up or they lie on
-// a line.
+// Pairs poses whose times differ by at most `tolerance_s`; returns none if fewer than three pair up or they
+// lie on a line.
 std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> estimated,
                                                    std::span<const TimedPose> truth, double tolerance_s,
                                                    double rpe_step_s = 1.0);

@@ -1,4 +1,5 @@
-// A point from two or more rays. Poses are cam_from_world, rays are unit vectors in the camera frame.
+// Triangulates a point from two or more rays. Poses are cam_from_world, rays are unit vectors in the camera
+// frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +10,9 @@
 
 namespace ulf {
 
-// The point of two rays in world coordinates, by the inverse-depth-weighted midpoint (Lee and Civera 2019),
-// which is accurate at small parallax; none where it would lie behind a camera or the rays are parallel.
+// Returns the point of two rays in world coordinates, by the inverse-depth-weighted midpoint (Lee and
+// Civera 2019), which is accurate at small parallax; none if it would lie behind a camera or the rays are
+// parallel.
 std::optional<Eigen::Vector3d> TriangulatePoint(const Rigid3& first_from_world,
                                                 const Eigen::Vector3d& ray_in_first,
                                                 const Rigid3& second_from_world,
@@ -21,11 +23,11 @@ struct RayObservation {
   Eigen::Vector3d ray_in_cam;
 };
 
-// The point nearest to all rays, weighted by inverse depth; none where the rays are parallel or the point
-// lies behind a camera.
+// Returns the point nearest to all rays, weighted by inverse depth; none if the rays are parallel or the
+// point lies behind a camera.
 std::optional<Eigen::Vector3d> TriangulatePoint(std::span<const RayObservation> observations);
 
-// The angle between the directions from a point to two camera centres, in radians.
+// Returns the angle between the directions from a point to two camera centres, in radians.
 double ParallaxAngle(const Eigen::Vector3d& point_in_world, const Eigen::Vector3d& first_center,
                      const Eigen::Vector3d& second_center);
 

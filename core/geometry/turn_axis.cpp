@@ -13,21 +13,19 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Guessed: a board's pose is about 0.2 degrees and 0.2 % of the distance off where few of its markers show.
-constexpr double kLeastTurn = Radians(8);  // between two poses that tell the axis
-constexpr int kComparedPoses = 40;         // so many poses after it a pose is compared with
+constexpr double kLeastTurn = Radians(8);  // between two poses that determine the axis
+constexpr int kComparedPoses = 40;         // a pose is compared with this many later ones
 constexpr double kSameDirection = Radians(1), kSamePlaceShare = 0.012;  // of the distance
-constexpr double kLeastAgreeing =
-    0.15;  // of the pairs; others are of two stands, or of a camera that is carried
+constexpr double kLeastAgreeing = 0.15;  // of the pairs; others are of two stands, or of a carried camera
 
-constexpr double kMostTurn = Radians(170);  // near half a turn the axis's sense is lost
+constexpr double kMostTurn = Radians(170);  // near half a turn the axis' direction is ambiguous
 constexpr std::size_t kMostGuesses = 200, kFewestPairs = 3;
 
-// Two poses' turn of the world: a world point at `from` has come to where it is seen at rotation * from +
-// shift.
+// The world's motion between two poses: a world point at `from` has moved to rotation * from + shift.
 struct Turn {
   Matrix3d rotation;
   Vector3d shift, axis;  // axis: unit
-  double weight;         // how well it tells the axis
+  double weight;         // certainty of the axis
   double distance;       // of the cameras from the world's origin
 };
 
@@ -46,7 +44,7 @@ std::vector<Turn> TurnsBetween(std::span<const Rigid3> poses) {
   return turns;
 }
 
-// The point nearest to the origin on the axis about which all these turn; `axis` keeps it from sliding.
+// Returns the point nearest to the origin on the common axis of these motions; `axis` keeps it from sliding.
 Vector3d PointOn(const Vector3d& axis, std::span<const Turn* const> turns) {
   Matrix3d normal = axis * axis.transpose();
   Vector3d right = Vector3d::Zero();
@@ -79,7 +77,7 @@ std::vector<const Turn*> Agreeing(const std::vector<Turn>& turns, const TurnAxis
   return agreeing;
 }
 
-// Within so many times what one stand's poses differ by.
+// Returns whether a shift is within `times` the variation inside one stand.
 bool IsWithin(const StandShift& shift, double times) {
   return shift.direction < times * kSameDirection && shift.place_share < times * kSamePlaceShare;
 }
@@ -121,9 +119,9 @@ bool IsSameStand(const StandShift& shift) { return IsWithin(shift, 1); }
 std::vector<int> StandsOf(const TurnAxis& axis, std::span<const Rigid3> cam_from_world) {
   std::vector<int> stands;
   int stand = -1;
-  std::size_t first = 0;  // of the stand
+  std::size_t first = 0;  // of the stand's first pose
   for (std::size_t i = 0; i < cam_from_world.size(); ++i) {
-    // One pose that is off must not end a stand: the middle one of those so far stands for all.
+    // A single wrong pose must not end a stand, so the middle one represents it.
     const std::size_t middle = first + (i - first) / 2;
     const StandShift shift = ShiftBetween(axis, cam_from_world[middle], cam_from_world[i]);
     const bool same = i > 0 && (IsSameStand(shift) ||

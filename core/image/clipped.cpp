@@ -7,7 +7,7 @@
 namespace ulf {
 namespace {
 
-// Of a mosaic's pixels that are marked, each in the colour that it has.
+// Marks each marked pixel of a mosaic in its own colour.
 cv::Mat ByColor(const cv::Mat& marked, Mosaic mosaic) {
   const int red_row = mosaic == Mosaic::kGbrg || mosaic == Mosaic::kBggr,
             red_column = mosaic == Mosaic::kGrbg || mosaic == Mosaic::kBggr;
@@ -23,8 +23,7 @@ cv::Mat ByColor(const cv::Mat& marked, Mosaic mosaic) {
 
 cv::Mat ClippedAfterDemosaicing(const cv::Mat& clipped) {
   if (clipped.empty() || cv::countNonZero(clipped.reshape(1)) == 0) return {};
-  constexpr int kReach =
-      3;  // pixels across, of OpenCV's edge-aware method and of LibRaw's nearest neighbours
+  constexpr int kReach = 3;  // px, support of OpenCV's edge-aware method and of LibRaw's nearest neighbours
   cv::Mat around;
   cv::dilate(clipped, around, cv::Mat::ones(kReach, kReach, CV_8UC1));
   return around;

@@ -6,7 +6,7 @@
 namespace ulf {
 namespace {
 
-// XYZ of D50 from linear sRGB: sRGB's matrix (IEC 61966-2-1), adapted by Bradford's.
+// Converts linear sRGB to XYZ of D50: sRGB's matrix (IEC 61966-2-1), adapted by Bradford's.
 const Eigen::Matrix3d& XyzFromSrgb() {
   static const Eigen::Matrix3d matrix = [] {
     Eigen::Matrix3d srgb, cone;
@@ -30,7 +30,7 @@ double Cube(double root) {
   return root > kLinearBelow ? root * root * root : 3 * kLinearBelow * kLinearBelow * (root - 4.0 / 29);
 }
 
-// In degrees, 0 to 360; 0 without a hue.
+// Returns degrees, 0 to 360; 0 without a hue.
 double Hue(double a, double b) {
   if (a == 0 && b == 0) return 0;
   const double degrees = std::atan2(b, a) * 180 / M_PI;

@@ -1,14 +1,15 @@
 // CIELAB and the colour difference CIEDE2000.
 //
-// Linear light is that of linear sRGB (Rec. 709 primaries, white D65), 1 is white. L*a*b* here belongs to
-// white D50, as the published colours of charts do; Bradford's adaptation goes between the two.
+// Linear light is that of linear sRGB (Rec. 709 primaries, white D65, where 1 is white). L*a*b* here
+// belongs to white D50, as the published colours of charts do; Bradford's adaptation converts between the
+// two.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace ulf {
 
-// R G B to L* a* b*, and back.
+// These convert R G B to L* a* b*, and back.
 Eigen::Vector3d LabFromLinearSrgb(const Eigen::Vector3d& rgb);
 Eigen::Vector3d LinearSrgbFromLab(const Eigen::Vector3d& lab);
 

@@ -24,7 +24,7 @@ Image ColorProfile::Applied(const Image& image, double black_level, const cv::Ma
       cv::Vec3f& pixel = light.at<cv::Vec3f>(y, x);
       cv::Vec3f balanced = (pixel - cv::Vec3f::all(black)).mul(factors);
       if (!clipped.empty() && clipped.at<std::uint8_t>(y, x) != 0) {
-        // Merged exposures are cut above 1.
+        // Merged exposures are clipped above 1.
         const float full = std::max({1 - black, pixel[0] - black, pixel[1] - black, pixel[2] - black});
         for (int c = 0; c < 3; ++c) balanced[c] = std::min(balanced[c], least_factor * full);
       }

@@ -1,11 +1,12 @@
-// A camera's colours: how its linear light becomes linear sRGB (Rec. 709 primaries, white D65).
+// A camera's colour profile, which converts its linear light to linear sRGB (Rec. 709 primaries, white
+// D65).
 //
 // Recorded photographs are never changed. A light field keeps the profile of its camera, and ReadViewLight()
 // and ReadViewImage() apply it, after the flat field.
 //
-// White balance and matrix are kept apart because a clipped pixel needs it: where the sensor is full, its
-// channels are equal, and balanced they would be as coloured as the balance is. There the balanced channels
-// are cut at what the least amplified one holds, so that what is full in all channels is white.
+// White balance and matrix are kept apart because of clipped pixels: where the sensor is full, its channels
+// are equal, and balancing would colour them. There the balanced channels are cut at the full scale of the
+// least amplified one, so that a pixel that is full in all channels is white.
 #pragma once
 
 #include <array>
@@ -20,23 +21,23 @@ namespace ulf {
 
 struct ColorProfile {
   std::array<double, 3> white_balance{1, 1, 1};  // factors of R G B, green 1
-  // R G B, by rows, of balanced light; rows sum to one: grey stays grey.
+  // Matrix from balanced R G B, row by row; each row sums to one, so grey stays grey.
   std::array<double, 9> matrix{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  // Of raw files that LibRaw develops: the factors of the sensor's red, green and blue by which the chart was
-  // developed, and by which photographs must be. None: the profile is of what the camera sends, and not
+  // The factors of the sensor's red, green and blue with which LibRaw developed the chart's raw file and
+  // must develop photographs. None means that the profile belongs to what the camera sends and is not
   // applied to raw files.
   std::optional<std::array<double, 3>> raw_white_balance = {};
-  std::string source = {};             // in words: from what it was found
-  std::optional<double> delta_e = {};  // mean CIEDE2000 of patches that took no part; none: of a grey card
+  std::string source = {};             // describes what it was estimated from
+  std::optional<double> delta_e = {};  // mean CIEDE2000 of patches left out; none for a grey card
 
-  // The image as linear sRGB in float, three channels, exposed as it was. `clipped`: of ClippedPixels(), or
-  // empty.
+  // Returns the image as linear sRGB, CV_32FC3, at its own exposure. `clipped` is the result of
+  // ClippedPixels(), or empty.
   Image Applied(const Image& image, double black_level, const cv::Mat& clipped) const;
 
   bool operator==(const ColorProfile&) const = default;
 };
 
-// In the journal, in calibration files and in recordings. Throws Error that begins with `where`.
+// These serve the journal, calibration files and recordings. They throw Error that begins with `where`.
 nlohmann::json ColorProfileToJson(const ColorProfile& profile);
 ColorProfile ColorProfileFromJson(const nlohmann::json& json, const std::string& where);
 

@@ -9,7 +9,7 @@
 namespace ulf {
 namespace {
 
-// Something this much nearer than what a pixel shows hides it. Guessed: geometry is wrong by less.
+// A surface that is nearer than the pixel's by this share hides it. Guessed: geometry is wrong by less.
 constexpr float kHiddenBy = 0.03f;
 
 Eigen::Vector3d RayOf(const CameraModel& camera, int x, int y) {
@@ -39,7 +39,7 @@ cv::Mat DepthInPicture(const CameraModel& camera, const CameraModel& depth_camer
 AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& camera, const cv::Mat& depth,
                               const Rigid3& exposure_from_reference, double ratio) {
   cv::Mat where(depth.size(), CV_32FC2, cv::Scalar::all(-1e6));
-  cv::Mat depths(depth.size(), CV_32FC1, cv::Scalar(0));  // in the exposure
+  cv::Mat depths(depth.size(), CV_32FC1, cv::Scalar(0));  // in the exposure's image
   cv::Mat nearest(depth.size(), CV_32FC1, cv::Scalar(std::numeric_limits<float>::max()));
   for (int y = 0; y < depth.rows; ++y)
     for (int x = 0; x < depth.cols; ++x) {
@@ -54,7 +54,7 @@ AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& c
     }
   AlignedExposure aligned{.light = {}, .seen = {}, .clipped = {}, .noise = exposure.noise, .ratio = ratio};
   cv::remap(exposure.light, aligned.light, where, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-  // What is clipped reaches as far as the interpolation does.
+  // Clipping reaches as far as the interpolation does.
   cv::Mat around;
   cv::dilate(exposure.clipped, around, cv::Mat::ones(3, 3, CV_8UC1));
   cv::remap(around, aligned.clipped, where, {}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
@@ -71,7 +71,7 @@ AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& c
   return aligned;
 }
 
-AlignedExposure AsItLies(const ExposedLight& exposure, double ratio) {
+AlignedExposure WithoutAlignment(const ExposedLight& exposure, double ratio) {
   return {.light = exposure.light,
           .seen = cv::Mat(exposure.light.size(), CV_8UC1, cv::Scalar(255)),
           .clipped = exposure.clipped,

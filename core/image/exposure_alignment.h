@@ -1,5 +1,5 @@
-// Where another exposure of the same camera shows what a reference picture shows: by the camera's pose at
-// each of the two and the depth of the reference's pixels.
+// Aligns another exposure of the same camera to a reference picture, by the camera's poses at both and the
+// depth of the reference's pixels.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -11,42 +11,42 @@
 
 namespace ulf {
 
-// A photograph as light, with what a merge has to know of it.
+// A photograph as linear light, with its clipped pixels and noise.
 struct ExposedLight {
   cv::Mat light;    // CV_32FC3
   cv::Mat clipped;  // CV_8UC3, 255: only a lower bound is known, or noise was cut off at full scale
   SensorNoise noise;
 };
 
-// In the reference's pixels.
+// An exposure resampled to the reference's pixels.
 struct AlignedExposure {
   cv::Mat light;    // CV_32FC3
   cv::Mat seen;     // CV_8UC1, 255 where the exposure shows what the reference's pixel shows
   cv::Mat clipped;  // CV_8UC3
   SensorNoise noise;
   double ratio = 1;          // exposure time times gain, over the reference's
-  double misaligned_px = 0;  // how far it may lie off, or is blurred
+  double misaligned_px = 0;  // px; how far it may be misaligned or blurred
 
-  // CV_8UC3, 255 where it is seen and not clipped.
-  cv::Mat Told() const { return InThreeColors(seen) & ~clipped; }
-  // In the reference's terms: over the ratio.
+  // Returns CV_8UC3, 255 where it is seen and not clipped.
+  cv::Mat Usable() const { return InThreeColors(seen) & ~clipped; }
+  // Returns the light divided by the ratio, which is comparable to the reference's.
   cv::Vec3f LightAt(int y, int x) const { return light.at<cv::Vec3f>(y, x) * static_cast<float>(1 / ratio); }
-  // The variance of that light.
+  // Returns the variance of that light.
   double VarianceAt(double at_light) const { return noise.VarianceAt(at_light * ratio) / (ratio * ratio); }
 };
 
-// `depth`: along the optical axis of `depth_camera`, at the reference's pose: CV_32FC1, world units, above 0
-// everywhere. That camera has no distortion and may have another size.
-// CV_32FC1 of the picture's size; beyond the edges of `depth` as deep as there. Throws Error for a lens whose
-// distortion cannot be inverted in its own picture.
+// Converts `depth` along the optical axis of `depth_camera` at the reference's pose (CV_32FC1, world units,
+// above 0 everywhere) to CV_32FC1 of the picture's size. That camera has no distortion and may have another
+// size; beyond the edges the depth of the edge is used. Throws Error for a lens whose distortion cannot be
+// inverted in its own picture.
 cv::Mat DepthInPicture(const CameraModel& camera, const CameraModel& depth_camera, const cv::Mat& depth);
 
-// Resamples the exposure. Not seen is what lies outside of its picture and what something nearer hides in it.
-// `depth`: of the reference's pixels, from DepthInPicture(). `ratio`: as in AlignedExposure.
+// Resamples the exposure. Pixels outside of its picture, and those that something nearer hides in it, are
+// not seen. `depth` comes from DepthInPicture(); `ratio` is as in AlignedExposure.
 AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& camera, const cv::Mat& depth,
                               const Rigid3& exposure_from_reference, double ratio);
 
-// The reference itself, or an exposure that is taken to lie where the reference does.
-AlignedExposure AsItLies(const ExposedLight& exposure, double ratio);
+// Uses an exposure without resampling: the reference itself, or one that is assumed to be aligned with it.
+AlignedExposure WithoutAlignment(const ExposedLight& exposure, double ratio);
 
 }  // namespace ulf

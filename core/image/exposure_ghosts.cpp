@@ -14,11 +14,11 @@ namespace ulf {
 namespace {
 
 constexpr double kWrongTimes = 0.02, kGhostSigmas = 4;  // guessed
-constexpr double kMostNoisier = 4;                      // than measured, in variance; guessed
-constexpr std::size_t kFewPixels = 500;                 // to measure that
-constexpr int kAcross = 3;                              // pixels of a mean
+constexpr double kMostNoisier = 4;                      // largest ratio to the measured variance; guessed
+constexpr std::size_t kFewPixels = 500;                 // needed to measure the variance
+constexpr int kAcross = 3;                              // px, window of a mean
 
-// First the reference, then the nearest to it, shorter before longer.
+// Returns the reference first, then exposures by nearness to it, shorter before longer.
 std::vector<std::size_t> InOrderOfTrust(std::span<const AlignedExposure> exposures) {
   std::vector<std::size_t> order(exposures.size());
   std::iota(order.begin(), order.end(), 0);
@@ -30,7 +30,7 @@ std::vector<std::size_t> InOrderOfTrust(std::span<const AlignedExposure> exposur
   return order;
 }
 
-// Of the light, in each of three colours.
+// Returns the variance of the light in each of three colours.
 cv::Mat VarianceOf(const AlignedExposure& exposure, const cv::Mat& light) {
   cv::Mat variance(light.size(), CV_32FC3);
   for (int y = 0; y < light.rows; ++y)
@@ -47,9 +47,9 @@ cv::Mat SumAround(const cv::Mat& numbers) {
   return sum;
 }
 
-// What may lie between the exposure and the light alone besides noise, squared.
+// Returns the square of the allowed difference between the exposure and the reference light besides noise.
 cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t index,
-                       const LightAlone& alone) {
+                       const GhostReference& alone) {
   const cv::Mat slope = SlopeOf(alone.light, alone.variance);
   cv::Mat allowed(slope.size(), CV_32FC3);
   for (int y = 0; y < slope.rows; ++y)
@@ -65,8 +65,8 @@ cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t i
   return allowed;
 }
 
-// By how much noise in the means is more than in pixels that know nothing of each other, in variance: from
-// those pixels in which nothing else can be large.
+// Returns the ratio of the variance of means to that of uncorrelated pixels, measured in pixels in which
+// nothing else can be large.
 double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& allowed,
                const cv::Mat& compared) {
   constexpr double kMedianOfChiSquare = 0.4549;
@@ -86,11 +86,11 @@ double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& a
 
 }  // namespace
 
-LightAlone AloneAt(std::span<const AlignedExposure> exposures) {
+GhostReference GhostReferenceOf(std::span<const AlignedExposure> exposures) {
   const std::vector<std::size_t> order = InOrderOfTrust(exposures);
   const cv::Size size = exposures[0].light.size();
-  LightAlone alone{cv::Mat(size, CV_8UC3), cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32FC3),
-                   cv::Mat::zeros(size, CV_8UC3)};
+  GhostReference alone{cv::Mat(size, CV_8UC3), cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32FC3),
+                       cv::Mat::zeros(size, CV_8UC3)};
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x)
       for (int c = 0; c < 3; ++c) {
@@ -116,19 +116,19 @@ cv::Mat SlopeOf(const cv::Mat& light, const cv::Mat& variance) {
   cv::Sobel(light, by_x, CV_32F, 1, 0, 3, 1.0 / 8);
   cv::Sobel(light, by_y, CV_32F, 0, 1, 3, 1.0 / 8);
   cv::Mat squares = by_x.mul(by_x) + by_y.mul(by_y);
-  constexpr double kOfNoise = 2 * 12.0 / 64;  // squares of the kernels' numbers
+  constexpr double kOfNoise = 2 * 12.0 / 64;  // sum of squared coefficients of the kernels
   if (!variance.empty()) squares -= kOfNoise * variance;
   cv::sqrt(cv::max(squares, 0), slope);
   cv::dilate(slope, slope, cv::Mat::ones(3, 3, CV_8UC1));
   return slope;
 }
 
-cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const LightAlone& alone) {
+cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const GhostReference& alone) {
   const AlignedExposure& exposure = exposures[index];
   const cv::Mat lower_bound = InThreeColors(exposure.seen) & exposure.clipped & ~alone.clipped;
-  const cv::Mat compared = ((exposure.Told() & ~alone.clipped) | lower_bound) &
+  const cv::Mat compared = ((exposure.Usable() & ~alone.clipped) | lower_bound) &
                            (alone.which != cv::Scalar::all(static_cast<double>(index)));
-  // Nothing in pixels that do not count, and where the exposure's lower bound holds.
+  // The difference is 0 at invalid pixels, and if the exposure's lower bound holds.
   cv::Mat difference = exposure.light / exposure.ratio - alone.light;
   const cv::Mat too_bright = cv::max(difference, 0);
   too_bright.copyTo(difference, lower_bound);
@@ -144,7 +144,7 @@ cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, 
   const double noisier = Noisier(squares, noise, allowed, compared & ~lower_bound);
   cv::Mat ghosts = AnyColor(
       (squares / (noisier * noise + allowed) > cv::Scalar::all(kGhostSigmas * kGhostSigmas)) & compared);
-  // A single pixel is noise; what moved has a border that is mixed.
+  // A single pixel is noise; a moving object has a border of mixed pixels.
   const cv::Mat around = cv::Mat::ones(3, 3, CV_8UC1);
   cv::morphologyEx(ghosts, ghosts, cv::MORPH_OPEN, around);
   cv::dilate(ghosts, ghosts, around);

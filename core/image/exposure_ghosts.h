@@ -1,11 +1,11 @@
-// Where exposures of a bracket differ by more than noise allows: something moved, or the alignment is wrong
-// there.
+// Finds ghosts: pixels at which exposures of a bracket differ by more than noise allows, because something
+// moved or the alignment is wrong.
 //
-// Each exposure is compared, colour by colour, with the one that counts alone: the reference, or where that
-// is clipped the one next to it. A pixel is a ghost in all colours if it is in one. Differences are means
-// over three by three pixels. Allowed for is noise (also what demosaicing and resampling have tied together
-// in neighbours: a factor common to all pixels, measured), what the light changes by within
-// AlignedExposure::misaligned_px, and two per cent between the exposures' times as told and as they are.
+// Each exposure is compared, colour by colour, with one alone: the reference, or the next exposure where
+// that is clipped. A pixel is a ghost in all colours if it is in one. Differences are means over three by
+// three pixels. The tolerance covers noise (with a measured factor, common to all pixels, for correlation
+// by demosaicing and resampling), the change of light within AlignedExposure::misaligned_px, and two per
+// cent of error of the stated exposure times.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -15,20 +15,21 @@
 
 namespace ulf {
 
-struct LightAlone {
-  cv::Mat which;     // CV_8UC3: the exposure that counts alone
-  cv::Mat light;     // CV_32FC3: its, over its ratio
-  cv::Mat variance;  // CV_32FC3: of that
-  cv::Mat clipped;   // CV_8UC3, 255 where all are clipped that see the pixel: then it is the shortest of them
+// The exposure that each colour of a pixel is compared with.
+struct GhostReference {
+  cv::Mat which;     // CV_8UC3: index of the exposure
+  cv::Mat light;     // CV_32FC3: its light, divided by its ratio
+  cv::Mat variance;  // CV_32FC3: the variance of that light
+  cv::Mat clipped;   // CV_8UC3, 255 where all exposures that see the pixel are clipped; the shortest is used
 };
-LightAlone AloneAt(std::span<const AlignedExposure> exposures);
+GhostReference GhostReferenceOf(std::span<const AlignedExposure> exposures);
 
-// What the light changes by from pixel to pixel, at most in the pixels around: CV_32FC3. `variance`: of the
-// light, whose part in the change is taken out; empty: none.
+// Returns the largest change of light from pixel to pixel in the neighbourhood, CV_32FC3. `variance` of the
+// light is subtracted from the change; empty means none.
 cv::Mat SlopeOf(const cv::Mat& light, const cv::Mat& variance = {});
 
-// CV_8UC1, 255 where this exposure is not to be used. A clipped pixel disagrees where it says that there is
-// more light.
-cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const LightAlone& alone);
+// Returns CV_8UC1, 255 where this exposure must not be used. A clipped pixel disagrees if it claims more
+// light.
+cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const GhostReference& alone);
 
 }  // namespace ulf

@@ -16,18 +16,18 @@ namespace ulf {
 namespace {
 
 constexpr double kCutSigmas = 4;  // below full scale
-// Of a measured ratio.
+// Constants of MeasuredRatio():
 constexpr int kRatioBlock = 8;  // pixels across
 constexpr std::size_t kFewBlocks = 20;
 constexpr double kRatioSigmas = 3, kMostRatioError = 0.005;
 
 struct Interpolation {
-  bool is_mean = false;     // of numbers beside it, to the last digit
-  bool is_of_full = false;  // one of them at least is full
+  bool is_mean = false;     // exactly the mean of neighbouring numbers
+  bool is_of_full = false;  // one of these is at full scale
 };
 
-// What Demosaiced() (image.h) makes of a colour where the sensor has another one: the mean of two opposite
-// numbers, or of four. `numbers`: CV_32SC3; `full`: CV_8UC3.
+// Computes Demosaiced()'s (image.h) result for a colour at a pixel of another one: the mean of two opposite
+// numbers, or of four. `numbers` is CV_32SC3; `full` CV_8UC3.
 Interpolation InterpolationAt(const cv::Mat& numbers, const cv::Mat& full, int y, int x, int c) {
   const auto number = [&](int dy, int dx) { return numbers.at<cv::Vec3i>(y + dy, x + dx)[c]; };
   const auto is_full = [&](int dy, int dx) { return full.at<cv::Vec3b>(y + dy, x + dx)[c] != 0; };
@@ -45,8 +45,8 @@ Interpolation InterpolationAt(const cv::Mat& numbers, const cv::Mat& full, int y
   return found;
 }
 
-// Whether the picture's colours are means of others as often as Demosaiced() makes them so: two of three on
-// average, where numbers are large enough to be such by chance in hardly one of ten.
+// Returns whether the picture's colours are means of others as often as Demosaiced() makes them so: two of
+// three on average, at numbers so large that chance explains hardly one of ten.
 bool IsMadeOfMeans(const cv::Mat& numbers, const cv::Mat& full, int full_scale) {
   constexpr int kGrid = 3, kFew = 200;
   int means = 0, all = 0;
@@ -60,9 +60,9 @@ bool IsMadeOfMeans(const cv::Mat& numbers, const cv::Mat& full, int full_scale) 
   return all >= kFew && 2 * means > all;
 }
 
-// What is full, and where noise reaches full scale: it is cut off there on one side, and what is left is too
-// dark. With it what a demosaicing has made of such numbers, and no more: the sensor's own numbers beside
-// full ones are the best there is of light just below full scale. Where that cannot be seen, all around.
+// Marks clipped numbers and those whose noise reaches full scale, because noise is cut off there and the mean
+// is too dark; and numbers that a demosaicing made of these, but no more: the sensor's own numbers beside
+// clipped ones are the best there are just below full scale. If the demosaicing is unknown, marks all around.
 cv::Mat ClippedWithNoise(const SensorPicture& picture, const SensorNoise& noise) {
   const double full_light = 1 - picture.black_level;
   const double light =
@@ -87,12 +87,12 @@ cv::Mat ClippedWithNoise(const SensorPicture& picture, const SensorNoise& noise)
   return clipped;
 }
 
-// Means of the exposures over their ratios, where `told` says that they count; elsewhere `light` stays.
-// `slope`: what light changes by in a pixel, which makes an exposure that may be misaligned less sure; empty:
-// it is not known yet.
+// Averages the exposures over their ratios at pixels that are `told`; elsewhere `light` stays. `slope` is the
+// change of light in a pixel, which adds uncertainty to an exposure that may be misaligned; empty if not yet
+// known.
 void WeighByVariance(std::span<const AlignedExposure> exposures, const std::vector<cv::Mat>& told,
                      const cv::Mat& slope, cv::Mat& light) {
-  constexpr int kRounds = 3;  // weights and light follow from each other
+  constexpr int kRounds = 3;  // weights and light depend on each other
   for (int y = 0; y < light.rows; ++y)
     for (int x = 0; x < light.cols; ++x) {
       cv::Vec3f& here = light.at<cv::Vec3f>(y, x);
@@ -141,12 +141,11 @@ std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> picture
 }
 
 double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& reference) {
-  // Where to look is said by the longer exposure: chosen by the noisy shorter one, places would be those that
-  // noise made bright.
+  // The longer exposure selects the places: the noisy shorter one would prefer places that noise made bright.
   const AlignedExposure& longer = exposure.ratio > reference.ratio ? exposure : reference;
   const AlignedExposure& shorter = exposure.ratio > reference.ratio ? reference : exposure;
   const double told = shorter.ratio / longer.ratio;
-  const cv::Mat both = exposure.Told() & reference.Told();
+  const cv::Mat both = exposure.Usable() & reference.Usable();
   std::vector<double> ratios;
   for (int y = 0; y + kRatioBlock <= both.rows; y += kRatioBlock)
     for (int x = 0; x + kRatioBlock <= both.cols; x += kRatioBlock) {
@@ -163,14 +162,14 @@ double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& ref
   const double median = Median(ratios);
   std::vector<double> off;
   for (const double each : ratios) off.push_back(std::abs(each - median));
-  const double error = 1.25 * 1.4826 * Median(off) / std::sqrt(ratios.size());  // of a median
+  const double error = 1.25 * 1.4826 * Median(off) / std::sqrt(ratios.size());  // standard error of a median
   if (error > kMostRatioError * median) return 0;
   return &longer == &exposure ? 1 / median : median;
 }
 
 MergedLight MergeExposures(std::span<const AlignedExposure> exposures) {
   CV_Assert(!exposures.empty() && exposures.size() < 256);
-  const LightAlone alone = AloneAt(exposures);
+  const GhostReference alone = GhostReferenceOf(exposures);
   MergedLight merged{.light = alone.light.clone(),
                      .clipped = AnyColor(alone.clipped),
                      .ghosts = cv::Mat::zeros(alone.light.size(), CV_8UC1)};
@@ -178,7 +177,7 @@ MergedLight MergeExposures(std::span<const AlignedExposure> exposures) {
   for (std::size_t i = 0; i < exposures.size(); ++i) {
     const cv::Mat ghosts = GhostsIn(exposures, i, alone);
     merged.ghosts |= ghosts;
-    told.push_back(exposures[i].Told() & ~InThreeColors(ghosts));
+    told.push_back(exposures[i].Usable() & ~InThreeColors(ghosts));
   }
   WeighByVariance(exposures, told, {}, merged.light);
   const cv::Mat slope = SlopeOf(merged.light);

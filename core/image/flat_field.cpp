@@ -17,12 +17,12 @@ namespace {
 // Frames are refused that have more than kMostClippedOfCard of their values above kFullCard, or are darker on
 // average.
 constexpr double kFullCard = 0.98, kMostClippedOfCard = 0.002, kLeastLightOfCard = 0.06;
-// A cell darker than the model by more than so many robust standard deviations, and by this share, is dust.
+// A cell is dust if it is darker than the model by this many robust standard deviations, and by this share.
 constexpr double kDustSigmas = 5, kLeastDust = 0.01;
 // A richer model is taken when its BIC is lower by this and its error on left-out cells by so many standard
 // errors (as in acquisition/calibration/lens_choice.h).
 constexpr double kBicMargin = 10, kBetterStandardErrors = 2;
-// Refused: more of the card in dark spots, a larger residual, lighting that falls off by more over the card.
+// Limits for the card's area in dark spots, the residual, and the fall-off of the lighting over the card.
 constexpr double kMostDust = 0.1, kMostResidual = 0.015, kMostGradient = 0.35;
 
 constexpr int kCellColumns = 48, kCellRows = 36;
@@ -112,7 +112,7 @@ Cells CellsOf(const std::vector<cv::Mat>& lights) {
   return cells;
 }
 
-// Columns: 1, x, y (the lighting), then the model's terms.
+// The columns are 1, x, y (the lighting), then the model's terms.
 Eigen::MatrixXd Design(const Cells& cells, const Model& model) {
   Eigen::MatrixXd design(static_cast<Eigen::Index>(cells.x.size()),
                          static_cast<Eigen::Index>(3 + model.terms.size()));
@@ -132,7 +132,7 @@ Eigen::MatrixXd Logs(const Cells& cells) {
   return logs;
 }
 
-// Least squares on the rows for which `in` holds; residuals of all rows.
+// Solves least squares on the rows for which `in` holds; residuals are of all rows.
 struct Fit {
   Eigen::MatrixXd coefficients, residuals;
 };
@@ -172,7 +172,8 @@ int RemoveDust(Cells& cells) {
   return cv::connectedComponents(spots, labels) - 1;
 }
 
-// The simplest model that no richer one beats clearly, by BIC and on left-out cells (as lens_choice.h).
+// Returns the simplest model that no richer one beats clearly, by BIC and on left-out cells (as
+// lens_choice.h).
 struct Scored {
   Fit fit;
   double bic = 0;

@@ -1,4 +1,4 @@
-// A camera's flat field: how much light each place of the image gets compared with the middle (vignetting and
+// A camera's flat field: the light at each place of the image relative to the middle (vignetting and
 // shading).
 //
 // The flat field is estimated from a few frames of a plain, evenly lit card in linear light. Its logarithm is
@@ -31,16 +31,15 @@ struct FlatFieldPower {
 struct FlatField {
   int width = 0, height = 0;  // of the images that it was estimated on
   std::vector<FlatFieldPower> powers = {};
-  // Where a point of the images in use lies in the images of the estimate: estimated = offset + scale * used,
-  // pixels.
+  // Maps a pixel of the images in use to the images of the estimate: estimated = offset + scale * used.
   double offset_x = 0, offset_y = 0, scale_x = 1, scale_y = 1;
 
-  // The light relative to the middle, for images of this size: CV_32FC3.
+  // Returns the light relative to the middle, for images of this size: CV_32FC3.
   cv::Mat Light(int used_width, int used_height) const;
-  // The image in linear float, divided by the light. `black_level`: as a share of full scale.
+  // Returns the image in linear float, divided by the light. `black_level` is a share of full scale.
   Image Corrected(const Image& image, double black_level = 0) const;
 
-  // The same for images of another part of the sensor, or resized to another size.
+  // These adapt it to images of another part of the sensor, or of another size.
   FlatField ForWindow(const SensorWindow& estimated, const SensorWindow& used) const;
   FlatField ForSize(int used_width, int used_height) const;
 
@@ -51,18 +50,18 @@ struct FlatFieldResult {
   std::string refusal = {};  // why these frames give no flat field; empty when they do
   FlatField flat_field = {};
   std::string model = {};              // the model that was chosen, for display
-  std::array<double, 3> corner_bgr{};  // light in the darkest corner
-  double residual = 0;                 // standard deviation of what the model does not explain, as a share
+  std::array<double, 3> corner_bgr{};  // light in the darkest corner, relative to the middle
+  double residual = 0;                 // standard deviation that the model leaves, as a share
   double gradient = 0;                 // of the lighting, edge to edge along the diagonal, as a share
-  int dust = 0;                        // spots
+  int dust = 0;                        // number of spots
   int frames = 0;
   bool ok() const { return refusal.empty(); }
 };
 
-// `cards`: frames of the card. `black_level`: as a share of full scale.
+// `cards` are frames of the card. `black_level` is a share of full scale.
 FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level = 0);
 
-// In the journal, in calibration files and in recordings. Throws Error that begins with `where`.
+// These serve the journal, calibration files and recordings. They throw Error that begins with `where`.
 nlohmann::json FlatFieldToJson(const FlatField& flat_field);
 FlatField FlatFieldFromJson(const nlohmann::json& json, const std::string& where);
 

@@ -23,7 +23,7 @@ int DemosaicCode(Mosaic mosaic) {
   }
 }
 
-// 8-bit sRGB for every 16-bit linear value; 8-bit input is spread over it first.
+// Maps every 16-bit linear value to 8-bit sRGB; 8-bit input is spread over it first.
 const std::vector<std::uint8_t>& SrgbTable() {
   static const std::vector<std::uint8_t> table = [] {
     std::vector<std::uint8_t> values(65536);
@@ -58,7 +58,7 @@ cv::Mat EncodedFromLinear(const cv::Mat& linear) {
   return result;
 }
 
-// 8 bits, display-encoded, as many channels as there are.
+// Returns 8 bits, display-encoded, with the same number of channels.
 cv::Mat Encoded8(const Image& image) {
   const cv::Mat pixels = Demosaiced(image).pixels;
   if (image.transfer == Transfer::kLinear) return EncodedFromLinear(pixels);

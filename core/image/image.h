@@ -1,4 +1,4 @@
-// Pixels with their meaning: transfer function and mosaic. Colour images are B, G, R in memory, as in OpenCV.
+// Pixels with their transfer function and mosaic. Colour images are B, G, R in memory, as in OpenCV.
 #pragma once
 
 #include <array>
@@ -8,11 +8,11 @@
 
 namespace ulf {
 
-// How a stored number relates to light: proportional (kLinear), or encoded for a display (kSrgb, IEC
+// Says how a stored number relates to light: proportional (kLinear), or encoded for a display (kSrgb, IEC
 // 61966-2-1).
 enum class Transfer { kLinear, kSrgb };
 
-// A mosaic's pattern, named by its first two pixels of the first row (GenICam's names); kNone: not a mosaic.
+// A mosaic's pattern is named by its first two pixels of the first two rows, as in GenICam.
 enum class Mosaic { kNone, kRggb, kGrbg, kGbrg, kBggr };
 const char* Name(Mosaic mosaic);                            // "RGGB"; "none"
 std::optional<Mosaic> MosaicByName(std::string_view name);  // none: there is no such pattern
@@ -27,24 +27,24 @@ struct Image {
   bool empty() const { return pixels.empty(); }
 };
 
-// The number that means full scale in pixels of this depth (CV_8U: 255, CV_16U: 65535, CV_32F: 1).
+// Returns the number that means full scale at this depth (CV_8U: 255, CV_16U: 65535, CV_32F: 1).
 double FullScale(int depth);
 
 // Interpolates a mosaic's missing colours with OpenCV's edge-aware method: three channels of 16 bits with the
 // same transfer function (an 8-bit mosaic is widened first). An image without a mosaic is returned unchanged.
 Image Demosaiced(const Image& image);
 
-// The image that features are detected in: one channel, 8 bits, display-encoded. A mosaic is smoothed over
-// three pixels instead of demosaiced.
+// Converts to the image that features are detected in: one channel, 8 bits, display-encoded. A mosaic is
+// smoothed over three pixels instead of demosaiced.
 cv::Mat GrayForTracking(const Image& image);
 
-// The image for display and for other programs: 8 bits, three channels, sRGB. A mosaic is demosaiced.
+// Converts for display and for other programs: 8 bits, three channels, sRGB. A mosaic is demosaiced.
 cv::Mat Srgb8(const Image& image);
 
-// Three channels of linear light in float, 1.0 at full scale. A mosaic is demosaiced.
+// Converts to three channels of linear light in float, 1.0 at full scale. A mosaic is demosaiced.
 cv::Mat LinearFloat(const Image& image);
 
-// Display encoding of linear float light, clamped to 0..1: CV_32FC3 to CV_8UC3.
+// Encodes linear float light, clamped to 0..1, for display: CV_32FC3 to CV_8UC3.
 cv::Mat Srgb8FromLinear(const cv::Mat& linear);
 
 float SrgbFromLinear(float linear);

@@ -14,18 +14,18 @@ namespace {
 
 constexpr int kBlock = 16;                 // pixels across
 constexpr std::size_t kBrightnesses = 24;  // groups of blocks
-// Of the blocks of one brightness, which have texture besides noise.
+// Blocks of one brightness that are used; the others have texture besides noise.
 constexpr double kSmoothest = 0.2;
-// Of noise alone, the variance that is measured in the smoothest blocks: estimates from 64 numbers differ by
-// a seventh.
+// Ratio of the variance in the smoothest blocks to that of noise: estimates from 64 numbers differ by a
+// seventh.
 constexpr double kOfSmoothest = 0.75;
-// Of a block's numbers that may be 0: the median of what is measured is hardly touched then.
+// Share of a block's numbers that may be 0, which hardly changes the median.
 constexpr double kMostAtBlack = 0.05;
 constexpr std::size_t kPhases = 4;  // of a mosaic
 constexpr double kLeastVariance = 1e-12;
 
-// Of rounding to whole numbers: constant in linear numbers; of display-encoded ones nearly in proportion to
-// the light, because a step of light is 2.4 light^0.58 steps of the number.
+// Returns the variance of rounding to integers: constant in linear numbers; for display-encoded ones nearly
+// in proportion to the light, because a step of light is 2.4 light^0.58 steps of the number.
 SensorNoise RoundingOf(const Image& image) {
   if (image.pixels.depth() != CV_8U && image.pixels.depth() != CV_16U) return {0, kLeastVariance};
   const double step = 1 / FullScale(image.pixels.depth()), variance = step * step / 12;
@@ -34,7 +34,7 @@ SensorNoise RoundingOf(const Image& image) {
   return {2.4 * 2.4 * variance, kSlopeAtBlack * kSlopeAtBlack * variance};
 }
 
-// CV_8UC1, 255 where any number is 0; empty for floats, which go on below black.
+// Returns CV_8UC1, 255 where any number is 0; empty for floats, which go on below black.
 cv::Mat AtBlack(const Image& image) {
   if (image.pixels.depth() == CV_32F) return {};
   const cv::Mat zero = image.pixels == cv::Scalar::all(0);
@@ -44,7 +44,7 @@ cv::Mat AtBlack(const Image& image) {
   return any.reshape(1, zero.rows);
 }
 
-// Of one colour in every other pixel of every other row.
+// Uses one colour in every other pixel of every other row.
 double VarianceIn(const cv::Mat& differences, int color, std::size_t phase) {
   std::vector<double> sizes;
   for (int y = static_cast<int>(phase / 2); y < differences.rows; y += 2)
@@ -71,11 +71,10 @@ std::vector<NoiseOfLight> SmoothestOfEachBrightness(std::vector<NoiseOfLight> bl
   return smoothest;
 }
 
-// Least squares from normal equations, no unknown negative: the best of all choices of unknowns that are
-// above 0.
+// Solves the normal equations with no unknown negative: takes the best of all choices of positive unknowns.
 Eigen::Vector3d NotNegative(const Eigen::Matrix3d& products, const Eigen::Vector3d& right) {
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  double least = 0;  // squares, less those of nothing
+  double least = 0;  // squares, relative to those without unknowns
   for (unsigned chosen = 1; chosen < 8; ++chosen) {
     Eigen::Matrix3d those = products;
     Eigen::Vector3d of_those = right;
@@ -95,9 +94,9 @@ Eigen::Vector3d NotNegative(const Eigen::Matrix3d& products, const Eigen::Vector
   return best;
 }
 
-// Read noise, shot noise in proportion to the light, and what texture and uneven pixels add in proportion to
-// its square (EMVA 1288's photon transfer), by errors relative to the curve, whose weights follow from it:
-// weights by the measured variances would draw it to those that are too low.
+// Fits read noise, shot noise in proportion to the light, and texture and uneven pixels in proportion to its
+// square (EMVA 1288's photon transfer), by errors relative to the curve, which determines their weights: the
+// measured variances as weights would bias it towards those that are too low.
 SensorNoise PhotonTransferThrough(const std::vector<NoiseOfLight>& points) {
   constexpr int kRounds = 8;
   double mean = 0;
@@ -126,7 +125,7 @@ SensorNoise NotBelow(const SensorNoise& least, const SensorNoise& noise) {
 void NoiseSamples::Add(const Image& image, const cv::Mat& light, const cv::Mat& clipped) {
   rounding_ = NotBelow(rounding_, RoundingOf(image));
   const cv::Mat at_black = AtBlack(image);
-  // Between pixels two apart, which are of one kind in a mosaic.
+  // Compares pixels two apart, which are of one kind in a mosaic.
   const cv::Mat along = (cv::Mat_<float>(1, 5) << 1, 0, -2, 0, 1);
   cv::Mat differences;
   cv::sepFilter2D(light, differences, CV_32F, along, along);
@@ -145,7 +144,7 @@ void NoiseSamples::Add(const Image& image, const cv::Mat& light, const cv::Mat& 
               {std::max(0.0, mean[c]), VarianceIn(differences(block), c, phase)});
       }
     }
-  // A demosaicing has made the others of those of one phase, and less noisy.
+  // A demosaicing has computed the others from those of one phase, and made them less noisy.
   for (const auto& of_phases : of_blocks) {
     const auto noisiest =
         std::ranges::max_element(of_phases, {}, [](const std::vector<NoiseOfLight>& blocks) {
@@ -159,7 +158,7 @@ void NoiseSamples::Add(const Image& image, const cv::Mat& light, const cv::Mat& 
 
 SensorNoise NoiseSamples::Fit() const {
   if (blocks_.empty()) {
-    // Noise about nothing of which only the upper half is left has a mean of 0.4 sigma.
+    // The upper half of zero-mean noise has a mean of 0.4 sigma.
     const double sigma = dark_light_.empty() ? 0 : std::max(0.0, Quantile(dark_light_, kSmoothest)) / 0.3989;
     return {rounding_.per_light, std::max(rounding_.floor, sigma * sigma)};
   }

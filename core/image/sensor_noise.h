@@ -1,13 +1,13 @@
-// The noise of a sensor, measured in photographs that it took: shot noise grows with the light, read noise
-// and rounding are always there. Both belong to the sensor at a gain and not to an exposure, so that all
-// photographs at one gain tell them together: the long exposures of a bracket the noise of dark numbers, of
-// which short ones are full.
+// Estimates the noise of a sensor from photographs that it took: shot noise grows with the light, read noise
+// and rounding are constant. Both depend on the sensor and its gain, not on the exposure time, so all
+// photographs at one gain are used together: the long exposures of a bracket contribute the noise at values
+// that are dark in the short ones.
 //
-// Measured on what is smooth, by a second difference that light which rises evenly does not change (Immerkaer
-// 1996, "Fast noise variance estimation"). Numbers at the end of their range are left out: noise is cut off
-// there.
+// Smooth areas are measured by second differences, which cancel a linear gradient (Immerkaer 1996, "Fast
+// noise variance estimation"). Blocks with values at the ends of the range, where noise is cut off, are left
+// out.
 //
-// Light is a share of full scale, above black.
+// Light is a share of full scale, above black; variances are squares of such shares.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -17,28 +17,30 @@
 
 namespace ulf {
 
-// The variance of a photograph's light: per_light * light + floor.
+// The variance of a photograph's light is per_light * light + floor.
 struct SensorNoise {
   double per_light = 0;  // shot noise: gain over the full well
   double floor = 0;      // read noise and rounding
   double VarianceAt(double light) const { return per_light * (light > 0 ? light : 0) + floor; }
 };
 
+// The mean and the noise variance of one block of pixels in one colour.
 struct NoiseOfLight {
   double light = 0, variance = 0;
 };
 
+// Collects blocks of photographs at one gain, and fits the noise to them.
 class NoiseSamples {
  public:
-  // `light`: CV_32FC3, of `image`; `clipped`: CV_8UC1 of its size, 255 where light is not known.
+  // `light` is CV_32FC3, made of `image`; `clipped` is CV_8UC1 of its size, 255 where light is not known.
   void Add(const Image& image, const cv::Mat& light, const cv::Mat& clipped);
-  // Never below what rounding brings. Where nothing is smooth enough, or bright enough to show its noise
-  // whole, it is what noise that was cut off in the middle looks like.
+  // The result is never below rounding noise. If nothing is smooth enough, or bright enough to show noise on
+  // both sides, the noise is assumed to be cut off at its mean.
   SensorNoise Fit() const;
 
  private:
   std::vector<NoiseOfLight> blocks_;
-  std::vector<double> dark_light_;  // of blocks whose noise is cut off at black
+  std::vector<double> dark_light_;  // light of blocks whose noise is cut off at black
   SensorNoise rounding_;
 };
 

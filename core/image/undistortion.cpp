@@ -16,19 +16,19 @@ using Eigen::Vector3d;
 // Largest angle of an undistorted image to its axis. Guessed: beyond it pixels are stretched by more than 4.
 constexpr double kMostAngle = Radians(60);
 
-// Whether interpolation at a point needs only pixels of the image.
+// Returns whether interpolation at a point needs only pixels of the image.
 bool HoldsPixel(const CameraModel& camera, const Vector2d& img) {
   return img.x() >= 0.5 && img.y() >= 0.5 && img.x() <= camera.width - 0.5 && img.y() <= camera.height - 0.5;
 }
 
-// Whether the image contains a window around the axis on the plane at distance 1.
+// Returns whether the image contains a window around the axis on the plane at distance 1.
 bool HoldsWindow(const CameraModel& camera, const Vector2d& half) {
   if (half.norm() > std::tan(kMostAngle)) return false;
   const auto holds = [&](double x, double y) {
     const auto img = camera.ImgFromCam({x, y, 1});
     return img && HoldsPixel(camera, *img);
   };
-  // The rim suffices: the image of the interior lies inside the image of the rim.
+  // The rim suffices, because it encloses the image of the interior.
   constexpr int kSteps = 64;
   for (int i = -kSteps; i <= kSteps; ++i) {
     const double x = half.x() * i / kSteps, y = half.y() * i / kSteps;
@@ -38,7 +38,7 @@ bool HoldsWindow(const CameraModel& camera, const Vector2d& half) {
   return true;
 }
 
-// The largest window of that shape (height over width on the plane).
+// Returns the largest window of that shape (height over width on the plane).
 Vector2d LargestOfShape(const CameraModel& camera, double shape) {
   double fits = 0, too_large = std::tan(kMostAngle);
   while (too_large - fits > 1e-4 / camera.fx) {
@@ -48,7 +48,7 @@ Vector2d LargestOfShape(const CameraModel& camera, double shape) {
   return {fits, shape * fits};
 }
 
-// The largest window by area; the search over shapes starts at the picture's own.
+// Returns the largest window by area; the search over shapes starts at the picture's own.
 Vector2d LargestWindow(const CameraModel& camera) {
   const double own = (camera.height / camera.fy) / (camera.width / camera.fx);
   double best_log = 0, reach = std::log(4.0);
@@ -78,7 +78,7 @@ bool IsCentredPinhole(const CameraModel& camera) {
          camera.cy == 0.5 * camera.height;
 }
 
-// The share of the source's area that the result shows, between the centres of the outermost pixels.
+// Returns the share of the source's area in the result, between the centres of the outermost pixels.
 double KeptShare(const CameraModel& from, const CameraModel& to) {
   double area = 0;
   constexpr int kSteps = 200;
@@ -120,7 +120,7 @@ void RequireAxisInPicture(const Vector2d& half, const Undistortion& undistortion
         owner, camera.cx, camera.cy, camera.width, camera.height, Parameter("undistort"));
 }
 
-// Rounding may have put the last pixel outside.
+// Rounding may have moved the last pixel outside.
 void Finish(const Vector2d& half, Undistortion& result) {
   while (!CoversAllPixels(result)) {
     --result.to.width;
@@ -188,7 +188,7 @@ UndistortionMap MapOf(const Undistortion& undistortion) {
   for (int v = 0; v < to.height; ++v)
     for (int u = 0; u < to.width; ++u) {
       const Vector3d ray((u + 0.5 - to.cx) / to.fx, (v + 0.5 - to.cy) / to.fy, 1);
-      const Vector2d img = *from.ImgFromCam(ray);  // OpenCV counts from the middle of the first pixel
+      const Vector2d img = *from.ImgFromCam(ray);  // OpenCV's origin is the first pixel's centre
       map.x.at<float>(v, u) = static_cast<float>(img.x() - 0.5);
       map.y.at<float>(v, u) = static_cast<float>(img.y() - 0.5);
     }

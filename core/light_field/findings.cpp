@@ -13,7 +13,7 @@
 namespace ulf {
 namespace {
 
-// Numbers may change while a light field is recorded; what is said stays the same.
+// Numbers may change while a light field is recorded; the finding is the same.
 std::string WithoutDigits(std::string text) {
   std::erase_if(text, [](unsigned char each) { return std::isdigit(each) != 0; });
   return text;

@@ -1,5 +1,5 @@
-// What checks of a light field find. docs/light_field.md ("Checks") has a row for each check: what it judges,
-// who runs it, who repeats what it found, and what it costs.
+// Findings of checks of a light field. docs/light_field.md ("Checks") has a row for each check: what it
+// judges, who runs it, who repeats what it found, and what it costs.
 #pragma once
 
 #include <filesystem>
@@ -21,42 +21,42 @@ inline constexpr Check kChecks[] = {Check::kFiles, Check::kPoints, Check::kSubje
                                     Check::kLight};
 const char* Name(Check check);
 
-// What a check found wrong.
+// Says what a check found wrong.
 struct Finding {
   std::string check;                 // Name() of a Check, or of one that a newer ulf knows
   std::string text;                  // for people; "{views}" in it stands for the views
   std::map<int, std::string> views;  // their photographs by id; empty: the light field as a whole
 
-  std::string Words() const;
+  std::string Words() const;  // the text with the views' numbers and photographs in place of "{views}"
 };
 
-// Exchanges what the check found before for `found`.
+// Replaces the check's earlier findings by `found`.
 void Replace(Check check, const std::vector<Finding>& found, std::vector<Finding>& findings);
 
-// Warns of each once in a process, because some commands read a light field several times.
+// Logs each finding once in a process, because some commands read a light field several times.
 void WarnOnce(const std::filesystem::path& light_field, const std::vector<Finding>& findings);
 
-// The same for words that are whole.
+// Does the same for texts that name the light field themselves.
 void WarnOnce(const std::vector<std::string>& words);
 
-// What was found in an earlier run and is kept in the journal, with digests of what it was found in: what has
-// changed since is in doubt no longer.
+// Digests of the inputs of a check for one view, which reveal later changes.
 struct JudgedView {
-  std::string photograph, pose;  // digests; empty: it does not matter to the check
+  std::string photograph, pose;  // empty: the check does not depend on it
   bool operator==(const JudgedView&) const = default;
 };
+// A finding of an earlier run in the journal: it lapses for views whose inputs have changed.
 struct KeptFinding {
   std::string check, text;
-  bool whole = false;  // about the light field as a whole, of which `views` are examples
+  bool whole = false;  // about the light field as a whole; `views` are examples
   std::map<int, JudgedView> views;
   bool operator==(const KeptFinding&) const = default;
 };
 
-// "view 7", "views 3, 5 to 9 and 12"; of many runs the first ones and the number of the rest. Empty for no
-// view.
+// Returns "view 7" or "views 3, 5 to 9 and 12"; of many runs the first ones and the number of the rest. It is
+// empty for no view.
 std::string ViewNumbers(const std::set<int>& ids);
 
-// The same for the keys of a map.
+// Does the same for the keys of a map.
 template <typename Value>
 std::string ViewNumbers(const std::map<int, Value>& by_id) {
   std::set<int> ids;

@@ -1,5 +1,4 @@
-// The journal of a light field as its derived files know it: its name, its version and what identifies its
-// content.
+// Identifies the journal of a light field for its derived files, by its name, its version and its content.
 #pragma once
 
 #include <cstdint>
@@ -21,12 +20,12 @@ struct JournalStamp {
   bool operator==(const JournalStamp&) const = default;
 };
 
-// The stamp of the first `bytes` of FILE; none: the file is shorter or unreadable.
+// Returns the stamp of the first `bytes` of FILE; none if the file is shorter or unreadable.
 std::optional<JournalStamp> StampOf(const std::filesystem::path& file, std::uint64_t bytes);
-// The stamp of the whole file.
+// Returns the stamp of the whole file.
 std::optional<JournalStamp> StampOf(const std::filesystem::path& file);
 
-// A light field by a newer ulf. Nothing is wrong with it, and this program neither reads nor changes it.
+// Reports a light field by a newer ulf. It is intact, but this program neither reads nor changes it.
 class NewerFormatError : public Error {
  public:
   using Error::Error;

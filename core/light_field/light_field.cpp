@@ -28,7 +28,7 @@ Subject ParseSubject(const std::string& text) {
   return subject;
 }
 
-void UpOfCameras::Add(const Eigen::Matrix3d& cam_from_world) {
+void UpEstimator::Add(const Eigen::Matrix3d& cam_from_world) {
   const Eigen::Vector3d right = cam_from_world.row(0);
   ++count_;
   up_ -= cam_from_world.row(1);
@@ -36,7 +36,7 @@ void UpOfCameras::Add(const Eigen::Matrix3d& cam_from_world) {
   rights_ += right * right.transpose();
 }
 
-Eigen::Vector3d UpOfCameras::Up() const {
+Eigen::Vector3d UpEstimator::Up() const {
   // The mean of the cameras' -y axes has length 1 if all are upright. If it is shorter than kLeastMean
   // (cameras held sideways or turned round), the common axis of their x axes is up, provided that the mean
   // square of x along it exceeds kAlike. Guessed.
@@ -57,12 +57,12 @@ std::string LightField::CalibrationSource(int camera) const {
 
 Eigen::Vector3d LightField::UpInWorld() const {
   if (up_in_world) return *up_in_world;
-  UpOfCameras cameras_up;
+  UpEstimator cameras_up;
   for (const View& view : views) cameras_up.Add(view.cam_from_world.RotationMatrix());
   return cameras_up.Up();
 }
 
-std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field) {
+std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field) {
   if (light_field.views.size() < 2) return std::nullopt;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
@@ -81,7 +81,7 @@ std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field) {
 }
 
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {
-  const auto meeting = MeetingOfAxes(light_field);
+  const auto meeting = ConvergenceOfAxes(light_field);
   if (!meeting) return std::nullopt;
   const Eigen::Vector3d& center = *meeting;
   std::vector<double> distances, half_angles;

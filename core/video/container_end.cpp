@@ -21,7 +21,7 @@ class Bytes {
     if (unknown) size_ = 0;
   }
   std::uint64_t size() const { return size_; }
-  // Bytes from `at` on; fewer at the end of the file.
+  // Returns bytes from `at` on; fewer at the end of the file.
   std::string At(std::uint64_t at, std::size_t count) {
     std::string bytes(count, '\0');
     stream_.clear();
@@ -47,9 +47,9 @@ std::string Short(std::uint64_t there, std::uint64_t named) {
                      1e-6 * static_cast<double>(named));
 }
 
-// ISO/IEC 14496-12: boxes of a size (32 bits, or 64 behind a 1; 0: to the end of the file) and a name.
+// ISO/IEC 14496-12 has boxes of a size (32 bits, or 64 behind a 1; 0: to the end of the file) and a name.
 std::string MissingInBoxes(Bytes& bytes) {
-  constexpr int kMostBoxes = 100'000;  // of a fragmented file. Guessed.
+  constexpr int kMostBoxes = 100'000;  // for a fragmented file. Guessed.
   bool has_index = false;
   std::uint64_t at = 0;
   for (int box = 0; box < kMostBoxes && at + 8 <= bytes.size(); ++box) {
@@ -60,7 +60,7 @@ std::string MissingInBoxes(Bytes& bytes) {
     if (size == 0) size = bytes.size() - at;
     const std::string name = head.substr(4, 4);
     has_index = has_index || name == "moov";
-    if (size < 8) return {};  // not as the standard says: the reader judges
+    if (size < 8) return {};  // invalid: the reader reports it
     if (size > bytes.size() - at)
       return Short(bytes.size(), at + size) + (has_index ? "" : ", and with it the index ('moov')");
     at += size;
@@ -69,8 +69,8 @@ std::string MissingInBoxes(Bytes& bytes) {
                    : "its index ('moov') is missing, which is written last: the recording was not closed";
 }
 
-// A number of EBML (RFC 8794) at the beginning of `bytes`, and its length; none where it is cut. All ones:
-// not known.
+// A number of EBML (RFC 8794) at the beginning of `bytes`, and its length; none if it is truncated. All ones
+// mean unknown.
 struct EbmlNumber {
   std::uint64_t value = 0;
   std::size_t length = 0;
@@ -87,7 +87,7 @@ std::optional<EbmlNumber> NumberIn(std::string_view bytes) {
   return EbmlNumber{value, length, value != ones};
 }
 
-// Matroska: a header, then one segment that holds all.
+// Matroska has a header, then one segment that holds all.
 std::string MissingInSegment(Bytes& bytes) {
   constexpr std::string_view kSegment("\x18\x53\x80\x67", 4);
   const auto header = NumberIn(bytes.At(4, 8));
@@ -105,7 +105,7 @@ std::string MissingInRiff(Bytes& bytes) {
   const std::string size = bytes.At(4, 4);
   if (size.size() < 4) return {};
   const std::uint64_t end = 8 + Big(std::string(size.rbegin(), size.rend()));
-  constexpr std::uint64_t kEmpty = 8;  // of a recording that was not closed
+  constexpr std::uint64_t kEmpty = 8;  // in a recording that was not closed
   return end > bytes.size() && end > kEmpty ? Short(bytes.size(), end) : std::string();
 }
 

@@ -11,10 +11,10 @@
 namespace ulf {
 namespace {
 
-// BT.2408: reference white, a sheet of paper, in cd/m2 under PQ and as a signal under HLG.
+// BT.2408's reference white, a sheet of paper, in cd/m2 under PQ and as a signal under HLG.
 constexpr double kPaperNits = 203, kPaperSignal = 0.75;
 
-// SMPTE ST 2084, in cd/m2.
+// Decodes SMPTE ST 2084, in cd/m2.
 double NitsFromPq(double signal) {
   constexpr double m1 = 2610.0 / 16384, m2 = 2523.0 / 4096 * 128;
   constexpr double c1 = 3424.0 / 4096, c2 = 2413.0 / 4096 * 32, c3 = 2392.0 / 4096 * 32;
@@ -22,15 +22,14 @@ double NitsFromPq(double signal) {
   return 10000 * std::pow(std::max(0.0, power - c1) / (c2 - c3 * power), 1 / m1);
 }
 
-// ARIB STD-B67: the scene's light, 1 at the largest signal.
+// Decodes ARIB STD-B67 to the scene's light, 1 at the largest signal.
 double SceneFromHlg(double signal) {
   constexpr double a = 0.17883277, b = 1 - 4 * a;
   const double c = 0.5 - a * std::log(4 * a);
   return signal <= 0.5 ? signal * signal / 3 : (std::exp((signal - c) / a) + b) / 12;
 }
 
-// Linear R, G, B of BT.709's primaries from BT.2020's (ITU-R BT.2087) and from those of P3 with D65 (SMPTE EG
-// 432-1).
+// Convert BT.2020 (ITU-R BT.2087) and P3 with D65 (SMPTE EG 432-1) to linear R, G, B of BT.709's primaries.
 const cv::Matx33f kFromBt2020(1.660491F, -0.587641F, -0.072850F, -0.124550F, 1.132900F, -0.008349F,
                               -0.018151F, -0.100579F, 1.118730F);
 const cv::Matx33f kFromP3(1.224940F, -0.224940F, 0, -0.042057F, 1.042057F, 0, -0.019638F, -0.078636F,
@@ -38,7 +37,7 @@ const cv::Matx33f kFromP3(1.224940F, -0.224940F, 0, -0.042057F, 1.042057F, 0, -0
 
 const char* Word(const char* name) { return name ? name : "unknown"; }
 
-// Chooses for a stream that does not say it, as players do.
+// Chooses a matrix for a stream without one, as players do.
 AVColorSpace UsualMatrix(int height) {
   constexpr int kHighDefinition = 720;
   return height >= kHighDefinition ? AVCOL_SPC_BT709 : AVCOL_SPC_SMPTE170M;
@@ -71,7 +70,7 @@ VideoLight::VideoLight(const AVFrame& frame)
       range_(frame.color_range),
       primaries_(frame.color_primaries),
       curve_(frame.color_trc) {
-  Judge(frame);
+  InterpretTags(frame);
   if (is_deep_) MakeCurve();
 }
 
@@ -80,11 +79,11 @@ bool VideoLight::IsOf(const AVFrame& frame) const {
          frame.color_primaries == primaries_ && frame.color_trc == curve_;
 }
 
-void VideoLight::Judge(const AVFrame& frame) {
+void VideoLight::InterpretTags(const AVFrame& frame) {
   const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(format_);
   is_rgb_ = layout && (layout->flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL)) != 0;
   const bool is_gray = layout && layout->nb_components <= 2 && !is_rgb_;
-  // swscale takes grey values of 8 bits for full range, whatever it is told.
+  // swscale always takes 8-bit grey values for full range.
   is_full_ = is_rgb_ || is_gray || IsMarkedFull(format_) || range_ == AVCOL_RANGE_JPEG;
   if (is_gray && range_ == AVCOL_RANGE_MPEG) gray_bits_ = layout->comp[0].depth;
   if (is_gray && range_ == AVCOL_RANGE_UNSPECIFIED)
@@ -116,7 +115,7 @@ void VideoLight::Judge(const AVFrame& frame) {
                       Word(Ffmpeg().av_color_transfer_name(curve_))));
       break;
     default:
-      break;  // curves for displays, which players show as they are
+      break;  // curves for displays, which players show unchanged
   }
   switch (primaries_) {
     case AVCOL_PRI_BT2020:
@@ -142,7 +141,7 @@ void VideoLight::Judge(const AVFrame& frame) {
   }
   if (layout && (layout->flags & AV_PIX_FMT_FLAG_ALPHA) != 0 && (layout->flags & AV_PIX_FMT_FLAG_PAL) == 0)
     notes_.emplace_back("what it says of opacity (alpha) is left out");
-  // Through which swscale sends red, green and blue of more than 8 bits, too: there and back again alike.
+  // swscale converts red, green and blue of more than 8 bits through it and back.
   used_matrix_ = is_rgb_ || is_gray ? static_cast<AVColorSpace>(SWS_CS_DEFAULT) : matrix_;
   if (is_rgb_ || is_gray) return;
   const AVColorSpace usual = UsualMatrix(frame.height);
@@ -206,7 +205,7 @@ void VideoLight::MakeCurve() {
   }
 }
 
-cv::Mat VideoLight::Finished(const cv::Mat& scaled) const {
+cv::Mat VideoLight::ToSrgbOrLinear(const cv::Mat& scaled) const {
   cv::Mat bgr = scaled;
   if (gray_bits_ > 0) {  // limited range: black is 16, white 235, of 8 bits
     const double codes = (std::pow(2, gray_bits_) - 1) / std::pow(2, gray_bits_ - 8),

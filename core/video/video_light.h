@@ -1,4 +1,4 @@
-// How the numbers of a video's pictures mean light: from what the stream says to sRGB or to linear light.
+// Converts the pictures of a video to sRGB or linear light, as the stream describes them.
 #pragma once
 
 extern "C" {
@@ -15,29 +15,29 @@ extern "C" {
 
 namespace ulf {
 
-// The same layout without the mark of full range, which swscale takes from elsewhere (yuvj420p is yuv420p).
+// Returns the same layout without the mark of full range, which swscale does not use (yuvj420p is yuv420p).
 AVPixelFormat WithoutRange(AVPixelFormat format);
 
 class VideoLight {
  public:
-  // Throws Error, without the file's name, where the colours are coded in a way that is not understood.
+  // Throws Error, without the file's name, if the coding of colours is unknown.
   explicit VideoLight(const AVFrame& frame);
 
-  // Whether the frame's numbers mean the same, so that one conversion serves both.
+  // Returns whether the frame has the same encoding, so that one conversion serves both.
   bool IsOf(const AVFrame& frame) const;
   void Set(SwsContext& scaler) const;
-  // More than 8 bits are kept, and needed: a high dynamic range, or other primaries.
+  // More than 8 bits are kept because of a high dynamic range or other primaries.
   bool is_deep() const { return is_deep_; }
   Transfer transfer() const { return is_linear_ ? Transfer::kLinear : Transfer::kSrgb; }
-  // B, G, R as the scaler gives them (16 bits where deep), to sRGB of 8 bits, or to linear light in float
-  // with sRGB's primaries where 1 is the white of a sheet of paper.
-  cv::Mat Finished(const cv::Mat& scaled) const;
+  // Converts the scaler's B, G, R (16 bits if deep) to sRGB of 8 bits, or to linear light in float with
+  // sRGB's primaries where 1 is the white of a sheet of paper.
+  cv::Mat ToSrgbOrLinear(const cv::Mat& scaled) const;
 
   const std::vector<std::string>& notes() const { return notes_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  void Judge(const AVFrame& frame);
+  void InterpretTags(const AVFrame& frame);
   void MakeCurve();
 
   AVPixelFormat format_;
@@ -46,9 +46,9 @@ class VideoLight {
   AVColorPrimaries primaries_;
   AVColorTransferCharacteristic curve_;
   bool is_rgb_ = false, is_full_ = false, is_deep_ = false, is_linear_ = false;
-  int gray_bits_ = 0;                                     // of a grey value in limited range; 0: none such
-  cv::Matx33f srgb_from_primaries_ = cv::Matx33f::eye();  // of R, G, B
-  std::vector<float> linear_;                             // by 16-bit value
+  int gray_bits_ = 0;                                     // bits of a grey value in limited range, or 0
+  cv::Matx33f srgb_from_primaries_ = cv::Matx33f::eye();  // acts on R, G, B
+  std::vector<float> linear_;                             // indexed by 16-bit value
   std::vector<std::string> notes_, warnings_;
 };
 

@@ -34,7 +34,7 @@ using Scaler = std::unique_ptr<SwsContext, FreeScaler>;
 
 constexpr const char* kNameAnother = "; name a video, a folder of photographs or a light field";
 
-// No file makes this process read others: a playlist may name addresses.
+// No file may make this process read others: a playlist may name addresses.
 Input Open(const fs::path& file) {
   RouteFfmpegLog();
   AVDictionary* options = nullptr;
@@ -45,26 +45,26 @@ Input Open(const fs::path& file) {
   Ffmpeg().av_dict_free(&options);
   if (status < 0) {
     const std::string missing = MissingEnd(file);
-    throw Error(
-        "{}: is no video that can be opened: {}", file.string(),
-        missing.empty() ? FfmpegWords(status) + kNameAnother : missing + "; copy it again from its source");
+    throw Error("{}: is no video that can be opened: {}", file.string(),
+                missing.empty() ? FfmpegErrorText(status) + kNameAnother
+                                : missing + "; copy it again from its source");
   }
   return Input(opened);
 }
 
-// One photograph is a stream of one picture to FFmpeg.
+// To FFmpeg one photograph is a stream of one picture.
 bool IsPictureFormat(const AVFormatContext& input) {
   const std::string name = input.iformat->name;
   return name.starts_with("image2") || name.ends_with("_pipe");
 }
 
-// What FFmpeg draws of any text, as a terminal would have shown it.
+// Detects text that FFmpeg draws as a terminal would have shown it.
 bool IsDrawnText(const AVFormatContext& input) {
   constexpr std::array<std::string_view, 5> kTexts{"tty", "bin", "xbin", "adf", "idf"};
   return std::ranges::find(kTexts, std::string_view(input.iformat->name)) != kTexts.end();
 }
 
-// Pictures of a cover do not count.
+// Cover pictures do not count.
 int VideosIn(const AVFormatContext& input) {
   int videos = 0;
   for (unsigned i = 0; i < input.nb_streams; ++i)
@@ -80,10 +80,10 @@ int StreamOf(AVFormatContext& input) {
   return is_cover ? -1 : stream;
 }
 
-// How stored pictures become upright ones: by quarter turns, and mirrored first where a camera showed its
+// Describes how stored pictures become upright: by quarter turns, and mirrored first if a camera showed its
 // user.
 struct Turn {
-  bool transposes = false, flips_x = false, flips_y = false;  // in this order
+  bool transposes = false, flips_x = false, flips_y = false;  // applied in this order
   bool any() const { return transposes || flips_x || flips_y; }
   int Degrees() const {  // clockwise, mirrored or not
     if (!transposes) return flips_y ? 180 : 0;
@@ -121,7 +121,7 @@ cv::Mat Turned(const cv::Mat& stored, const Turn& turn) {
   return flipped;
 }
 
-// One of the two pictures that an interlaced frame holds, whose lines were taken at one time.
+// One of the two fields of an interlaced frame, whose lines were exposed at one time.
 struct Field {
   std::array<const std::uint8_t*, 4> data{};
   std::array<int, 4> line_bytes{};
@@ -139,7 +139,7 @@ Field FieldOf(const AVFrame& frame, bool is_bottom) {
   return field;
 }
 
-// The lines between those of a field, from the lines above and below.
+// Interpolates the lines between those of a field from the lines above and below.
 cv::Mat WithLinesBetween(const cv::Mat& field, bool is_bottom, int height) {
   const cv::Matx23d full_from_field(1, 0, 0, 0, 2, is_bottom ? 1 : 0);
   cv::Mat full;
@@ -164,7 +164,7 @@ struct VideoReader::State {
           name);
     if (IsDrawnText(*input)) throw Error("{}: is no video{}", name, kNameAnother);
     if (const int status = Ffmpeg().avformat_find_stream_info(input.get(), nullptr); status < 0)
-      throw Error("{}: is no video that can be read: {}", name, FfmpegWords(status));
+      throw Error("{}: is no video that can be read: {}", name, FfmpegErrorText(status));
     index = StreamOf(*input);
     if (index < 0) throw Error("{}: holds sound or data and no video{}", name, kNameAnother);
     RefuseDolbyVision();
@@ -188,7 +188,7 @@ struct VideoReader::State {
 
   const AVStream& Stream() const { return *input->streams[index]; }
 
-  // Its profile 5 stores pictures in colours of its own, and no tag but this one says so.
+  // Its profile 5 stores pictures in its own colours, and only this tag says so.
   void RefuseDolbyVision() const {
     const std::uint8_t* data = Ffmpeg().av_stream_get_side_data(&Stream(), AV_PKT_DATA_DOVI_CONF, nullptr);
     if (!data) return;
@@ -216,10 +216,10 @@ struct VideoReader::State {
     int status = Ffmpeg().avcodec_parameters_to_context(codec.get(), parameters);
     if (status >= 0) status = Ffmpeg().avcodec_open2(codec.get(), decoder, nullptr);
     if (status < 0)
-      throw Error("{}: the decoder of {} cannot be opened: {}", name, decoder->name, FfmpegWords(status));
+      throw Error("{}: the decoder of {} cannot be opened: {}", name, decoder->name, FfmpegErrorText(status));
   }
 
-  // The next picture into `frame`; false at the end.
+  // Decodes the next picture into `frame`; returns false at the end.
   bool Decode() {
     while (true) {
       const int status = Ffmpeg().avcodec_receive_frame(codec.get(), frame);
@@ -237,13 +237,13 @@ struct VideoReader::State {
     }
   }
 
-  // Gives the decoder another packet, or the word that there are no more. False where it has had that.
+  // Gives the decoder another packet, or the end of stream. Returns false if it has had that.
   bool Feed() {
     if (drains) return false;
     while (true) {
       const int status = Ffmpeg().av_read_frame(input.get(), packet);
       if (status < 0) {
-        if (status != AVERROR_EOF) problem = FfmpegWords(status);
+        if (status != AVERROR_EOF) problem = FfmpegErrorText(status);
         drains = true;
         Ffmpeg().avcodec_send_packet(codec.get(), nullptr);
         return true;
@@ -261,7 +261,7 @@ struct VideoReader::State {
     }
   }
 
-  // Of the stream, else of its pictures; null: there are none of this kind.
+  // Returns data of the stream, or of its pictures; null if there are none of this kind.
   template <typename Facts>
   const Facts* SideData(AVPacketSideDataType of_stream, AVFrameSideDataType of_picture) const {
     if (const AVFrameSideData* data = Ffmpeg().av_frame_get_side_data(frame, of_picture))
@@ -272,16 +272,16 @@ struct VideoReader::State {
   void RequireOneLens() const {
     if (const auto* sphere = SideData<AVSphericalMapping>(AV_PKT_DATA_SPHERICAL, AV_FRAME_DATA_SPHERICAL))
       throw Error("{}: is a panorama (it says that its pictures are spherical), which no lens made; {}", name,
-                  WayFromPanorama(sphere->projection == AV_SPHERICAL_EQUIRECTANGULAR, "OUT%05d.png"));
+                  PanoramaRemedy(sphere->projection == AV_SPHERICAL_EQUIRECTANGULAR, "OUT%05d.png"));
     if (const auto* stereo = SideData<AVStereo3D>(AV_PKT_DATA_STEREO3D, AV_FRAME_DATA_STEREO3D);
         stereo && stereo->type != AV_STEREO3D_2D)
       throw Error("{}: shows stereo pairs{}, which no single lens made; {}", name,
                   stereo->type == AV_STEREO3D_SIDEBYSIDE  ? ", side by side"
                   : stereo->type == AV_STEREO3D_TOPBOTTOM ? ", one above the other"
                                                           : "",
-                  WayFromStereoPair(stereo->type == AV_STEREO3D_SIDEBYSIDE  ? StereoLayout::kSideBySide
-                                    : stereo->type == AV_STEREO3D_TOPBOTTOM ? StereoLayout::kOverUnder
-                                                                            : StereoLayout::kOther));
+                  StereoPairRemedy(stereo->type == AV_STEREO3D_SIDEBYSIDE  ? StereoLayout::kSideBySide
+                                   : stereo->type == AV_STEREO3D_TOPBOTTOM ? StereoLayout::kOverUnder
+                                                                           : StereoLayout::kOther));
   }
 
   void TellFacts() {
@@ -351,18 +351,18 @@ struct VideoReader::State {
                               : " and mirrored"));
   }
 
-  // `frame` as pixels, upright.
+  // Converts `frame` to upright pixels.
   Image Picture() {
     if (!is_interlaced) {
       Field whole;
       whole.height = frame->height;
       std::copy_n(frame->data, whole.data.size(), whole.data.begin());
       std::copy_n(frame->linesize, whole.line_bytes.size(), whole.line_bytes.begin());
-      return {Turned(light->Finished(Converted(whole)), turn), light->transfer()};
+      return {Turned(light->ToSrgbOrLinear(Converted(whole)), turn), light->transfer()};
     }
     const Field field = FieldOf(*frame, is_bottom_first);
     const cv::Mat full = WithLinesBetween(Converted(field), is_bottom_first, frame->height);
-    return {Turned(light->Finished(full), turn), light->transfer()};
+    return {Turned(light->ToSrgbOrLinear(full), turn), light->transfer()};
   }
 
   cv::Mat Converted(const Field& field) {
@@ -384,7 +384,8 @@ struct VideoReader::State {
     std::array<int, 4> line_bytes{static_cast<int>(pixels.step)};
     const int lines = Ffmpeg().sws_scale(scaler.get(), field.data.data(), field.line_bytes.data(), 0,
                                          field.height, data.data(), line_bytes.data());
-    if (lines != field.height) throw Error("{}: a picture cannot be converted: {}", name, FfmpegWords(lines));
+    if (lines != field.height)
+      throw Error("{}: a picture cannot be converted: {}", name, FfmpegErrorText(lines));
     return pixels;
   }
 
@@ -404,8 +405,8 @@ struct VideoReader::State {
     return last_time_s;
   }
 
-  // A stream may change its matrix or range on the way, as films do that were joined. False where its
-  // pictures would be of another kind than the first ones.
+  // A stream may change its matrix or range on the way, as joined films do. Returns false if its pictures
+  // would be of another kind than the first ones.
   bool FollowLight() {
     if (light->IsOf(*frame)) return true;
     try {

@@ -1,7 +1,6 @@
-// Reads a video by FFmpeg's libraries. What the stream says of its numbers counts: matrix, range, primaries
-// and transfer curve; how the pictures are turned; how wide a pixel is. What it does not say is taken as
-// players take it, and said. ITU-R BT.601, BT.709 and BT.2020 (matrices and primaries), BT.2100 (PQ and HLG),
-// BT.2408 (reference white).
+// Reads a video by FFmpeg's libraries. It follows the stream's matrix, range, primaries and transfer curve,
+// orientation and pixel aspect; missing ones get players' defaults, which the notes say. The standards are
+// ITU-R BT.601, BT.709 and BT.2020 (matrices and primaries), BT.2100 (PQ and HLG), BT.2408 (reference white).
 #pragma once
 
 #include <filesystem>
@@ -16,33 +15,33 @@
 namespace ulf {
 
 struct VideoFacts {
-  int width = 0, height = 0;          // of the pictures, turned as the file asks
-  double frame_rate = 0;              // pictures a second on average; 0: the file does not say
-  double frames = 0;                  // how many the file announces, often a guess; 0: it does not say
-  double pixel_aspect = 1;            // width of a pixel over its height, turned
-  std::vector<std::string> notes;     // what was decided, one sentence without its dot each
-  std::vector<std::string> warnings;  // what may not be as its maker meant it
+  int width = 0, height = 0;          // of the pictures, rotated as the file demands
+  double frame_rate = 0;              // pictures a second on average; 0: unknown
+  double frames = 0;                  // the number that the file announces, often a guess; 0: unknown
+  double pixel_aspect = 1;            // width of a pixel over its height, after rotation
+  std::vector<std::string> notes;     // decisions, one sentence without its dot each
+  std::vector<std::string> warnings;  // interpretations that may differ from the maker's intention
 };
 
 struct VideoPicture {
-  Image image;  // B, G, R: 8 bits in sRGB, or float in linear light where the video has a high dynamic range
-  double time_s = 0;  // by the container, from the first picture on; never the same twice
+  Image image;        // B, G, R: 8 bits in sRGB, or float linear light for high dynamic range
+  double time_s = 0;  // by the container, from the first picture on; strictly increasing
 };
 
 class VideoReader {
  public:
-  // Opens local files only, whatever they refer to. Throws Error where it is no video, or where its pictures
-  // cannot be understood.
+  // Opens local files only, whatever they refer to. Throws Error if it is no video, or if its pictures cannot
+  // be interpreted.
   explicit VideoReader(const std::filesystem::path& file);
   VideoReader(const VideoReader&) = delete;
   VideoReader& operator=(const VideoReader&) = delete;
   ~VideoReader();
 
   const VideoFacts& Facts() const;
-  // None at the end.
+  // Returns none at the end.
   std::optional<VideoPicture> Next();
-  // What was wrong so far, in words: a part that is missing or damaged, pictures of another size that were
-  // left out. Empty: nothing.
+  // Describes the faults so far: a part that is missing or damaged, pictures of another size that were left
+  // out; empty if none.
   std::string Problem() const;
 
  private:

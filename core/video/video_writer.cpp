@@ -54,7 +54,7 @@ struct VideoWriter::State {
   void Require(int status, const char* what) const {
     if (status >= 0) return;
     if (status == AVERROR(ENOSPC) || status == AVERROR(EDQUOT)) ThrowDiskError(-status, name + ": " + what);
-    throw Error("{}: {}: {}", name, what, FfmpegWords(status));
+    throw Error("{}: {}: {}", name, what, FfmpegErrorText(status));
   }
 
   void OpenCodec(double frame_rate) {
@@ -76,7 +76,7 @@ struct VideoWriter::State {
       codec->color_trc = AVCOL_TRC_BT709;
       codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
       if (encoder->id == AV_CODEC_ID_H264) {
-        Ffmpeg().av_opt_set(codec->priv_data, "crf", "17", 0);  // differences are hardly seen
+        Ffmpeg().av_opt_set(codec->priv_data, "crf", "17", 0);  // visually almost lossless
         Ffmpeg().av_opt_set(codec->priv_data, "preset", "medium", 0);
       } else {
         codec->flags |= AV_CODEC_FLAG_QSCALE;
@@ -90,7 +90,7 @@ struct VideoWriter::State {
           "{}: no video can be written here (neither H.264 nor MPEG-4); give a folder to get pictures", name);
     throw Refusal(
         Parameter("fps"), fmt::format("{}", frame_rate),
-        fmt::format("{} cannot have this rate or size ({})", codec->codec->name, FfmpegWords(status)),
+        fmt::format("{} cannot have this rate or size ({})", codec->codec->name, FfmpegErrorText(status)),
         "give a rounder rate");
   }
 
@@ -110,7 +110,7 @@ struct VideoWriter::State {
     Require(written, "cannot be written");
   }
 
-  // Gives the encoder a picture, or the end; writes what it has made.
+  // Gives the encoder a picture, or the end of stream; writes its output.
   void Encode(AVFrame* picture) {
     Require(Ffmpeg().avcodec_send_frame(codec, picture), "a picture cannot be encoded");
     while (true) {

@@ -86,7 +86,7 @@ class SubjectViews {
   Subject subject_;
   std::vector<CriterionView> views_;
   std::vector<Eigen::Vector3d> directions_;
-  UpOfCameras cameras_up_;
+  UpEstimator cameras_up_;
 };
 
 struct CoverageMapOptions {

@@ -248,7 +248,7 @@ std::optional<unsigned> RenderedReview::Draw(const CameraModel& camera, const Ri
     const bool rests = drawn_from_ && drawn_from_->rotation.coeffs() == cam_from_world.rotation.coeffs() &&
                        drawn_from_->translation == cam_from_world.translation;
     drawn_from_ = cam_from_world;
-    const cv::Size size = rests ? whole : size_.For(whole);
+    const cv::Size size = rests ? whole : size_.SizeFor(whole);
     const CameraModel drawn = camera.ScaledTo(size.width, size.height);
     const CameraModel wide = DistortedPicture::Undistorted(drawn);
     if (!TryNext(wide, cam_from_world)) {

@@ -36,7 +36,7 @@ struct SessionArgs {
   // CaptureOptions::threshold_px, and its cap with until_share: false: a light field that is resumed has its
   // own.
   bool threshold_is_given = false, goal_is_given = false;
-  std::function<bool()> stop = StopOnSignal::Asked;
+  std::function<bool()> stop = StopOnSignal::Requested;
 };
 
 // Takes frames from a started device up to its first complete live frame, which is the last of `taken`;

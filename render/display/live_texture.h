@@ -17,7 +17,7 @@ class LiveTexture {
   LiveTexture& operator=(const LiveTexture&) = delete;
   void Upload(const cv::Mat& srgb8);  // 8-bit B, G, R
   // Fills the bound framebuffer of size `screen`: the picture in `area` (pixels from the upper left), the
-  // colour `around_rgb` elsewhere. Without blending, which takes a software rasteriser longer than the
+  // colour `around_rgb` elsewhere. It does not blend, which takes a software rasteriser longer than the
   // picture.
   void FillScreen(const cv::Rect2d& area, const cv::Size& screen, const cv::Vec3f& around_rgb) const;
   bool empty() const { return texture_ == 0; }

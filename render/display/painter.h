@@ -14,7 +14,7 @@ struct ImGuiContext;
 
 namespace ulf::render {
 
-// The place of a whole picture on the screen, with its aspect ratio; pixels.
+// The place of a whole picture on the screen in pixels; its aspect ratio is kept.
 struct Placement {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();
   double scale = 1;
@@ -24,7 +24,7 @@ struct Placement {
   cv::Rect2d Area() const { return {origin.x(), origin.y(), scale * picture.width, scale * picture.height}; }
 };
 
-// Sizes of text: 17, 23 and 36 points. Labels with other sizes get the nearest.
+// Text has 17, 23 or 36 points. Labels with other sizes get the nearest.
 enum class TextSize { kSmall, kMedium, kLarge };
 
 class Painter {
@@ -37,7 +37,7 @@ class Painter {
   // Begins a frame on a screen of this size in pixels.
   void Begin(const cv::Size& screen, double pixels_per_point);
   void Picture(unsigned texture, const cv::Rect2d& area, double opacity = 1);
-  // The part of a picture to the right of `from`, a share of its width.
+  // Draws the part of a picture to the right of `from`, a share of its width.
   void PictureRightOf(unsigned texture, const cv::Rect2d& area, double from);
   void Draw(const Overlay& overlay, const Placement& placement);
   void Box(const cv::Rect2d& area, const Rgba& color, double corner_points = 4);
@@ -57,7 +57,7 @@ class Painter {
   void MakeFonts(double pixels_per_point);
 
   std::unique_ptr<ImGuiContext, DestroyContext> context_;
-  double pixels_per_point_ = 0;  // of the fonts
+  double pixels_per_point_ = 0;  // of the current fonts
 };
 
 }  // namespace ulf::render

@@ -10,7 +10,7 @@ using Eigen::Vector2d;
 double ScaleOf(const Surface& surface) {
   constexpr double kWideEnough = 960, kHighEnough = 540;  // points that the texts need. Guessed.
   constexpr double kLeast = 0.6;                          // smaller text cannot be read. Guessed.
-  constexpr double kSteps = 20;                           // per unit: for each scale fonts are made again
+  constexpr double kSteps = 20;                           // per unit: each scale needs its own fonts
   const cv::Size screen = surface.Size();
   const double fits = std::min(screen.width / kWideEnough, screen.height / kHighEnough);
   const double wanted = std::clamp(fits, kLeast, surface.ContentScale());
@@ -63,7 +63,7 @@ void PlainPanels::Table(const std::vector<TableRow>& rows, const Vector2d& corne
 
 void PlainPanels::Instruction(const std::string& words, const Rgba& color) const {
   if (words.empty()) return;
-  // The largest size that fits between the panels.
+  // Uses the largest size that fits between the panels.
   const double room = std::min<double>(screen_.width - Px(40), Px(900));
   TextSize size = TextSize::kLarge;
   if (painter_.Extent(words, size).x() > room) size = TextSize::kMedium;

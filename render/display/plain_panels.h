@@ -1,4 +1,4 @@
-// Text and tables on a dark ground around a picture. The panels have no state between frames.
+// Draws text and tables on a dark ground around a picture. The panels have no state between frames.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ inline constexpr Rgba kText{235, 235, 235}, kDim{170, 170, 170}, kGood{110, 220,
     kCareful{255, 200, 70}, kPanel{0, 0, 0, 175};
 }
 
-// Pixels per point: the screen's, or fewer for small windows, in which texts would overlap.
+// Returns pixels per point: the screen's, or fewer for small windows, in which texts would overlap.
 double ScaleOf(const Surface& surface);
 
 // An item of the status line; items are drawn from left to right.
@@ -36,23 +36,23 @@ struct KeyHelp {
   const char *keys, *what;
 };
 
-// The panels of one frame. `scale`: pixels per point.
+// Draws the panels of one frame. `scale` is in pixels per point.
 class PlainPanels {
  public:
   PlainPanels(Painter& painter, const cv::Size& screen, double scale)
       : painter_(painter), screen_(screen), scale_(scale) {}
 
   void Status(const std::vector<StatusItem>& items) const;  // along the top
-  // `anchor`: the point of the table that lies at `corner`: 0,0 its upper left, 1,1 its lower right.
+  // `anchor` is the point of the table that lies at `corner`: 0,0 its upper left, 1,1 its lower right.
   void Table(const std::vector<TableRow>& rows, const Eigen::Vector2d& corner, const Eigen::Vector2d& anchor,
              double wrap_points = 0) const;
   void Instruction(const std::string& words, const Rgba& color) const;  // large, below the middle
   void Notice(const std::string& words) const;  // above the instruction: the result of a request
   void Hint(const std::string& words) const;    // in the lower right corner
-  // The name and the keys of a mode, in the lower left corner.
+  // Draws the name and the keys of a mode in the lower left corner.
   void Mode(const std::vector<TableRow>& rows) const;
-  // Over a darkened picture; in two columns, parted at the first row without words on the left,
-  // where there is one.
+  // Draws over a darkened picture, in two columns that part at the first row without words on the left, if
+  // any.
   void Keys(const std::vector<TableRow>& rows) const;
   void Flash(const Rgba& color) const;  // along the window's edges, visible from the corner of the eye
 

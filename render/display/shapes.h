@@ -17,7 +17,7 @@ namespace ulf::render {
 
 struct Rgba {
   std::uint8_t r = 0, g = 0, b = 0, a = 255;
-  // `opacity` (0 to 1) times its own.
+  // Multiplies the opacity by `opacity` (0 to 1).
   Rgba WithOpacity(double opacity) const {
     return {r, g, b, static_cast<std::uint8_t>(std::lround(a * std::clamp(opacity, 0.0, 1.0)))};
   }
@@ -37,12 +37,12 @@ struct Polyline {
   Rgba color;
   bool closed = false;
 };
-// Convex.
+// The corners must form a convex polygon.
 struct Polygon {
   std::vector<Eigen::Vector2d> img;
   Rgba color;
 };
-// A quadrilateral of many that lie side by side: its edges are not smoothed.
+// One of many quadrilaterals side by side, whose edges are not smoothed.
 struct Patch {
   std::array<Eigen::Vector2d, 4> img;
   Rgba color;
@@ -57,7 +57,7 @@ struct Label {
   std::string text;
   double size = 20;
   Rgba color;
-  // The point of the text that lies at `img`: 0,0 its upper left, 1,1 its lower right.
+  // The point of the text that lies at `img`: 0,0 is its upper left, 1,1 its lower right.
   Eigen::Vector2d anchor{0.5, 0.5};
 };
 using OverlayShape = std::variant<Polyline, Polygon, Patch, Spot, Label>;

@@ -2,7 +2,7 @@
 
 #include <epoxy/gl.h>
 #include <fmt/core.h>
-// After OpenGL's own header.
+// This must follow OpenGL's own header.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -15,7 +15,7 @@
 
 #include "core/base/error.h"
 #include "render/gl/gl_objects.h"
-// Its macros come last.
+// This comes last because of its macros.
 #include <X11/Xlib.h>
 #include <fmt/format.h>
 #include <map>
@@ -59,7 +59,7 @@ class Window : public Surface {
  public:
   Window(const std::string& title, cv::Size points) {
     if (!glfwInit()) throw Error("no window: {}", LastGlfwError());
-    SurviveDisplayServer();
+    HandleDisplayServerLoss();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -79,34 +79,35 @@ class Window : public Surface {
       throw Error("no window with OpenGL 4.5: {}", reason);
     }
     glfwMakeContextCurrent(window_);
-    // The title comes after OpenGL: Mesa 22.3 crashes where a server ends while the window gets its OpenGL,
-    // and a program that ends servers finds the window by its title.
+    // The title is set after OpenGL: Mesa 22.3 crashes if a server ends while the window gets its OpenGL, and
+    // a program that ends servers finds the window by its title.
     glfwSetWindowTitle(window_, title.c_str());
     RequireServer();
-    SurviveDestroyedWindow();
+    HandleDestroyedWindow();
     glfwSwapInterval(0);  // callers have their own clocks
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
       const auto known = KeyOf(key);
       if (action != GLFW_RELEASE && known)
-        Of(window).Push(KeyPressed{*known, (modifiers & GLFW_MOD_SHIFT) != 0});
+        WindowOf(window).Push(KeyPressed{*known, (modifiers & GLFW_MOD_SHIFT) != 0});
     });
-    glfwSetCharCallback(window_,
-                        [](GLFWwindow* window, unsigned character) { Of(window).Push(Typed{character}); });
+    glfwSetCharCallback(
+        window_, [](GLFWwindow* window, unsigned character) { WindowOf(window).Push(Typed{character}); });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
-      Of(window).Push(MouseMoved{Of(window).PixelsFromPoints().cwiseProduct(Eigen::Vector2d(x, y))});
+      WindowOf(window).Push(
+          MouseMoved{WindowOf(window).PixelsFromPoints().cwiseProduct(Eigen::Vector2d(x, y))});
     });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
-      Of(window).Push(MouseButton{button, action == GLFW_PRESS});
+      WindowOf(window).Push(MouseButton{button, action == GLFW_PRESS});
     });
     glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double steps) {
       const auto held = [&](int left, int right) {
         return glfwGetKey(window, left) == GLFW_PRESS || glfwGetKey(window, right) == GLFW_PRESS;
       };
-      Of(window).Push(WheelTurned{steps, held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT),
-                                  held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)});
+      WindowOf(window).Push(WheelTurned{steps, held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT),
+                                        held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)});
     });
-    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { Of(window).Push(CloseAsked{}); });
+    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { WindowOf(window).Push(CloseAsked{}); });
   }
   ~Window() override {
     if (gone_) return;
@@ -161,11 +162,11 @@ class Window : public Surface {
 
  private:
   // Without this Xlib ends the process when the display server ends.
-  void SurviveDisplayServer() {
+  void HandleDisplayServerLoss() {
     Display* display = glfwGetX11Display ? glfwGetX11Display() : nullptr;
     if (!display) return;
     display_name_ = DisplayString(display);
-    XSetIOErrorHandler([](Display*) { return 0; });  // the default one prints a message about a fatal error
+    XSetIOErrorHandler([](Display*) { return 0; });  // the default one prints a fatal error
     XSetIOErrorExitHandler(
         display, [](Display*, void* window) { static_cast<Window*>(window)->gone_ = true; }, this);
   }
@@ -177,8 +178,8 @@ class Window : public Surface {
     throw SurfaceKilled("the window was closed by force");
   }
   // Without this Xlib ends the process for any request that fails, such as one for a window that another
-  // program has destroyed. To be called after the window is made, because GLFW then restores the default.
-  void SurviveDestroyedWindow() {
+  // program has destroyed. Call it after the window is made, because GLFW then restores the default.
+  void HandleDestroyedWindow() {
     if (!glfwGetX11Display || !glfwGetX11Display() || !glfwGetX11Window) return;
     destroyed = false;
     x11_window = glfwGetX11Window(window_);
@@ -188,7 +189,9 @@ class Window : public Surface {
       return 0;
     });
   }
-  static Window& Of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+  static Window& WindowOf(GLFWwindow* window) {
+    return *static_cast<Window*>(glfwGetWindowUserPointer(window));
+  }
   void Push(InputEvent event) { events_.push_back(event); }
   // Window coordinates are pixels on some systems and points on others.
   Eigen::Vector2d PixelsFromPoints() const {
@@ -199,7 +202,7 @@ class Window : public Surface {
             static_cast<double>(pixels.height) / std::max(1, height)};
   }
 
-  // Static, because Xlib's handler gets only the error. There is one window at a time.
+  // It is static, because Xlib's handler gets only the error. There is one window at a time.
   inline static unsigned long x11_window = 0;
   inline static std::atomic<bool> destroyed{false};
 
@@ -207,7 +210,7 @@ class Window : public Surface {
   bool gone_ = false;
   std::string display_name_;
   mutable cv::Size size_;
-  cv::Rect windowed_;  // its place before it filled the screen
+  cv::Rect windowed_;  // its place before full screen
   std::vector<InputEvent> events_;
 };
 

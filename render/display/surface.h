@@ -1,6 +1,6 @@
-// The surface on which is drawn and from which input comes: a window (GLFW), or a picture without a window
-// (EGL). Both use the same drawing code. Input events are values, so that a test can play the user. While a
-// surface lives, OpenGL 4.5 core is current in the thread that made it; only one surface may live at a time.
+// A surface for drawing and input: a window (GLFW), or a picture without a window (EGL). Both use the same
+// drawing code. Input events are values, so that a test can simulate the user. While a surface lives, OpenGL
+// 4.5 core is current in the thread that made it; only one surface may live at a time.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,14 +51,14 @@ struct WheelTurned {
 struct CloseAsked {};
 using InputEvent = std::variant<KeyPressed, Typed, MouseMoved, MouseButton, WheelTurned, CloseAsked>;
 
-// The display server has ended, and the surface with it. The program must not use the surface or its OpenGL
-// objects again, not even to release them (see Abandon()).
+// Reports that the display server has ended, and the surface with it. The program must not use the surface or
+// its OpenGL objects again, not even to release them (see Abandon()).
 class SurfaceGone : public Error {
  public:
   using Error::Error;
 };
 
-// The display server still runs but has cut the connection, as xkill does: the user wanted the window closed.
+// Reports that a running display server has cut the connection, as xkill does: the user wanted to close it.
 class SurfaceKilled : public SurfaceGone {
  public:
   using SurfaceGone::SurfaceGone;
@@ -76,7 +76,7 @@ class Surface {
   virtual ~Surface() = default;
   virtual cv::Size Size() const = 0;        // pixels
   virtual double ContentScale() const = 0;  // pixels per point: 1 on ordinary screens
-  // The events since the last call; waits up to `patience_s` for one.
+  // Returns the events since the last call; waits up to `patience_s` for one.
   virtual std::vector<InputEvent> TakeEvents(double patience_s) = 0;
   virtual void Bind() = 0;     // makes this the target of drawing
   virtual void Present() = 0;  // shows what was drawn
@@ -84,9 +84,9 @@ class Surface {
   cv::Mat Read();  // the pixels drawn since Bind(), 8-bit B, G, R
 };
 
-// A window of `points` points. Throws Error where there is no display, or no OpenGL 4.5 on it. All functions
-// of the window throw SurfaceGone once its display server has ended. A window that another program has
-// destroyed sends CloseAsked with every TakeEvents() and shows nothing.
+// Opens a window of `points` points. Throws Error if there is no display, or no OpenGL 4.5 on it. All
+// functions of the window throw SurfaceGone once its display server has ended. A window that another program
+// has destroyed sends CloseAsked with every TakeEvents() and shows nothing.
 std::unique_ptr<Surface> OpenWindow(const std::string& title, cv::Size points);
 
 class OffscreenSurface : public Surface {
@@ -115,10 +115,9 @@ class OffscreenSurface : public Surface {
   std::vector<InputEvent> events_;
 };
 
-// Keys by name, for input that is a line of text: "b,m,Left,Shift+Up".
-// Names separated by commas: a typed character (`comma` and `Space` for these two), or Left, Right, Up, Down,
-// PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11; "Shift+" before them holds Shift. Throws
-// Refusal for others.
+// Parses keys from a line of text: "b,m,Left,Shift+Up". Names are separated by commas: a typed character
+// (`comma` and `Space` for these two), or Left, Right, Up, Down, PageUp, PageDown, Home, Enter, Escape,
+// Backspace, Delete, F1, F11; "Shift+" before them holds Shift. Throws Refusal for others.
 std::vector<InputEvent> KeysFromNames(const std::string& names);
 
 }  // namespace ulf::render

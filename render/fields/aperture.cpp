@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world) {
   const Vector3d focus_in_cam = cam_from_world * aperture.focus_in_world;
   constexpr double kLeastShare = 1e-3;  // of the distance to the focus point
-  constexpr double kLeastDepth = 1e-9;  // of a camera at that point
+  constexpr double kLeastDepth = 1e-9;  // for a camera at that point
   return std::max({focus_in_cam.z(), kLeastShare * focus_in_cam.norm(), kLeastDepth});
 }
 

@@ -12,21 +12,21 @@
 namespace ulf::render {
 
 struct Aperture {
-  // Of the disc, in world units. A radius below the distance between neighbouring viewpoints, or 0, gives the
-  // smallest aperture that they allow, which is the blending field without an aperture.
+  // The disc's radius in world units. A radius below the distance between neighbouring viewpoints, or 0,
+  // gives the smallest aperture that they allow, which is the blending field without an aperture.
   double radius = 0;
   Eigen::Vector3d focus_in_world = Eigen::Vector3d::Zero();  // a point of the focal plane
   bool operator==(const Aperture&) const = default;
 };
 
-// Depth of the focal plane along the optical axis, world units. Always positive: a camera beside or in front
-// of the focus point focuses close to itself.
+// Returns the depth of the focal plane along the optical axis, world units. It is always positive: a camera
+// beside or in front of the focus point focuses close to itself.
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world);
 
-// Radius in metres of an f-number's aperture. The picture of `width_px` pixels covers a sensor of
+// Returns the radius in metres of an f-number's aperture. The picture of `width_px` pixels covers a sensor of
 // `sensor_width_mm`.
 double ApertureRadius(double f_number, double focal_px, int width_px, double sensor_width_mm);
-// The f-number of a radius.
+// Returns the f-number of a radius.
 double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm);
 
 // The focal plane as a proxy, which hides nothing. With an aperture it replaces the scene's proxy, whose
@@ -43,8 +43,7 @@ class FocalPlane : public Proxy {
 
 std::shared_ptr<const RenderScene> WithFocalPlane(const RenderScene& scene, const Aperture& aperture);
 
-// The point of the proxy at `img` of an undistorted camera, in the world frame: the point on which a click
-// focuses.
+// Returns the proxy's point at `img` of an undistorted camera, in the world frame, on which a click focuses.
 Eigen::Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid3& cam_from_world,
                              const Eigen::Vector2d& img);
 

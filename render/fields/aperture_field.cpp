@@ -11,7 +11,7 @@
 namespace ulf::render {
 namespace {
 
-// Outlines shrink where the cosine between a view's outward direction and the direction to the camera is
+// Outlines shrink if the cosine between a view's outward direction and the direction to the camera is
 // smaller. Guessed.
 constexpr double kFacingCosine = 0.2;
 // `share` over the largest relative growth of a ring: how fast the rings replace the ordinary field.
@@ -25,8 +25,8 @@ using Eigen::Vector3d;
 // A ring in the camera's own plane is seen edge-on: it is moved off the plane by this share of its outline.
 constexpr double kOffPlaneShare = 1e-6;
 
-// The number of edges from a vertex at which its weight has become zero: every level doubles the reach of
-// Loop's rules and adds two edges.
+// Returns the number of edges from a vertex at which its weight has become zero: every level doubles the
+// reach of Loop's rules and adds two edges.
 int BoundaryDistance(int level) { return (2 << level) - 1; }
 
 std::vector<std::vector<int>> Neighbours(const FieldMesh& mesh) {
@@ -40,7 +40,7 @@ std::vector<std::vector<int>> Neighbours(const FieldMesh& mesh) {
   return neighbours;
 }
 
-// Distances in edges from `start`, of all vertices no farther away than `most`.
+// Returns distances in edges from `start`, of all vertices no farther away than `most`.
 std::map<int, int> Distances(const std::vector<std::vector<int>>& neighbours, int start, int most) {
   std::map<int, int> distances{{start, 0}};
   std::vector<int> front{start}, next;
@@ -53,7 +53,7 @@ std::map<int, int> Distances(const std::vector<std::vector<int>>& neighbours, in
   return distances;
 }
 
-// The radius of a view's outline.
+// Returns the radius of a view's outline.
 double OutlineRadius(const Vector3d& view_in_cam, const Vector3d& outward_in_cam, double focus_depth,
                      double radius, double facing_cosine) {
   const double facing = std::clamp(-outward_in_cam.z() / facing_cosine, 0.0, 1.0);
@@ -62,7 +62,7 @@ double OutlineRadius(const Vector3d& view_in_cam, const Vector3d& outward_in_cam
 
 }  // namespace
 
-// Relative to the camera's centre, in its axes.
+// The vertices relative to the camera's centre, in its axes.
 struct ApertureField::WarpedVertices {
   std::vector<Vector3d> positions;
   double stretch = 1;  // the largest ratio of the distances from the view after and before
@@ -134,7 +134,7 @@ ApertureField::WarpedVertices ApertureField::WarpVertices(std::size_t r, const P
     } else {
       const Vector2d away = (position - view).head<2>();
       const double distance = away.norm(), wanted = outline * ring.shares[i];
-      constexpr double kLeastShare = 1e-9;  // nearer to the view a vertex has no direction to move in
+      constexpr double kLeastShare = 1e-9;  // a vertex nearer to the view has no direction to move in
       if (distance < wanted && distance > kLeastShare * wanted) {
         const double kept = distance / wanted;
         warped.stretch = std::max(warped.stretch, 1 / kept);
@@ -172,9 +172,9 @@ WarpedRings ApertureField::Warp(const PlacedMesh& placed, const Rigid3& cam_from
 
 namespace {
 
-class ApertureFieldFromHere : public FieldFromHere {
+class ApertureFieldFromHere : public PlacedField {
  public:
-  ApertureFieldFromHere(std::shared_ptr<const MeshField> field, std::unique_ptr<FieldFromHere> ordinary,
+  ApertureFieldFromHere(std::shared_ptr<const MeshField> field, std::unique_ptr<PlacedField> ordinary,
                         std::vector<int> view_of_vertex, WarpedRings rings,
                         const Eigen::Quaterniond& cam_from_world)
       : field_(std::move(field)),
@@ -183,7 +183,7 @@ class ApertureFieldFromHere : public FieldFromHere {
         rings_(std::move(rings)),
         cam_from_world_(cam_from_world) {}
 
-  // Triangles of the rings. The ordinary field finds its own.
+  // Returns triangles of the rings. The ordinary field finds its own.
   std::vector<int> CandidatesInCone(const Vector3d& axis, double half_angle) const override {
     std::vector<int> candidates;
     const Vector3d axis_in_cam = cam_from_world_ * axis;
@@ -223,7 +223,7 @@ class ApertureFieldFromHere : public FieldFromHere {
 
  private:
   std::shared_ptr<const MeshField> field_;
-  std::unique_ptr<FieldFromHere> ordinary_;
+  std::unique_ptr<PlacedField> ordinary_;
   std::vector<int> view_of_vertex_;
   WarpedRings rings_;
   Eigen::Quaterniond cam_from_world_;
@@ -231,8 +231,8 @@ class ApertureFieldFromHere : public FieldFromHere {
 
 }  // namespace
 
-std::unique_ptr<FieldFromHere> ApertureField::From(const Rigid3& cam_from_world,
-                                                   const Aperture& aperture) const {
+std::unique_ptr<PlacedField> ApertureField::From(const Rigid3& cam_from_world,
+                                                 const Aperture& aperture) const {
   const Vector3d virtual_center = cam_from_world.OriginInSource();
   const PlacedMesh placed = field_->Place(virtual_center);
   WarpedRings rings = Warp(placed, cam_from_world, aperture);

@@ -37,7 +37,7 @@ namespace ulf::render {
 // A triangle of one view's warped ring, in the camera's axes.
 struct WarpedTriangle {
   int triangle = 0;                        // of the field mesh
-  int vertex = 0;                          // of the viewpoint mesh: the ring is this vertex's
+  int vertex = 0;                          // of the viewpoint mesh: the ring's centre
   Eigen::Vector3d weights;                 // at the corners
   Eigen::Matrix3d corners, cone_from_ray;  // as in PlacedMesh
 };
@@ -50,11 +50,11 @@ struct WarpedRings {
 class ApertureField {
  public:
   explicit ApertureField(std::shared_ptr<const MeshField> field);
-  // `placed`: the mesh as seen from the camera's centre.
+  // `placed` is the mesh as seen from the camera's centre.
   WarpedRings Warp(const PlacedMesh& placed, const Rigid3& cam_from_world, const Aperture& aperture) const;
-  // The weights of all rays through the aperture that meet a point of the focal plane; the ordinary field's
-  // weights where nothing moved. The result may outlive this object.
-  std::unique_ptr<FieldFromHere> From(const Rigid3& cam_from_world, const Aperture& aperture) const;
+  // Returns the weights of all rays through the aperture that meet a point of the focal plane; the ordinary
+  // field's weights if nothing moved. The result may outlive this object.
+  std::unique_ptr<PlacedField> From(const Rigid3& cam_from_world, const Aperture& aperture) const;
 
  private:
   struct Part {
@@ -64,8 +64,8 @@ class ApertureField {
   };
   struct Ring {
     std::vector<int> vertices;   // of the field mesh
-    std::vector<double> shares;  // of each vertex: topological distance over the boundary's
-    std::vector<int> extends;    // of a vertex of the extension: its rim vertex here; else -1
+    std::vector<double> shares;  // per vertex: topological distance, divided by the boundary's
+    std::vector<int> extends;    // per vertex of the extension: its rim vertex here; else -1
     std::vector<Part> parts;
   };
   struct WarpedVertices;
@@ -74,7 +74,7 @@ class ApertureField {
                               const Aperture& aperture) const;
 
   std::shared_ptr<const MeshField> field_;
-  std::vector<Ring> rings_;  // of each vertex of the viewpoint mesh
+  std::vector<Ring> rings_;  // one for each vertex of the viewpoint mesh
 };
 
 }  // namespace ulf::render

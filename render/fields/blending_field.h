@@ -1,4 +1,4 @@
-// The camera blending field: for every ray of the virtual camera, the weight of each recorded view.
+// The camera blending field gives, for every ray of the virtual camera, the weight of each recorded view.
 //
 // All fields have one contract. Given the virtual camera's centre V, and for a pixel the ray through V and
 // the point P where that ray meets the proxy, a field returns a list of (view, weight). Weights are not
@@ -26,7 +26,7 @@ struct ViewWeight {
 
 struct FieldSample {
   std::vector<ViewWeight> weights;
-  // 1 between views that stand close together; less in wide triangles and outside the hull.
+  // It is 1 between views that stand close together, and less in wide triangles and outside the hull.
   double confidence = 0;
   bool extrapolated = false;  // outside the hull
   // Adds to the view's weight; weights of 0 or less are ignored.
@@ -44,16 +44,16 @@ struct FieldSample {
 struct RayQuery {
   Eigen::Vector3d ray_in_world;    // unit, from V through the pixel
   Eigen::Vector3d point_in_world;  // where it meets the proxy
-  // From CandidatesInCone() for a cone that contains the ray; null: all.
+  // The result of CandidatesInCone() for a cone that contains the ray; null means all.
   const std::vector<int>* candidates = nullptr;
 };
 
 // The field for one virtual camera's centre. It may outlive the BlendingField.
-class FieldFromHere {
+class PlacedField {
  public:
-  virtual ~FieldFromHere() = default;
-  // The field's triangles that rays within `half_angle` (radians, less than a right angle) of `axis` can
-  // meet; empty for fields that do not use candidates.
+  virtual ~PlacedField() = default;
+  // Returns the field's triangles that rays within `half_angle` (radians, less than a right angle) of `axis`
+  // can meet; empty for fields that do not use candidates.
   virtual std::vector<int> CandidatesInCone(const Eigen::Vector3d& /*axis_in_world*/,
                                             double /*half_angle*/) const {
     return {};
@@ -64,13 +64,13 @@ class FieldFromHere {
 class BlendingField {
  public:
   virtual ~BlendingField() = default;
-  virtual std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const = 0;
+  virtual std::unique_ptr<PlacedField> From(const Eigen::Vector3d& virtual_center_in_world) const = 0;
 };
 
-// Where the weights sum to less before they are normalised, the field has no view. Guessed.
+// A field has no view at a point if its weights before normalisation sum to less than this. Guessed.
 inline constexpr double kLeastWeightOfField = 1e-4;
 
-// Confidence outside the hull of the viewpoints. Guessed.
+// The confidence outside the hull of the viewpoints. Guessed.
 inline constexpr double kExtrapolatedConfidence = 0.25;
 
 }  // namespace ulf::render

@@ -18,8 +18,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The viewpoints inside the image, and a grid over the image with a margin of one pixel whose number of
-// points gives about as many triangles as wanted.
+// Returns the viewpoints inside the image, and a grid over the image with a margin of one pixel whose number
+// of points gives about as many triangles as wanted.
 std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera,
                              const Rigid3& cam_from_world, int triangles_wanted) {
   std::vector<Vector2d> viewpoints;
@@ -27,7 +27,7 @@ std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera
     const auto img = camera.ImgFromCam(cam_from_world * view.center_in_world);
     if (img && camera.Contains(*img)) viewpoints.push_back(*img);
   }
-  constexpr double kLeastGridPoints = 100;  // where there are very many viewpoints; guessed
+  constexpr double kLeastGridPoints = 100;  // a limit for very many viewpoints; guessed
   const double grid_points =
       std::max(kLeastGridPoints, 0.5 * triangles_wanted - static_cast<double>(viewpoints.size()));
   const double step = std::sqrt(static_cast<double>(camera.width) * camera.height / grid_points);
@@ -42,8 +42,8 @@ std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera
   return points;
 }
 
-// The weights at one point: a cheap ranking of all views first, then the exact penalty and the visibility of
-// the best ones only.
+// Computes the weights at one point: a cheap ranking of all views first, then the exact penalty and the
+// visibility of the best ones only.
 class WeightsAtPoint {
  public:
   WeightsAtPoint(const RenderScene& scene, const Vector3d& virtual_center, const FieldOptions& options)
@@ -79,7 +79,7 @@ class WeightsAtPoint {
                         [&](int a, int b) { return rough_(a) < rough_(b); });
       for (; looked_at < end; ++looked_at) {
         const SceneView& view = scene_.views[static_cast<std::size_t>(order_[looked_at])];
-        if (view.See(point))
+        if (view.ProjectVisible(point))
           best.push_back({order_[looked_at],
                           LumigraphPenalty(point, virtual_center_, view.center_in_world, resolution_)});
       }
@@ -97,7 +97,7 @@ class WeightsAtPoint {
   std::vector<int> order_;
 };
 
-class FieldOfTriangulation : public FieldFromHere {
+class FieldOfTriangulation : public PlacedField {
  public:
   FieldOfTriangulation(WeightedImageTriangulation image, const CameraModel& camera,
                        const Rigid3& cam_from_world)
@@ -147,9 +147,9 @@ DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const
   };
 }
 
-std::unique_ptr<FieldFromHere> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
-                                                   const Rigid3& cam_from_world, const DepthAt& depth_at,
-                                                   const FieldOptions& options) {
+std::unique_ptr<PlacedField> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
+                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
+                                                 const FieldOptions& options) {
   return std::make_unique<FieldOfTriangulation>(
       TriangulateLumigraph(scene, camera, cam_from_world, depth_at, options), camera, cam_from_world);
 }

@@ -1,6 +1,6 @@
-// Lumigraph weights at the vertices of a Delaunay triangulation of the image (Buehler et al. 2001, section
-// 4). The vertices are a regular grid and the projected viewpoints; between them weights are linear in the
-// image.
+// Computes lumigraph weights at the vertices of a Delaunay triangulation of the image (Buehler et al. 2001,
+// section 4). The vertices are a regular grid and the projected viewpoints; between them weights are linear
+// in the image.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,23 +17,23 @@
 namespace ulf::render {
 
 struct WeightedImageTriangulation {
-  std::vector<Eigen::Vector2d> img;  // covers the image and a margin of one pixel
+  std::vector<Eigen::Vector2d> img;  // px; covers the image and a margin of one pixel
   std::vector<std::vector<ViewWeight>> weights;
   std::vector<Triangle> triangles;
 };
 
-// The proxy's depth at a point of the image.
+// Returns the proxy's depth at a point of the image, world units.
 using DepthAt = std::function<double(const Eigen::Vector2d& img)>;
-// The depth of the pixel in `drawn` (CV_32F, or empty), or the plane's where that is 0.
+// Reads the pixel's depth from `drawn` (CV_32F, or empty), or takes the plane's where that is 0.
 DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const CameraModel& camera);
 
-// `options`: as FieldThatServes() gives them.
+// `options` are the result of FieldThatServes().
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
                                                 const FieldOptions& options);
 
-// The same as a field for this camera's rays.
-std::unique_ptr<FieldFromHere> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
-                                                   const Rigid3& cam_from_world, const DepthAt& depth_at,
-                                                   const FieldOptions& options);
+// Returns the same as a field for this camera's rays.
+std::unique_ptr<PlacedField> LumigraphAtVertices(const RenderScene& scene, const CameraModel& camera,
+                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
+                                                 const FieldOptions& options);
 }  // namespace ulf::render

@@ -11,7 +11,7 @@
 namespace ulf::render {
 namespace {
 
-// Sums of sparse weights.
+// Adds up sparse weights.
 class WeightSum {
  public:
   void Add(int vertex, double weight) {
@@ -25,7 +25,7 @@ class WeightSum {
   void Add(const SparseWeights& weights, double factor) {
     for (const auto& [vertex, weight] : weights) Add(vertex, factor * weight);
   }
-  // The sum, in ascending order of vertices; the next sum begins.
+  // Returns the sum, in ascending order of vertices, and resets it.
   SparseWeights Take() {
     std::ranges::sort(listed_);
     SparseWeights taken;
@@ -39,7 +39,7 @@ class WeightSum {
   }
 
  private:
-  std::vector<double> sum_;  // of each vertex, so that adding takes no search
+  std::vector<double> sum_;  // per vertex, so that adding takes no search
   std::vector<std::uint8_t> is_listed_;
   std::vector<int> listed_;
 };
@@ -62,8 +62,8 @@ SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& top
   return sum.Take();
 }
 
-// How ambiguous a Delaunay edge is: 0 in a regular mesh, where the angles that face it sum to 120 degrees, 1
-// where its four corners lie on a circle (180 degrees) and the other diagonal is Delaunay's as well.
+// Returns how ambiguous a Delaunay edge is: 0 in a regular mesh, where the angles that face it sum to 120
+// degrees, 1 if its four corners lie on a circle (180 degrees) and the other diagonal is Delaunay's as well.
 double Ambiguity(const SubdividedMesh& mesh, const MeshEdge& edge) {
   const Eigen::Vector3d &from = mesh.positions[At(edge.from)], &to = mesh.positions[At(edge.to)];
   double facing = 0;
@@ -80,9 +80,9 @@ SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double 
   return sum.Take();
 }
 
-// One level. Vertices stay and the midpoints of edges come after them, in the order of MakeTopology()'s
+// Subdivides once. Vertices stay and the midpoints of edges come after them, in the order of MakeTopology()'s
 // edges. Triangle t = (a, b, c) becomes 4 t and the three after it: (a, ab, ca), (ab, b, bc), (ca, bc, c),
-// (ab, bc, ca). `is_first`: the edges are Delaunay's, and kDelaunay's first rule holds.
+// (ab, bc, ca). `is_first` says that the edges are Delaunay's, and kDelaunay's first rule holds.
 SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, SubdivisionRules rules, bool is_first) {
   const bool is_loop = rules == SubdivisionRules::kLoop;
   const int vertex_count = static_cast<int>(coarse.positions.size());

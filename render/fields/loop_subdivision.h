@@ -13,12 +13,12 @@
 // the midpoints of edges, so that perspective stays exact. At every level weights are not negative, sum to
 // one, and reach no farther than the 2-ring.
 //
-// Loop assumes that the edges are chosen. These are Delaunay's: where four viewpoints lie on a circle, as on
-// every grid, it is chance which diagonal joins two of them, and 3/8, 3/8, 1/8, 1/8 would prefer those two.
-// Therefore the first level's shares of the two opposite corners grow from 1/8, where the angles that face
-// the edge sum to 120 degrees as in a regular mesh, to 1/4 at 180 degrees, where both diagonals are
-// Delaunay's. The weights then do not depend on the diagonal, and do not jump when a moving viewpoint changes
-// it (docs/rendering.md, Quality: 0.2 dB on shop_grid_even).
+// Loop assumes that the edges are chosen. These are Delaunay's: if four viewpoints lie on a circle, as on
+// every grid, the diagonal between two of them is arbitrary, and 3/8, 3/8, 1/8, 1/8 would prefer those two.
+// Therefore the first level's shares of the two opposite corners grow from 1/8, if the angles that face the
+// edge sum to 120 degrees as in a regular mesh, to 1/4 at 180 degrees, where both diagonals are Delaunay's.
+// The weights then do not depend on the diagonal, and do not jump when a moving viewpoint changes it
+// (docs/rendering.md, Quality: 0.2 dB on shop_grid_even).
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@
 
 namespace ulf::render {
 
-// (vertex of the original mesh, weight), in ascending order of vertices.
+// Pairs of (vertex of the original mesh, weight), in ascending order of vertices.
 using SparseWeights = std::vector<std::pair<int, double>>;
 
 struct SubdividedMesh {
@@ -37,7 +37,7 @@ struct SubdividedMesh {
   std::vector<Eigen::Vector3d> outward;  // interpolated on boundary edges, zero inside
   std::vector<SparseWeights> weights;
   std::vector<Triangle> triangles;
-  std::vector<int> parent;  // of each triangle the original one that contains it
+  std::vector<int> parent;  // per triangle: the original triangle that contains it
 };
 
 inline constexpr int kFinestLevel = 3;
@@ -47,8 +47,8 @@ enum class SubdivisionRules {
   kLoop  // Loop's and Warren's as published: 3/4, 1/8, 1/8 on the boundary, 3/8, 3/8, 1/8, 1/8 on every edge
 };
 
-// `triangles`: Delaunay's. `outward`: a vector for each vertex, zero inside the mesh. Level 0: each vertex
-// keeps its own weight (piecewise linear weights). At most kFinestLevel.
+// `triangles` must be Delaunay's. `outward` has a vector for each vertex, zero inside the mesh. At level 0
+// each vertex keeps its own weight (piecewise linear weights); the largest level is kFinestLevel.
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
                                 const std::vector<Triangle>& triangles, int levels,

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-class LumigraphFromHere : public FieldFromHere {
+class LumigraphFromHere : public PlacedField {
  public:
   LumigraphFromHere(std::shared_ptr<const RenderScene> scene, const FieldOptions& options,
                     const Vector3d& virtual_center)
@@ -28,7 +28,7 @@ class LumigraphFromHere : public FieldFromHere {
     std::vector<ViewWeight> best;  // with penalties as weights
     for (std::size_t i = 0; i < scene_->views.size(); ++i) {
       const SceneView& view = scene_->views[i];
-      if (!view.See(query.point_in_world)) continue;
+      if (!view.ProjectVisible(query.point_in_world)) continue;
       best.push_back({static_cast<int>(i), LumigraphPenalty(query.point_in_world, virtual_center_,
                                                             view.center_in_world, resolution_)});
     }
@@ -43,7 +43,7 @@ class LumigraphFromHere : public FieldFromHere {
   Vector3d virtual_center_;
 };
 
-class NearestFromHere : public FieldFromHere {
+class NearestFromHere : public PlacedField {
  public:
   NearestFromHere(std::shared_ptr<const RenderScene> scene, const Vector3d& virtual_center)
       : scene_(std::move(scene)), order_(ViewsByDistance(*scene_, virtual_center)) {}
@@ -51,7 +51,7 @@ class NearestFromHere : public FieldFromHere {
   void Weights(const RayQuery& query, FieldSample& sample) const override {
     sample = {};
     for (const int view : order_) {
-      if (!scene_->views[At(view)].See(query.point_in_world)) continue;
+      if (!scene_->views[At(view)].ProjectVisible(query.point_in_world)) continue;
       sample.weights.push_back({view, 1.0});
       sample.confidence = 1;
       return;
@@ -95,8 +95,8 @@ double LumigraphPenalty(const Vector3d& point, const Vector3d& virtual_center, c
 }
 
 std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtual_center) {
-  // Computed before the comparison: a compiler may round the two sides differently, and then of two views
-  // with one centre each would come before the other.
+  // Computed before the comparison: a compiler may round the two sides differently, and then each of two
+  // views with one centre would come before the other.
   std::vector<std::pair<double, int>> distances;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     distances.emplace_back((scene.views[i].center_in_world - virtual_center).squaredNorm(),
@@ -107,11 +107,11 @@ std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtu
   return order;
 }
 
-std::unique_ptr<FieldFromHere> LumigraphField::From(const Vector3d& virtual_center) const {
+std::unique_ptr<PlacedField> LumigraphField::From(const Vector3d& virtual_center) const {
   return std::make_unique<LumigraphFromHere>(scene_, options_, virtual_center);
 }
 
-std::unique_ptr<FieldFromHere> NearestField::From(const Vector3d& virtual_center) const {
+std::unique_ptr<PlacedField> NearestField::From(const Vector3d& virtual_center) const {
   return std::make_unique<NearestFromHere>(scene_, virtual_center);
 }
 

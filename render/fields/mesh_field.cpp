@@ -21,7 +21,7 @@ Matrix3d CornersFrom(const FieldMesh& mesh, const Triangle& t, const Vector3d& o
   return corners;
 }
 
-class MeshFieldFromHere : public FieldFromHere {
+class MeshFieldFromHere : public PlacedField {
  public:
   MeshFieldFromHere(std::shared_ptr<const FieldMesh> mesh, PlacedMesh placed)
       : mesh_(std::move(mesh)), placed_(std::move(placed)) {}
@@ -98,7 +98,7 @@ MeshField::MeshField(std::shared_ptr<const RenderScene> scene, int level, Subdiv
     cone_from_direction_.push_back(ConeFromRay(CornersFrom(*mesh_, t, scene_->mesh.center_in_world)));
 }
 
-Vector3d MeshField::OffTheMesh(const Vector3d& virtual_center) const {
+Vector3d MeshField::MovedOffMesh(const Vector3d& virtual_center) const {
   const Vector3d arm = virtual_center - scene_->mesh.center_in_world;
   if (arm.isZero(0)) return virtual_center;
   const Vector3d radial = arm.normalized();
@@ -120,7 +120,7 @@ Vector3d MeshField::OffTheMesh(const Vector3d& virtual_center) const {
 
 PlacedMesh MeshField::Place(const Vector3d& virtual_center) const {
   PlacedMesh placed;
-  placed.virtual_center_in_world = OffTheMesh(virtual_center);
+  placed.virtual_center_in_world = MovedOffMesh(virtual_center);
   placed.corners.reserve(mesh_->triangles.size());
   placed.cone_from_ray.reserve(mesh_->triangles.size());
   for (const Triangle& t : mesh_->triangles) {
@@ -136,7 +136,7 @@ PlacedMesh MeshField::Place(const Vector3d& virtual_center) const {
   return placed;
 }
 
-std::unique_ptr<FieldFromHere> MeshField::From(const Vector3d& virtual_center) const {
+std::unique_ptr<PlacedField> MeshField::From(const Vector3d& virtual_center) const {
   return std::make_unique<MeshFieldFromHere>(mesh_, Place(virtual_center));
 }
 

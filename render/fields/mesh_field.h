@@ -1,5 +1,5 @@
-// Weights by where the line through the virtual camera's centre V along a pixel's ray crosses the mesh of
-// viewpoints, on the sheet that the ray enters from outside (ray . outward normal < 0).
+// Weights a pixel's ray by its crossing with the viewpoint mesh: the line through the virtual camera's centre
+// V along the ray, on the sheet that it enters from outside (ray . outward normal < 0).
 //
 // The line crosses a triangle with corners v_k at ray = sum_k lambda_k (v_k - V). If all lambda are positive,
 // the crossing lies in front of V; if all are negative, behind it. On the facing sheet the first holds
@@ -11,8 +11,8 @@
 // When V stands on the mesh, every ray crosses it at V, and the triangles around V are seen edge-on. Then V
 // is moved off the mesh, along the direction from the subject, so that the triangle at V covers the image.
 //
-// Outside the hull, strips extend the boundary outward; their weights are the boundary's. Where triangles
-// overlap (strips across a hollow rim, or a fold that smoothing left), the last one counts; strips come
+// Outside the hull, strips extend the boundary outward; their weights are the boundary's. If triangles
+// overlap (strips across a concave rim, or a fold that smoothing left), the last one counts; strips come
 // first.
 #pragma once
 
@@ -24,50 +24,49 @@
 
 namespace ulf::render {
 
-// Weights are linear over a triangle.
+// The mesh with weights at its vertices, which are linear over a triangle.
 struct FieldMesh {
-  int level = 0;                                // of subdivision
+  int level = 0;                                // subdivision level
   std::vector<Eigen::Vector3d> positions = {};  // in world; the viewpoint mesh's vertices first
-  std::vector<SparseWeights> weights = {};      // of each vertex over the viewpoint mesh's vertices
-  std::vector<int> extends = {};                // of a vertex of the extension: its rim vertex; else -1
+  std::vector<SparseWeights> weights = {};      // per vertex, over the viewpoint mesh's vertices
+  std::vector<int> extends = {};                // per vertex of the extension: its rim vertex; else -1
   std::vector<Triangle> triangles = {};         // the extension's strips first
-  std::vector<double> confidence = {};          // of each triangle
+  std::vector<double> confidence = {};          // per triangle
   std::size_t strips = 0;                       // the number of triangles of the extension
 };
 
 FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level,
                         SubdivisionRules rules = SubdivisionRules::kDelaunay);
 
-// The field mesh as seen from one place.
+// The field mesh relative to one virtual camera centre.
 struct PlacedMesh {
-  Eigen::Vector3d virtual_center_in_world;  // V, moved off the mesh where it stood on it
-  std::vector<Eigen::Matrix3d> corners;     // columns: s (v_k - V), in world axes
-  std::vector<Eigen::Matrix3d>
-      cone_from_ray;                // inverse of corners; zero where V lies in the triangle's plane
-  std::vector<int> view_of_vertex;  // of each vertex of the viewpoint mesh, for V's distance
+  Eigen::Vector3d virtual_center_in_world;     // V, moved off the mesh if it lay on it
+  std::vector<Eigen::Matrix3d> corners;        // columns: s (v_k - V), in world axes
+  std::vector<Eigen::Matrix3d> cone_from_ray;  // inverse of corners; zero if V lies in the triangle's plane
+  std::vector<int> view_of_vertex;             // per vertex of the viewpoint mesh, for V's distance
 };
 
 class MeshField : public BlendingField {
  public:
   MeshField(std::shared_ptr<const RenderScene> scene, int level,
             SubdivisionRules rules = SubdivisionRules::kDelaunay);
-  std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;
+  std::unique_ptr<PlacedField> From(const Eigen::Vector3d& virtual_center_in_world) const override;
 
   PlacedMesh Place(const Eigen::Vector3d& virtual_center_in_world) const;
   const FieldMesh& field_mesh() const { return *mesh_; }
   const Eigen::Vector3d& center_in_world() const { return scene_->mesh.center_in_world; }
 
  private:
-  Eigen::Vector3d OffTheMesh(const Eigen::Vector3d& virtual_center_in_world) const;
+  Eigen::Vector3d MovedOffMesh(const Eigen::Vector3d& virtual_center_in_world) const;
 
   std::shared_ptr<const RenderScene> scene_;
   std::vector<Eigen::Vector3d> centers_;
   std::shared_ptr<const FieldMesh> mesh_;             // shared with the results of From()
-  std::vector<Eigen::Matrix3d> cone_from_direction_;  // of each triangle, from the subject's centre
+  std::vector<Eigen::Matrix3d> cone_from_direction_;  // per triangle, from the subject's centre
 };
 
-// V stands on the mesh when it is nearer to it than this share of the triangle's shortest edge; it is then
-// moved off to this distance. Guessed.
+// V counts as on the mesh if its distance is below this share of the triangle's shortest edge; it is then
+// moved to this distance. Guessed.
 inline constexpr double kOnMeshShare = 1e-3;
 
 }  // namespace ulf::render

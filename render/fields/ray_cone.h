@@ -12,9 +12,9 @@
 
 namespace ulf::render {
 
-// The inverse of `corners`, also for badly shaped triangles; zero for triangles that are seen edge-on.
+// Returns the inverse of `corners`, also for badly shaped triangles; zero if they are seen edge-on.
 inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
-  constexpr double kLeastVolume = 1e-15;  // of the volume of a right-angled cone: rounding
+  constexpr double kLeastVolume = 1e-15;  // share of a right-angled cone's volume: rounding
   const double size = corners.col(0).norm() * corners.col(1).norm() * corners.col(2).norm();
   if (!(std::abs(corners.determinant()) > kLeastVolume * size)) return Eigen::Matrix3d::Zero();
   return corners.inverse();
@@ -22,7 +22,7 @@ inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
 
 inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_from_ray,
                                                   const Eigen::Vector3d& ray) {
-  // A ray within rounding of an edge belongs to both triangles, so that no ray is lost between them.
+  // A ray within rounding of an edge belongs to both triangles, so that no ray falls between them.
   constexpr double kEdgeTolerance = 1e-9;
   const Eigen::Vector3d lambda = cone_from_ray * ray;
   const double tolerance = kEdgeTolerance * lambda.cwiseAbs().sum();
@@ -31,7 +31,7 @@ inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_fr
   return clamped / clamped.sum();
 }
 
-// False when no ray within `half_angle` (radians) of `axis` meets the triangle, because all of them lie
+// Returns false if no ray within `half_angle` (radians) of `axis` meets the triangle, because all of them lie
 // outside one side of its cone.
 inline bool MayMeet(const Eigen::Matrix3d& cone_from_ray, const Eigen::Vector3d& axis, double half_angle) {
   constexpr double kRounding = 1e-9;
@@ -41,7 +41,7 @@ inline bool MayMeet(const Eigen::Matrix3d& cone_from_ray, const Eigen::Vector3d&
   return sizes.x() > 0 && (sides - limit * sizes).minCoeff() >= 0;
 }
 
-// The indices of the cones for which MayMeet() is true.
+// Returns the indices of the cones for which MayMeet() is true.
 inline std::vector<int> ConesThatMayMeet(const std::vector<Eigen::Matrix3d>& cones_from_ray,
                                          const Eigen::Vector3d& axis, double half_angle) {
   std::vector<int> found;

@@ -13,8 +13,8 @@ namespace {
 
 bool HasExtension(EGLDisplay display, const char* name) { return epoxy_has_egl_extension(display, name); }
 
-// Displays to try, GPUs first. The function of EXT, because the core's eglGetPlatformDisplay aborts in
-// libepoxy on EGL 1.4 drivers.
+// Returns displays to try, GPUs first. It uses the function of EXT, because the core's eglGetPlatformDisplay
+// aborts in libepoxy on EGL 1.4 drivers.
 std::vector<EGLDisplay> Displays() {
   std::vector<EGLDisplay> displays;
   if (HasExtension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
@@ -97,7 +97,7 @@ bool GlContext::IsSoftware() const {
 }
 
 GlContext::~GlContext() {
-  // The display stays initialised: other contexts of this process may be on it.
+  // The display stays initialised: other contexts of this process may use it.
   if (context_) eglDestroyContext(display_, context_);
 }
 

@@ -1,5 +1,6 @@
 // An OpenGL 4.5 core context without a window or a display server, through EGL: on the first GPU that
-// provides one, else on Mesa's software rasteriser. Or the caller's current context, for example a window's.
+// provides one, otherwise on Mesa's software rasteriser. It can also use the caller's current context, such
+// as a window's.
 #pragma once
 
 #include <memory>
@@ -8,8 +9,8 @@
 namespace ulf::render {
 
 enum class GlContextKind {
-  kOwn,      // a context of its own
-  kCurrent,  // the one that is current in this thread: it stays current, and belongs to the caller
+  kOwn,      // creates a context
+  kCurrent,  // uses this thread's current one, which the caller owns
 };
 
 class GlContext {

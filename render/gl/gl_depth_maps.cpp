@@ -12,7 +12,7 @@
 namespace ulf::render {
 namespace {
 
-// Beyond, software OpenGL makes no texture array (gl_photographs.cpp).
+// Software OpenGL makes no larger texture array (gl_photographs.cpp).
 constexpr double kMostBytes = 2e9;
 
 }  // namespace

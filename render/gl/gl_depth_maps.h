@@ -17,7 +17,7 @@ class GlDepthMaps {
   void Reset(const std::vector<SceneView>& views);
   // Makes or reads the maps that are missing, on all processors. Throws Error for too many.
   void Provide(std::span<const int> of_views);
-  // -1: no map.
+  // Returns -1 if the view has no map.
   int LayerOf(int view) const { return layer_[static_cast<std::size_t>(view)]; }
   void Bind(unsigned unit) const;
   void Release();
@@ -29,7 +29,7 @@ class GlDepthMaps {
   const std::vector<SceneView>* views_ = nullptr;
   std::vector<int> layer_;
   std::vector<int> held_;  // views, by layer
-  cv::Size size_;          // of all layers: the largest map's
+  cv::Size size_;          // of all layers: the largest map's size
   int layers_ = 0;
   unsigned texture_ = 0;
 };

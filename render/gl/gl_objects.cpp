@@ -32,7 +32,7 @@ unsigned CompileShader(unsigned type, const std::string& name, const std::string
 
 int MostLayers() {
   constexpr int kMostInShaders = 4095;  // fan_batch.vert adds 4096 times one layer to another
-  GLint layers = 256;                   // what every OpenGL 4.5 has
+  GLint layers = 256;                   // the minimum of OpenGL 4.5
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
   return std::min(layers, kMostInShaders);
 }

@@ -14,23 +14,24 @@
 
 namespace ulf::render {
 
-// The largest number of layers of a texture array: the driver's limit, and no more than two such numbers can
-// share a float in the shaders (fan_batch.vert).
+// Returns the largest number of layers of a texture array: the driver's limit, but no more than allows two
+// such numbers to share a float in the shaders (fan_batch.vert).
 int MostLayers();
 
-// What helps where graphics memory is full, of a program that holds photographs there.
+// Returns the remedy for full graphics memory, for a program that holds photographs there.
 std::string FewerPhotographs();
 
-// Throws Error with OpenGL's error and `doing`, what was being done; where memory is out also `way_out`.
+// Throws Error with OpenGL's error and `doing`, what was being done; if memory is exhausted also `way_out`.
 void CheckGl(const char* doing, std::string (*way_out)() = FewerPhotographs);
-// The same once an object has asked for its memory: `release` lets go of one that did not get it, so that it
-// is not taken for a whole one the next time.
+// Does the same after an allocation: `release` frees an object whose allocation failed, so that it is not
+// used later as if it were valid.
 void CheckMade(const char* doing, const std::function<void()>& release);
 
-// A texture that is sampled with `filter` (GL_NEAREST or GL_LINEAR), and whose edges are repeated.
+// Samples a texture with `filter` (GL_NEAREST or GL_LINEAR) and clamps coordinates to its edges.
 void SetSampling(unsigned texture, unsigned filter);
 
-// Enables the depth test with `function` (GL_EQUAL and so on); `writes`: pixels that pass write their depth.
+// Enables the depth test with `function` (GL_EQUAL and so on); `writes` lets passing pixels write their
+// depth.
 void SetDepthTest(unsigned function, bool writes);
 
 class GlProgram {
@@ -38,7 +39,7 @@ class GlProgram {
   void Build(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
   void BuildCompute(const std::string& name, const std::string& source);
   void Use() const;
-  // Ignores names that the compiler dropped.
+  // These ignore names that the compiler dropped.
   void Set(const char* name, int value) const;
   void Set(const char* name, float value) const;
   void Set(const char* name, const std::array<float, 4>& value) const;
@@ -58,7 +59,7 @@ class GlBuffer {
   void Reserve(std::size_t bytes);  // for shaders to write; the contents are undefined
   void BindStorage(unsigned binding) const;
   unsigned name() const { return buffer_; }
-  // What shaders wrote into the buffer; waits for them.
+  // Returns what shaders wrote into the buffer; waits for them.
   std::vector<std::int32_t> Read(std::size_t count) const;
   void ReadBytes(void* bytes, std::size_t count) const;
   void Release();
@@ -87,7 +88,7 @@ class GlTexelBuffer {
   GlBuffer buffer_;
 };
 
-// Without attributes: the shader computes every vertex.
+// A vertex array without attributes: the shader computes every vertex.
 class GlEmptyVertexArray {
  public:
   void Bind();

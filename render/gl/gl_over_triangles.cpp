@@ -42,7 +42,7 @@ std::size_t GlRendererState::MakeResident(std::span<const int> of_views) {
           photographs.limit_bytes() / 1000000, Parameter("gpu_memory"));
     return resident;
   }
-  std::vector<std::optional<int>> drawn_levels;  // in the passes before
+  std::vector<std::optional<int>> drawn_levels;  // of earlier passes
   for (const GlPhotographs::LevelRequest& level_request : offered)
     drawn_levels.push_back(photographs.LevelOf(level_request.view));
   offered.insert(offered.end(), level_requests.begin(), level_requests.end());
@@ -51,7 +51,7 @@ std::size_t GlRendererState::MakeResident(std::span<const int> of_views) {
       std::ranges::none_of(offered, [&](const GlPhotographs::LevelRequest& level_request) {
         return photographs.PlaceOf(level_request.view).has_value();
       });
-  if (lacks && nothing_serves) {  // wait for one photograph, so that the picture shows something
+  if (lacks && nothing_serves) {  // wait for one photograph, so that the picture is not empty
     try {
       photographs.Require(views.LevelRequests(std::array{NearestOf(of_views)}));
     } catch (const Error&) {
@@ -59,7 +59,7 @@ std::size_t GlRendererState::MakeResident(std::span<const int> of_views) {
     }
     lacks = !photographs.Offer(offered);
   }
-  for (std::size_t i = 0; i < drawn_levels.size(); ++i) {  // a finer level came too late for those passes
+  for (std::size_t i = 0; i < drawn_levels.size(); ++i) {  // a finer level came too late for these passes
     const auto level = photographs.LevelOf(offered[i].view);
     outdated = outdated || (level && (!drawn_levels[i] || *level < *drawn_levels[i]));
   }
@@ -125,9 +125,9 @@ void GlRendererState::BindForAdding() {
   glBlendFunc(GL_ONE, GL_ONE);
 }
 
-// Of overlapping triangles the last one counts. Where each triangle has all its views in one batch, drawing
-// the batches in their order finishes the picture, except for open pixels. Otherwise the batches are added up
-// at the pixels where their triangle is the last one, which the depth test decides.
+// The last of overlapping triangles counts. If each triangle has all its views in one batch, drawing the
+// batches in their order finishes the picture, except for open pixels. Otherwise the batches are added up at
+// the pixels where their triangle is the last one, which the depth test decides.
 void GlRendererState::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
                                 const PlaneInCamera& plane, bool more_follow) {
   if (batch.triangles.empty()) return drawn.Clear(0);
@@ -191,9 +191,9 @@ void GlRendererState::DrawMesh(const CameraModel& camera, const Rigid3& cam_from
   if (!rings.fans.empty()) AddRings(rings, camera, plane);
 }
 
-// The field on the processor, for the picture that has just been drawn; null: the soft field.
-std::unique_ptr<FieldFromHere> GlRendererState::FieldFrom(const CameraModel& camera,
-                                                          const Rigid3& cam_from_world) const {
+// Returns the field on the processor, for the current picture; null for the soft field.
+std::unique_ptr<PlacedField> GlRendererState::FieldFrom(const CameraModel& camera,
+                                                        const Rigid3& cam_from_world) const {
   if (options.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
   if (options.field.kind == FieldKind::kLumigraph)
@@ -203,7 +203,7 @@ std::unique_ptr<FieldFromHere> GlRendererState::FieldFrom(const CameraModel& cam
   return MakeField(scene, options.field)->From(cam_from_world.OriginInSource());
 }
 
-// The rings of a wide aperture, in no order, with weights times the rings' share; none where no ring has
+// Returns the rings of a wide aperture, in no order, with weights times the rings' share; none if no ring has
 // grown.
 TriangleBatch GlRendererState::RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
                                              const Rigid3& cam_from_world) const {

@@ -18,7 +18,7 @@ namespace {
 constexpr unsigned kNearestFirstUnit = 10, kDrawnUnit = 11, kConfidenceUnit = 14, kBeforeUnit = 15;
 constexpr unsigned kDepthMapsUnit = 14;  // before the confidence is read
 
-// Whether a level of half floats has pixels without light.
+// Returns whether a level of half floats has pixels without light.
 bool HasGaps(const cv::Mat& halves) {
   for (int y = 0; y < halves.rows; ++y)
     for (int x = 0; x < halves.cols; ++x)
@@ -26,7 +26,7 @@ bool HasGaps(const cv::Mat& halves) {
   return false;
 }
 
-// The views that are listed, each once, in the order of `in_order`.
+// Returns the listed views, each once, in the order of `in_order`.
 std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::int32_t>& listed,
                        std::size_t view_count) {
   std::vector<bool> is_listed(view_count, false);
@@ -36,7 +36,7 @@ std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::
   return among;
 }
 
-// The constants of LumigraphPenalty() and LumigraphWeights().
+// Sets the constants of LumigraphPenalty() and LumigraphWeights().
 void SetPenalties(const GlProgram& program, double resolution) {
   program.Set("resolution_penalty", static_cast<float>(resolution));
   program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
@@ -67,13 +67,13 @@ void GlRendererState::ForResidentViews(const std::vector<int>& of_views, const D
   } while (done < of_views.size());
 }
 
-// Whether the views' photographs and shadow maps are resident.
+// Returns whether the views' photographs and shadow maps are resident.
 bool GlRendererState::AreResident(const std::vector<int>& of_views) const {
   return (options.show_field || photographs.HasAll(views.LevelRequests(of_views))) &&
          shadow_maps.HasAll(of_views);
 }
 
-// The candidates that the shader marks over the bound target, in their order.
+// Returns the candidates that the shader marks over the bound target, in their order.
 std::vector<int> GlRendererState::MarkedViews(const GlProgram& mark, const std::vector<int>& candidates,
                                               const std::function<void()>& draw) {
   needed.Upload(std::vector<std::int32_t>(scene->views.size(), 0));
@@ -140,7 +140,7 @@ void GlRendererState::DrawSoftPixels(const CameraModel& camera, const Rigid3& ca
     depth_maps.Provide(of_views);
     views.SetDepthMaps(*scene, depth_maps);
     depth_maps.Bind(kDepthMapsUnit);
-    // Photographs are still being read: what they do not cover yet, the nearest that are there fill.
+    // While photographs are being read, the nearest resident ones fill what is not yet covered.
     constexpr std::size_t kFillers = 6;
     if (!options.complete) ProvideShadowMaps(std::span(of_views).first(std::min(kFillers, of_views.size())));
   } else {
@@ -185,31 +185,32 @@ bool GlRendererState::FindGaps(const std::vector<int>& of_views) {
 
 Filling GlRendererState::filling() const { return FillingOf(options); }
 
-// Views that a filled pixel needs: one more than get weight, because its penalty is the threshold.
-int GlRendererState::ViewsAsked() const { return filling().views > 1 ? filling().views + 1 : 1; }
+// Returns the number of views that a filled pixel needs: one more than get weight, because its penalty is the
+// threshold.
+int GlRendererState::FillingViewCount() const { return filling().views > 1 ? filling().views + 1 : 1; }
 
 void GlRendererState::SetFill(const GlProgram& program, const CameraModel& camera,
                               const PlaneInCamera& plane) const {
   SetCommon(program, camera, plane);
   program.Set("depth", 0.0f);
-  program.Set("asked", ViewsAsked());
+  program.Set("asked", FillingViewCount());
   SetPenalties(program, FieldOptions{}.lumigraph_resolution);
 }
 
-// The views that the fill's shaders go through in each part of the picture.
+// Returns the views that the fill's shaders examine in each part of the picture.
 ViewTiles GlRendererState::TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
                                     const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
-  // A view ends the search where the proxy hides nothing and photographs have light everywhere.
+  // A view ends the search if the proxy hides nothing and photographs have light everywhere.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
   return tiler.Tile(
       scene->views, in_order, {camera, cam_from_world, plane, proxy_triangles},
       [&](int view) {
         return sees_all && (marks || options.complete || options.show_field || photographs.PlaceOf(view));
       },
-      ViewsAsked());
+      FillingViewCount());
 }
 
-// Gives the tiles to the shaders; returns how many they are.
+// Uploads the tiles to the shaders; returns their number.
 std::size_t GlRendererState::SetTiles(const ViewTiles& of_views, const CameraModel& camera) {
   struct GpuTile {
     Vec4 clip;
@@ -229,7 +230,8 @@ std::size_t GlRendererState::SetTiles(const ViewTiles& of_views, const CameraMod
   return gpu_tiles.size();
 }
 
-// The views that uncovered pixels may need, nearest first. The target must be bound, with its depth set.
+// Returns the views that uncovered pixels may need, nearest first. The target must be bound, with its depth
+// set.
 std::vector<int> GlRendererState::FillingViews(const CameraModel& camera, const Rigid3& cam_from_world,
                                                const PlaneInCamera& plane) {
   if (filling().views == 0) return {};
@@ -264,7 +266,7 @@ void GlRendererState::SetResolve(const GlProgram& program) const {
   program.Set("whole_weight", static_cast<float>(filling().whole));
 }
 
-// Pixels that their own views cover get depth 1, so that the depth test skips them when others are filled.
+// Sets depth 1 where a pixel's own views cover it, so that the depth test skips it when others are filled.
 void GlRendererState::Normalise() {
   SetDepthTest(GL_ALWAYS, true);
   confidence.BindTexture(kConfidenceUnit);
@@ -281,7 +283,7 @@ void GlRendererState::FillOpenPixels(const CameraModel& camera, const Rigid3& ca
   const std::vector<int> of_views = FillingViews(camera, cam_from_world, plane);
   std::optional<std::size_t> count;
   ForResidentViews(of_views, [&](std::size_t first, std::size_t end, int arrays) {
-    if (!count)  // only now the resident photographs are known
+    if (!count)  // the resident photographs are known only now
       count = SetTiles(TilesFor(of_views, camera, cam_from_world, plane, false), camera);
     const GlProgram& program = programs.Fill(arrays);
     SetFill(program, camera, plane);
@@ -298,13 +300,13 @@ void GlRendererState::FillOpenPixels(const CameraModel& camera, const Rigid3& ca
   });
 }
 
-// Every pixel is empty, with depth 0.
+// Makes every pixel empty, with depth 0.
 void GlRendererState::ClearResolved() {
   resolved.Clear({0, 0, 0, -2});  // alpha of an empty pixel (resolve.glsl)
   resolved.ClearDepth(0);
 }
 
-// Whether there are uncovered pixels; waits for the drawing.
+// Returns whether there are uncovered pixels; waits for the drawing.
 bool GlRendererState::HasOpenPixels() {
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   programs.open().Use();

@@ -15,15 +15,15 @@ namespace {
 
 // The largest texture array. Measured on llvmpipe: 1.26 GB works, 2.3 GB does not.
 constexpr std::size_t kMostArrayBytes = 1000000000;
-// What Offer() copies in one call; more would delay the picture. Guessed.
+// Offer() copies no more than this in one call; more would delay the picture. Guessed.
 constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;
 // For a view without any level the loader first reads one that is coarser by this: 1/64 of the bytes.
-constexpr int kGlanceLevels = 3;
+constexpr int kPreviewLevels = 3;
 
 }  // namespace
 
 std::size_t GlPhotographs::LimitBytes(double asked_mb) {
-  // Where the driver does not say what is free; else the share of it that is taken. Guessed.
+  // The limit if the driver does not say what is free, and the used share of what is free. Guessed.
   constexpr double kUsualMb = 2048, kShare = 0.75;
   if (asked_mb > 0) return static_cast<std::size_t>(1e6 * asked_mb);
   GLint free_kb[4] = {};
@@ -39,7 +39,7 @@ void GlPhotographs::Build(std::vector<std::shared_ptr<const Photograph>> photogr
                           std::size_t limit_bytes) {
   photographs_ = std::move(photographs);
   linear_ = photographs_.front()->linear();
-  limit_bytes_ = limit_bytes;  // at least the coarsest level of every photograph
+  limit_bytes_ = limit_bytes;  // but at least the coarsest level of every photograph
   for (const auto& photograph : photographs_)
     limit_bytes_ = std::max(limit_bytes_, LayerBytes(photograph->LevelSize(photograph->LevelCount() - 1)));
   unreadable_.assign(photographs_.size(), false);
@@ -51,8 +51,8 @@ std::size_t GlPhotographs::LayerBytes(const cv::Size& size) const {
   return static_cast<std::size_t>(size.area()) * pixel_bytes;
 }
 
-int GlPhotographs::GlanceLevel(const LevelRequest& level_request) const {
-  return std::min(level_request.level + kGlanceLevels, PhotographOf(level_request.view).LevelCount() - 1);
+int GlPhotographs::PreviewLevel(const LevelRequest& level_request) const {
+  return std::min(level_request.level + kPreviewLevels, PhotographOf(level_request.view).LevelCount() - 1);
 }
 
 GlPhotographs::LevelRequest GlPhotographs::WithinLimit(LevelRequest level_request) const {
@@ -100,8 +100,8 @@ void GlPhotographs::Grow(Array& array, std::size_t layers) {
   array.slots.resize(layers);  // the first layers keep their contents
 }
 
-// An empty layer, in a new array or a larger one where there is room. `wanted`: how many layers the caller
-// needs.
+// Returns an empty layer, in a new array or a larger one if there is room. `wanted` is the number of layers
+// that the caller needs.
 std::optional<GlPhotographs::Found> GlPhotographs::FreeSlot(const cv::Size& size, std::size_t wanted) {
   Array* largest = nullptr;
   for (const auto& array : arrays_) {
@@ -129,7 +129,7 @@ std::optional<GlPhotographs::Found> GlPhotographs::FreeSlot(const cv::Size& size
   return Found{arrays_.back().get(), 0};
 }
 
-// None where all layers of this size are in use.
+// Returns none if all layers of this size are in use.
 std::optional<GlPhotographs::Found> GlPhotographs::LeastUsedSlot(const cv::Size& size) {
   std::optional<Found> least;
   for (const auto& array : arrays_) {
@@ -149,7 +149,7 @@ std::uint64_t GlPhotographs::LastUse(const Array& array) {
   return last;
 }
 
-// Among the arrays of other sizes.
+// Searches the arrays of other sizes.
 GlPhotographs::Array* GlPhotographs::LeastUsedArray(const cv::Size& other_than) const {
   Array* least = nullptr;
   for (const auto& array : arrays_)
@@ -188,21 +188,21 @@ void GlPhotographs::Use(const Key& key) {
   serving_[key.first] = key;
 }
 
-void GlPhotographs::Ask(std::span<const LevelRequest> missing, bool glance_first) {
+void GlPhotographs::RequestFromLoader(std::span<const LevelRequest> missing, bool preview_first) {
   std::vector<PhotographLoader::Request> requests;
   const auto ask = [&](const LevelRequest& level_request) {
     const auto view = At(level_request.view);
     if (!unreadable_[view]) requests.push_back({KeyOf(level_request), photographs_[view]});
   };
-  if (glance_first)
+  if (preview_first)
     for (const LevelRequest& level_request : missing)
-      if (!serving_.contains(level_request.view)) ask({level_request.view, GlanceLevel(level_request)});
+      if (!serving_.contains(level_request.view)) ask({level_request.view, PreviewLevel(level_request)});
   for (const LevelRequest& level_request : missing) ask(level_request);
   for (const LevelRequest& level_request : expected_) {
     const LevelRequest within = WithinLimit(level_request);
     if (!where_.contains(KeyOf(within))) ask(within);
   }
-  loader_->Ask(std::move(requests));
+  loader_->SetRequests(std::move(requests));
 }
 
 std::size_t GlPhotographs::Require(std::span<const LevelRequest> requests) {
@@ -220,8 +220,8 @@ std::size_t GlPhotographs::Require(std::span<const LevelRequest> requests) {
     else
       missing.push_back(level_requests.back());
   }
-  Ask(missing, false);
-  // Resident levels stay, except for the last requests, where otherwise the first ones would find no room.
+  RequestFromLoader(missing, false);
+  // Resident levels stay, except those of the last requests if the first ones would otherwise find no room.
   std::size_t left = missing.size(), done = 0, staying = level_requests.size();
   for (; done < staying; ++done) {
     const Key key = KeyOf(level_requests[done]);
@@ -266,7 +266,7 @@ std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const
   return closest;
 }
 
-// The requests, made coarser by the same number of levels until they fit at the same time.
+// Returns the requests, coarser by the same number of levels until they fit at the same time.
 std::vector<GlPhotographs::LevelRequest> GlPhotographs::CoarsenedToFit(
     std::span<const LevelRequest> requests) {
   std::vector<LevelRequest> level_requests;
@@ -290,10 +290,10 @@ std::vector<GlPhotographs::LevelRequest> GlPhotographs::CoarsenedToFit(
   }
 }
 
-// Takes the level from the loader, else a coarser one. Returns whether the level itself is resident now.
+// Takes the level from the loader, or else a coarser one. Returns whether the level itself is resident now.
 bool GlPhotographs::TakeFromLoader(const LevelRequest& level_request, std::size_t& copied,
                                    std::size_t wanted) {
-  for (const int level : {level_request.level, GlanceLevel(level_request)}) {
+  for (const int level : {level_request.level, PreviewLevel(level_request)}) {
     if (level != level_request.level && serving_.contains(level_request.view)) return false;
     const Key key{level_request.view, level};
     const auto pixels = loader_->Take(key);

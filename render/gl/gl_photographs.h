@@ -1,11 +1,10 @@
 // The cache of photographs in graphics memory. It holds the one level of each view that a picture reads, up
-// to a limit of memory, in texture arrays that each have one size. The least recently used level makes room
-// for others.
+// to a limit of memory, in texture arrays that each have one size. The least recently used level is evicted.
 //
-// Require() is for pictures that must be exact: it waits for levels that are missing. Where they do not all
-// fit at once, the caller draws with those that are there and requires the rest afterwards. Offer() is for
-// pictures that must not wait: it takes the levels that the loader has read meanwhile, uses other levels in
-// place of missing ones, and lets the loader read these.
+// Require() is for pictures that must be exact: it waits for missing levels. If they do not all fit at once,
+// the caller draws with the resident ones and requires the rest afterwards. Offer() is for pictures that must
+// not wait: it takes the levels that the loader has read meanwhile, substitutes other levels for missing
+// ones, and lets the loader read these.
 //
 // The context must be current for all functions, and for Release().
 #pragma once
@@ -34,31 +33,31 @@ class GlPhotographs {
     bool operator==(const Place&) const = default;
   };
 
-  // The memory for photographs: `asked_mb`, or where that is 0 three quarters of what the driver says is
-  // free, or 2048 MB where it does not say.
+  // Returns the memory for photographs: `asked_mb`, or if that is 0, three quarters of what the driver says
+  // is free, or 2048 MB if it does not say.
   static std::size_t LimitBytes(double asked_mb);
 
-  // `photographs`: of the scene's views, in their order. All textures together never take more than
+  // `photographs` are those of the scene's views, in their order. All textures together never take more than
   // `limit_bytes`.
   void Build(std::vector<std::shared_ptr<const Photograph>> photographs, std::size_t limit_bytes);
 
   // Makes as many of the first `level_requests` resident as fit, at least one, and returns how many. A level
   // that is larger than the limit is replaced by a coarser one. Throws what reading them throws.
   std::size_t Require(std::span<const LevelRequest> level_requests);
-  // Returns whether all requested levels are resident; for the others it uses other levels, or none. May be
-  // called again with more requests for the same picture. It warns once of a photograph that cannot be read,
-  // and skips it then.
+  // Returns whether all requested levels are resident; for the others it uses other levels, or none. It may
+  // be called again with more requests for the same picture. It warns once of a photograph that cannot be
+  // read, and then ignores it.
   bool Offer(std::span<const LevelRequest> level_requests);
   // Requests from the loader what the last Offer() lacked, then what is expected.
-  void AskForMissing() { Ask(missing_, true); }
-  // Sets what AskForMissing() requests last.
+  void RequestMissing() { RequestFromLoader(missing_, true); }
+  // Sets what RequestMissing() requests last.
   void Expect(std::vector<LevelRequest> level_requests) { expected_ = std::move(level_requests); }
 
-  // Where the last Require() or Offer() has put the view's photograph; none where it has no level.
+  // Returns the place of the view's photograph after Require() or Offer(); none if it has no level.
   std::optional<Place> PlaceOf(int view) const;
   std::optional<int> LevelOf(int view) const;
   bool HasAll(std::span<const LevelRequest> level_requests) const;
-  // Whether they fit into graphics memory at the same time.
+  // Returns whether they fit into graphics memory at the same time.
   bool HasRoomFor(std::span<const LevelRequest> level_requests) const;
 
   struct Counts {
@@ -89,7 +88,7 @@ class GlPhotographs {
 
   static Key KeyOf(const LevelRequest& level_request) { return {level_request.view, level_request.level}; }
   std::size_t LayerBytes(const cv::Size& size) const;
-  int GlanceLevel(const LevelRequest& level_request) const;
+  int PreviewLevel(const LevelRequest& level_request) const;
   LevelRequest WithinLimit(LevelRequest level_request) const;
   const Photograph& PhotographOf(int view) const { return *photographs_[static_cast<std::size_t>(view)]; }
   Array MakeArray(const cv::Size& size, std::size_t layers);
@@ -106,14 +105,14 @@ class GlPhotographs {
   void Use(const Key& key);
   std::vector<LevelRequest> CoarsenedToFit(std::span<const LevelRequest> requests);
   bool TakeFromLoader(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted);
-  void Ask(std::span<const LevelRequest> missing, bool glance_first);
+  void RequestFromLoader(std::span<const LevelRequest> missing, bool preview_first);
 
   std::vector<std::shared_ptr<const Photograph>> photographs_;
   std::size_t limit_bytes_ = 0;
   bool linear_ = false;
   std::vector<std::unique_ptr<Array>> arrays_;
   std::map<Key, Found> where_;
-  std::map<int, Key> serving_;  // of each view of the last Require() or Offer()
+  std::map<int, Key> serving_;  // by view, of the last Require() or Offer()
   std::uint64_t clock_ = 0;     // counts Require() and Offer()
   std::vector<LevelRequest> missing_, expected_;
   std::vector<bool> unreadable_;  // views

@@ -13,18 +13,19 @@
 namespace ulf::render {
 namespace {
 
-// In a triangle that was subdivided once, one more view has weight than a vertex has edges: enough for eight.
+// In a triangle that was subdivided once, one more view has weight than a vertex has edges; this suffices for
+// eight.
 constexpr int kMostViewsOfFanBatch = 9;
 
 int MostVaryingVectors() {
-  GLint most = 15;  // what every OpenGL 4.5 has
+  GLint most = 15;  // the minimum of OpenGL 4.5
   glGetIntegerv(GL_MAX_VARYING_VECTORS, &most);
   return most;
 }
 
 std::string OfViews(int views) { return "#define VIEWS " + std::to_string(views) + "\n"; }
 
-// The constants of the soft field.
+// Defines the constants of the soft field.
 std::string SoftDefines() {
   const SoftConstants constants;
   std::string defines;
@@ -83,8 +84,8 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
   if (one_camera_) defines_ += "#define ONE_CAMERA\n";
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
   if (corrected) defines_ += "#define CORRECTED\n";
-  // Vectors that the vertex shader passes to the fragments: `vectors` for each view, one for each four views,
-  // and one for all.
+  // Counts vectors that the vertex shader passes to the fragments: `vectors` for each view, one for each four
+  // views, and one for all.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;

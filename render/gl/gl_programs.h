@@ -17,19 +17,20 @@ class GlPrograms {
   void Build(const RenderScene& scene, bool show_field, bool has_triangles);
 
   const GlProgram& cover() const { return cover_; }
-  // For up to `views` views of a triangle; `direct`: these are all views of the triangle. Built at the first
-  // call.
+  // Returns the program for up to `views` views of a triangle; `direct` says that these are all its views. It
+  // is built at the first call.
   const GlProgram& FanBatch(int views, bool direct);
   int most_views_of_fan_batch() const { return most_views_of_fan_batch_; }
-  // Whether all views have the same camera, which then is a uniform.
+  // Returns whether all views have the same camera, which then is a uniform.
   bool one_camera() const { return one_camera_; }
-  // The weights of a wide aperture's rings, by which FanBatch() multiplies light. Built at the first call.
+  // Returns the weights of a wide aperture's rings, by which FanBatch() multiplies light; built at the first
+  // call.
   const GlProgram& RingWeight();
   const GlProgram& open() const { return open_; }
   const GlProgram& normalise() const { return normalise_; }
   const GlProgram& mark_lumigraph() const { return mark_lumigraph_; }
   const GlProgram& mark_fill() const { return mark_fill_; }
-  // These read many photographs at a pixel, from `arrays` texture arrays. Built at the first call.
+  // These read many photographs at a pixel, from `arrays` texture arrays, and are built at the first call.
   const GlProgram& Lumigraph(int arrays) { return Over(arrays).lumigraph; }
   const GlProgram& Fill(int arrays) { return Over(arrays).fill; }
   const GlProgram& Soft(int arrays);

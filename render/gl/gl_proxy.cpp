@@ -45,7 +45,7 @@ void GlProxy::Draw(const std::shared_ptr<const TriangleMesh>& mesh, const Camera
   program_.Set("row2", MakeVec4(r(2, 0), r(2, 1), r(2, 2), t.z()));
   program_.Set("clip_x", MakeVec4(2 * camera.fx / camera.width, 2 * camera.cx / camera.width - 1, 0, 0));
   program_.Set("clip_y", MakeVec4(2 * camera.fy / camera.height, 2 * camera.cy / camera.height - 1, 0, 0));
-  // The depth buffer holds near / depth, which is as exact far away as it is close by.
+  // The depth buffer holds near / depth, which is equally exact far away and close by.
   program_.Set("near", static_cast<float>(kNearShare * usual_depth));
   vertices_.BindStorage(6);
   corners_.BindStorage(7);
@@ -84,7 +84,7 @@ void GlProxy::FillHoles() {
     level(n).BindTexture(kFilledUnit);
     level(n).Bind();
     glTextureBarrier();  // each pixel reads itself before it writes itself
-    // Only where nothing was drawn: there the depth buffer has its cleared value.
+    // Draws only where nothing was drawn and the depth buffer has its cleared value.
     if (n == 0) SetDepthTest(GL_EQUAL, false);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }

@@ -12,12 +12,12 @@ namespace ulf::render {
 
 class GlProxy {
  public:
-  // Compiles the shaders; throws Error where the driver cannot.
+  // Compiles the shaders; throws Error if the driver cannot.
   void Build();
 
-  // Draws `mesh` into an image of depths along the optical axis, world units; fills its holes from the depths
-  // around them (as FillHoles() of depth_raster.h); 0 everywhere where nothing of the mesh is drawn. Points
-  // nearer than kNearShare times `usual_depth` are not drawn.
+  // Draws `mesh` into an image of depths along the optical axis, world units, and fills its holes from the
+  // depths around them (as FillHoles() of depth_raster.h); 0 everywhere if nothing of the mesh is drawn.
+  // Points nearer than kNearShare times `usual_depth` are not drawn.
   void Draw(const std::shared_ptr<const TriangleMesh>& mesh, const CameraModel& camera,
             const Rigid3& cam_from_world, double usual_depth);
   void BindDepth(unsigned unit) const { depth_.BindTexture(unit); }

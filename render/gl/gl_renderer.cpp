@@ -25,7 +25,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr unsigned kProxyDepthUnit = 12, kShadowMapsUnit = 13;  // photographs come before
+constexpr unsigned kProxyDepthUnit = 12, kShadowMapsUnit = 13;  // photographs use the units before
 constexpr unsigned kShownMasksUnit = 14, kShownUnit = 15;       // of Show()
 
 }  // namespace
@@ -151,7 +151,7 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
     TriangleBatch batch = rings.fans.empty() ? s.MeshTriangles(placed, camera, cam_from_world) : rings;
     of_views = ViewsOf(batch.fans);
   } else {
-    constexpr std::size_t kNearest = 12;  // views that a lumigraph picture mostly needs. Guessed.
+    constexpr std::size_t kNearest = 12;  // that a lumigraph picture mostly needs. Guessed.
     of_views = ViewsByDistance(*s.scene, virtual_center);
     of_views.resize(std::min(of_views.size(), kNearest));
   }
@@ -198,7 +198,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
     s.drawn.Resize(camera.width, camera.height, &s.depth);
     s.confidence.Resize(camera.width, camera.height, &s.depth);
     s.resolved.Resize(camera.width, camera.height, &s.depth);
-  } catch (const Error&) {  // of the others none must go on with depths that another no longer has
+  } catch (const Error&) {  // the other depths must not remain when one is missing
     s.depth.Release();
     for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved}) target->Release();
     throw;
@@ -230,7 +230,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
       break;  // Resolve() draws the nearest view
   }
   s.Resolve(camera, cam_from_world, plane);
-  if (!s.options.complete) s.photographs.AskForMissing();
+  if (!s.options.complete) s.photographs.RequestMissing();
   glFinish();
   CheckGl("drawing");
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -1,6 +1,6 @@
 // The fast renderer: OpenGL 4.5 without a window, with the same contract as the reference renderer.
 //
-// Where the proxy has triangles, their depth is drawn first, and every later pass reads it.
+// If the proxy has triangles, their depth is drawn first, and every later pass reads it.
 //
 // For each photograph that a picture needs, the level that it reads lies in a texture array
 // (render/gl/gl_photographs). Triangles that meet the image are drawn in batches. A fan (the thesis's word)
@@ -32,12 +32,12 @@
 
 namespace ulf::render {
 
-// How a picture is shown on a screen.
+// Options for showing a picture on a screen.
 struct DisplayTransform {
   double exposure_stops = 0;
-  bool hatches_doubt = false;  // stripes, stronger where the confidence is lower
-  // Renders the views' masks in the same context (SceneOptions::of_masks), and has drawn the same camera:
-  // what they leave out is covered by a plain grey (CutOutRenderer). Null: nothing is left out.
+  bool hatches_doubt = false;  // stripes pixels of low confidence, the lower the stronger
+  // A renderer of the views' masks (SceneOptions::of_masks) in the same context, with the same camera drawn:
+  // what the masks exclude is covered by a plain grey (CutOutRenderer). Null: nothing is excluded.
   const class GlRenderer* of_masks = nullptr;
 };
 
@@ -56,18 +56,18 @@ class GlRenderer : public Renderer {
   void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) override;
   bool loading() const override;
   GlPhotographs::Counts photograph_counts() const;
-  // Whether the triangles of the last picture were finished at once, not added up.
+  // Returns whether the triangles of the last picture were finished in one pass, not added up.
   bool drew_at_once() const;
   FieldOptions field() const override;
   std::string Name() const override;
   const RenderScene& scene() const override;
 
-  // Draws and waits, without reading the picture back, as an interactive viewer does. Returns milliseconds.
+  // Draws and waits without reading the picture back, as an interactive viewer does. Returns milliseconds.
   double Draw(const CameraModel& camera, const Rigid3& cam_from_world);
   // Writes the picture of the last Draw(), in sRGB, to every pixel of the viewport of the framebuffer that is
   // bound in the caller's context.
   void Show(const DisplayTransform& transform) const;
-  // RenderOptions::show_field.
+  // Sets RenderOptions::show_field.
   void ShowField(bool show);
 
  private:

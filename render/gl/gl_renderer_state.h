@@ -27,8 +27,8 @@
 namespace ulf::render {
 
 struct GlRendererState {
-  std::shared_ptr<const RenderScene> plain;  // with its own proxy
-  std::shared_ptr<const RenderScene> scene;  // the same, or with the focal plane of the aperture
+  std::shared_ptr<const RenderScene> plain;  // the scene with its own proxy
+  std::shared_ptr<const RenderScene> scene;  // the same, or with the aperture's focal plane as proxy
   RenderOptions options;
   GlContext context;
 
@@ -51,14 +51,14 @@ struct GlRendererState {
   bool programs_stale = false;
   std::vector<bool> gaps_known;  // views whose photographs were searched for pixels without light
 
-  // Of the picture that is being drawn: all levels that were offered, whether some are missing, and whether a
-  // pass used coarser levels than are there now.
+  // State of the current picture: all levels offered, whether some are missing, and whether a pass used
+  // coarser levels than are resident now.
   Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
   std::vector<GlPhotographs::LevelRequest> offered;
   bool lacks = false, outdated = false;
   bool is_resolved = false;  // except for pixels that other views fill
   bool warned_of_passes = false;
-  bool drew_lumigraph_pixels = false;  // once at least
+  bool drew_lumigraph_pixels = false;  // at least once
 
   std::shared_ptr<const MeshField> mesh_field;
   EntryTable mesh_entries;
@@ -81,7 +81,7 @@ struct GlRendererState {
                               const Rigid3& cam_from_world) const;
   TriangleBatch RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
                               const Rigid3& cam_from_world) const;
-  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  std::unique_ptr<PlacedField> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
   DepthAt DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const;
   TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
                                    const PlaneInCamera& plane) const;
@@ -95,7 +95,7 @@ struct GlRendererState {
   ViewTiles TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
                      const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks);
   Filling filling() const;
-  int ViewsAsked() const;
+  int FillingViewCount() const;
   void SetFill(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   std::size_t SetTiles(const ViewTiles& of_views, const CameraModel& camera);
   bool FindGaps(const std::vector<int>& of_views);

@@ -9,8 +9,8 @@
 
 namespace ulf::render {
 
-// Depth textures hold 0 to 1, while the size of inverse depths depends on the scene's unit. The maps hold
-// them times this factor; a power of two loses no bit.
+// Depth textures hold 0 to 1, while inverse depths depend on the scene's unit. The maps hold them times this
+// factor, a power of two, which loses no bit.
 inline constexpr float kShadowMapScale = 0x1p-64f;
 
 class GlShadowMaps {
@@ -21,7 +21,7 @@ class GlShadowMaps {
   // Makes the maps that are missing, on all processors; returns whether there were any. Throws Error for too
   // many.
   bool Provide(std::span<const int> of_views);
-  // -1: no map yet. Where the proxy hides nothing all views have layer 0, which no shader reads.
+  // Returns -1 without a map yet. If the proxy hides nothing, all views have layer 0, which no shader reads.
   int LayerOf(int view) const { return layer_[static_cast<std::size_t>(view)]; }
   bool HasAll(std::span<const int> of_views) const;
   void Bind(unsigned unit) const;

@@ -10,7 +10,7 @@ using Eigen::Vector3d;
 
 std::optional<GpuTriangle> MakeTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_in_cam,
                                         const CameraModel& camera, double confidence, double along) {
-  constexpr double kNearest = 0.9;  // depths go from this down to its negative, well inside the clip space
+  constexpr double kNearest = 0.9;  // depths go from this to its negative, well inside the clip space
   GpuTriangle triangle;
   std::array<int, 5> outside{};
   for (int k = 0; k < 3; ++k) {

@@ -22,7 +22,7 @@ inline Vec4 MakeVec4(double x, double y, double z, double w) {
   return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), static_cast<float>(w)};
 }
 
-// The shaders' structs (std430).
+// These are the shaders' structs (std430).
 struct GpuTriangle {
   std::array<Vec4, 3> corner;
   std::array<Vec4, 3> row;
@@ -43,7 +43,7 @@ struct TriangleBatch {
   std::vector<GpuFan> fans;  // fans of one triangle are consecutive
 };
 
-// The views of the fans, each once, ascending.
+// Returns the views of the fans, each once, ascending.
 std::vector<int> ViewsOf(const std::vector<GpuFan>& fans);
 
 struct FanBatches {
@@ -51,12 +51,12 @@ struct FanBatches {
   std::vector<GpuFanBatch> batches;
   bool one_each = true;  // no triangle has two batches; the batches are in the order of the triangles
 };
-// Batches of up to `most` fans. `array_of`: the texture of a view's photograph; fans of views without one are
-// left out.
+// Forms batches of up to `most` fans. `array_of` returns the texture of a view's photograph; fans of views
+// without one are left out.
 FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
                           const std::function<std::optional<unsigned>(int view)>& array_of, int most);
 
-// For each triangle the views that have weight in it.
+// Lists, for each triangle, the views that have weight in it.
 struct EntryTable {
   // A view's weights at the corners of a triangle.
   struct Entry {
@@ -64,7 +64,7 @@ struct EntryTable {
     std::array<double, 3> weights;
   };
   std::vector<Entry> entries;
-  std::vector<std::size_t> first;  // of each triangle, and the end
+  std::vector<std::size_t> first;  // per triangle, and the end
 };
 
 // `weights_of_corner(corner, add)` calls add(key, weight).
@@ -82,14 +82,14 @@ EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&&
   return table;
 }
 
-// None where the triangle does not meet the image. Corners are in the camera's axes. `along` (0 to 1) grows
-// with the triangles' order, so that of overlapping triangles the last one counts.
+// Returns none if the triangle does not meet the image. Corners are in the camera's axes. `along` (0 to 1)
+// grows with the triangles' order, so that of overlapping triangles the last one counts.
 std::optional<GpuTriangle> MakeTriangle(const Eigen::Matrix3d& corners_in_cam,
                                         const Eigen::Matrix3d& cone_from_ray_in_cam,
                                         const CameraModel& camera, double confidence, double along);
 
-// Adds triangle `index` of `table` in front of all triangles before, unless it does not meet the image, which
-// it says. `view_of_key`: the view of each key of the table; empty: keys are views.
+// Adds triangle `index` of `table` in front of all earlier ones if it meets the image, and returns whether it
+// does. `view_of_key` has the view of each key of the table; empty means that keys are views.
 bool AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,
                  std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch);

@@ -21,7 +21,7 @@ Vec4 OfSizeOne(const CameraModel& camera) {
 }  // namespace
 
 void GlViews::Build(const RenderScene& scene) {
-  // Most views have the same camera as the view before.
+  // Most views have the same camera as the previous one.
   const CameraModel* before = nullptr;
   for (const SceneView& view : scene.views) {
     const bool is_as_before = before && *before == view.camera;

@@ -23,24 +23,24 @@ class GlViews {
   static constexpr unsigned kUnit = 9;
 
   void Build(const RenderScene& scene);
-  // For a picture's camera; photographs and shadow maps have no layers yet.
+  // Sets a picture's camera; photographs and shadow maps have no layers yet.
   void Place(const RenderScene& scene, const CameraModel& camera, const Rigid3& cam_from_world);
-  // The levels of these views that the picture of the last Place() reads.
+  // Returns the levels of these views that the picture of the last Place() reads.
   std::vector<GlPhotographs::LevelRequest> LevelRequests(std::span<const int> views) const;
 
   // Sets the layers of the photographs of the first views in `views` whose textures fit into kMostArrays
-  // arrays, and returns how many views these are; all other views have none. `arrays`: the n-th texture is
-  // the shaders' array n.
+  // arrays, and returns how many these are; all other views have none. The n-th of `arrays` is the shaders'
+  // array n.
   std::size_t SetPlaces(std::span<const int> views, const GlPhotographs& photographs,
                         std::vector<unsigned>& arrays);
-  // For shaders that read no photograph, or one array at a time.
+  // Does the same for shaders that read no photograph, or one array at a time.
   void SetPlaces(const GlPhotographs& photographs);
 
   // Sets the layers of the views' shadow maps; nothing is hidden from a view without a map.
   void SetShadowMaps(const GlShadowMaps& shadow_maps);
-  // Sets the layers of the views' depth maps, and what the maps' pixels mean.
+  // Sets the layers of the views' depth maps and the scale of the maps' values.
   void SetDepthMaps(const RenderScene& scene, const GlDepthMaps& depth_maps);
-  // Where all views have one camera: sets its uniforms, and those of the first view's exposure.
+  // If all views have one camera, sets its uniforms and the first view's exposure.
   void SetOneCamera(const GlProgram& program) const;
 
   // Marks that the view's photograph has pixels without light. The shaders see it after the next Set...().

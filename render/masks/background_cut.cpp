@@ -9,17 +9,17 @@
 namespace ulf::render {
 namespace {
 
-// All guessed, as logarithms of odds.
+// All constants are guessed, as logarithms of odds.
 constexpr float kUndecided =
     4.5f;  // the cost of turning: a pixel three deviations off the background is as likely either
-constexpr float kCutMost = 14;      // the cost of being still is no larger
-constexpr float kUnknownLeans = 2;  // towards turning, where there is no background
-constexpr float kBorder = 7;        // of a border through an even place
-constexpr float kWobblePx = 0.3f;   // of the camera: so much of the background's gradient is no difference
+constexpr float kCutMost = 14;      // the cost of being still is limited to this
+constexpr float kUnknownLeans = 2;  // towards turning, without a background
+constexpr float kBorder = 7;        // of a border through an even area
+constexpr float kWobblePx = 0.3f;   // camera motion whose effect on the background's gradient is tolerated
 
 float LargestOf(const cv::Vec3f& v) { return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}); }
 
-// How many deviations each pixel is off the background.
+// Returns each pixel's deviation from the background, in sigmas.
 cv::Mat DeviationsFrom(const StillBackground& background, const cv::Mat& picture, float wobble_px) {
   cv::Mat grey, dx, dy, steepness;
   cv::cvtColor(background.color, grey, cv::COLOR_BGR2GRAY);
@@ -48,7 +48,7 @@ float EdgeOf(const cv::Mat& pixels, const cv::Point& a, const cv::Point& b) {
   return d.dot(d);
 }
 
-// The mean of the squared differences between neighbours.
+// Returns the mean of the squared differences between neighbours.
 float ContrastOf(const cv::Mat& picture) {
   double sum = 0, count = 0;
   for (int y = 0; y < picture.rows; y += 2)
@@ -75,7 +75,7 @@ cv::Mat CutFromBackground(const cv::Mat& picture, const StillBackground& backgro
   for (int i = 0; i < unknown; ++i) graph.addVtx();
 
   const auto border_between = [&](const cv::Point& a, const cv::Point& b) {
-    // An edge that the background shows there, too, is the background's as far as both pixels look like it.
+    // An edge that the background also has belongs to it as far as both pixels look like it.
     const float off = std::max(deviations.at<float>(a), deviations.at<float>(b));
     const float known = std::min(background.known.at<float>(a), background.known.at<float>(b));
     const float like = known * std::exp(-off * off / 18);

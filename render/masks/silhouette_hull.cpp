@@ -9,7 +9,7 @@
 namespace ulf::render {
 namespace {
 
-// So many silhouettes leave a cell out, of those that have it in their picture, and it is empty. Guessed.
+// A cell is empty if this share of the silhouettes that have it in their picture exclude it. Guessed.
 constexpr double kEmptyShare = 0.06;
 constexpr int kFewestEmpty = 2;
 
@@ -69,7 +69,7 @@ double SilhouetteHull::CellPx(const CameraModel& camera, const Rigid3& cam_from_
   return camera.MeanFocalPx() * CellSize() / (cam_from_world * center_in_world_).norm();
 }
 
-cv::Mat SilhouetteHull::SeenFrom(const CameraModel& camera, const Rigid3& cam_from_world) const {
+cv::Mat SilhouetteHull::ProjectedInto(const CameraModel& camera, const Rigid3& cam_from_world) const {
   cv::Mat seen = cv::Mat::zeros(camera.height, camera.width, CV_8U);
   // A cell reaches to its corners.
   const double reach = 0.5 * std::sqrt(3.0) * CellSize();

@@ -1,5 +1,5 @@
-// The visual hull of what silhouettes show (Laurentini 1994), in cells: a cell is empty where several
-// silhouettes that have it in their picture leave it out. One silhouette alone may be wrong.
+// The visual hull of silhouettes (Laurentini 1994) in cells: a cell is empty if several silhouettes that have
+// it in their picture exclude it. One silhouette alone may be wrong.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,15 +21,15 @@ struct Silhouette {
 
 class SilhouetteHull {
  public:
-  // `cells`: along a side of the cube.
+  // `cells` is their number along a side of the cube.
   SilhouetteHull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& center_in_world,
                  double half_side, int cells = 112);
 
   bool empty() const { return surface_.empty(); }
   double CellSize() const { return 2 * half_side_ / cells_; }
-  // The hull as a camera sees it, CV_8U, 255 there: half a cell too large all around.
-  cv::Mat SeenFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
-  // The size of a cell in such a picture, pixels.
+  // Returns the hull as a camera sees it, CV_8U, 255 inside, dilated by half a cell.
+  cv::Mat ProjectedInto(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  // Returns the size of a cell in such a picture, pixels.
   double CellPx(const CameraModel& camera, const Rigid3& cam_from_world) const;
 
  private:

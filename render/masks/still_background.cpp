@@ -12,19 +12,19 @@
 namespace ulf::render {
 namespace {
 
-// All guessed. Of a pixel's pictures: those that agree with a background, and those that do so one after the
-// other.
+// All constants are guessed. They are shares of a pixel's pictures: those that agree with a background, and
+// those that do so consecutively.
 constexpr double kStillShare = 0.96;
 constexpr double kDoubtedShare = 0.04, kKnownShare = 0.1;
 constexpr std::size_t kRun = 3;
 constexpr float kAgreeSigmas = 3.5f, kLeastAgree = 4;  // levels
-// Of the values that agree, over the noise: what is still has 1.
+// Spread of the agreeing values over the noise: a still pixel has 1.
 constexpr float kSureSpread = 1.2f, kMostSpread = 1.45f;
 
 using Pixel = cv::Vec3b;
 
-// One standard deviation of a value by its level, from the differences between neighbouring pictures, of the
-// quieter ones: what turns makes the others.
+// Standard deviation of a value by its level, from the differences between neighbouring pictures; the smaller
+// ones are used, because the subject causes the others.
 class NoiseByLevel {
  public:
   explicit NoiseByLevel(std::span<const cv::Mat> pictures) {
@@ -43,7 +43,7 @@ class NoiseByLevel {
       if (sigmas_[bin] > 0) told.push_back(sigmas_[bin]);
     }
     middle_ = std::max(kLeast, static_cast<float>(Quantile(told, 0.5)));
-    // A level that only what turns has tells nothing of the noise.
+    // A level that occurs only on the subject gives no noise.
     for (float& sigma : sigmas_) sigma = sigma > 0 ? std::clamp(sigma, kLeast, 1.5f * middle_) : middle_;
   }
   float At(float level) const { return sigmas_[BinOf(level)]; }
@@ -56,7 +56,7 @@ class NoiseByLevel {
     return std::min(kBins - 1, static_cast<std::size_t>(std::max(0.0f, level) * kBins / 256));
   }
   // The mean of the lower 40 % of absolute differences of a normal distribution is 0.26 of its deviation,
-  // which rounding to levels leaves as it is. 0: too few.
+  // which rounding to levels does not change. Returns 0 for too few.
   static float SigmaOf(std::vector<int>& differences) {
     constexpr double kLower = 0.4, kMeanOfLower = 0.26;
     if (differences.size() < kFewest) return 0;
@@ -79,9 +79,9 @@ int Apart(const Pixel& a, const Pixel& b) {
 
 struct Mode {
   cv::Vec3f color{0, 0, 0};
-  std::size_t count = 0;    // of pictures that agree
-  std::size_t in_runs = 0;  // of these, one after the other
-  float spread = 0;         // of those that agree, over the noise
+  std::size_t count = 0;    // pictures that agree
+  std::size_t in_runs = 0;  // of these, consecutive ones
+  float spread = 0;         // of the agreeing values, over the noise
 };
 
 Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise, std::vector<char>& agrees) {
@@ -98,7 +98,7 @@ Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise, std::ve
     if (count > mode.count) mode.count = count, best = i;
     if (20 * count > 19 * values.size()) break;
   }
-  // About the mean of those that agree, because the one that has most beside it is itself off by the noise.
+  // Uses the mean of the agreeing values, because the value with the most neighbours is itself noisy.
   const auto agree_with = [&](const Pixel& center) {
     const int tolerance = tolerance_at(center);
     cv::Vec3f sum(0, 0, 0);
@@ -135,7 +135,7 @@ Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise, std::ve
 
 }  // namespace
 
-StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning) {
+StillBackground EstimateBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning) {
   CV_Assert(!pictures.empty() && (turning.empty() || turning.size() == pictures.size()));
   const cv::Size size = pictures[0].size();
   const NoiseByLevel noise(pictures);
@@ -166,8 +166,7 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
                       std::clamp((share - kDoubtedShare) / (kKnownShare - kDoubtedShare), 0.0, 1.0));
     }
   });
-  // What turns slowly by, a surface with little on it, comes back nearly the same: its values spread
-  // wider than noise.
+  // A slowly turning, nearly uniform surface recurs nearly unchanged: its values spread wider than noise.
   cv::Mat around;
   cv::boxFilter(spread.mul(spread), around, CV_32F, {5, 5});
   for (int y = 0; y < size.height; ++y)
@@ -180,7 +179,7 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
   return background;
 }
 
-cv::Mat StillToTheRim(const StillBackground& background) {
+cv::Mat StillConnectedToRim(const StillBackground& background) {
   cv::Mat still;
   cv::morphologyEx(background.still, still, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8U));
   cv::Mat parts;
@@ -198,10 +197,10 @@ cv::Mat StillToTheRim(const StillBackground& background) {
   return outside;
 }
 
-OutsideColors::OutsideColors(const StillBackground& background, const cv::Mat& outside)
+BackgroundColors::BackgroundColors(const StillBackground& background, const cv::Mat& outside)
     : shares_(kBins * kBins * kBins, 0.0f) {
-  constexpr double kLeastShare = 0.05;  // of the picture, to tell the background's colours. Guessed.
-  tell_ = cv::countNonZero(outside) >= kLeastShare * static_cast<double>(outside.total());
+  constexpr double kLeastShare = 0.05;  // of the picture, for the background's colours. Guessed.
+  is_reliable_ = cv::countNonZero(outside) >= kLeastShare * static_cast<double>(outside.total());
   float count = 0;
   for (int y = 0; y < outside.rows; ++y)
     for (int x = 0; x < outside.cols; ++x) {
@@ -213,7 +212,7 @@ OutsideColors::OutsideColors(const StillBackground& background, const cv::Mat& o
   for (float& share : shares_) share /= std::max(1.0f, count);
 }
 
-float OutsideColors::ShareAround(const cv::Vec3f& color) const {
+float BackgroundColors::ShareAround(const cv::Vec3f& color) const {
   const int at[3] = {BinOf(color[0]), BinOf(color[1]), BinOf(color[2])};
   float sum = 0;
   for (int b = std::max(0, at[0] - 1); b <= std::min(kBins - 1, at[0] + 1); ++b)
@@ -223,16 +222,16 @@ float OutsideColors::ShareAround(const cv::Vec3f& color) const {
   return sum;
 }
 
-int OutsideColors::BinOf(float level) {
+int BackgroundColors::BinOf(float level) {
   return std::clamp(static_cast<int>(level * kBins / 256), 0, kBins - 1);
 }
 
-std::size_t OutsideColors::Index(int b, int g, int r) { return At((b * kBins + g) * kBins + r); }
+std::size_t BackgroundColors::Index(int b, int g, int r) { return At((b * kBins + g) * kBins + r); }
 
-void DoubtForeignColors(StillBackground& background, const cv::Mat& outside, const OutsideColors& colors) {
+void DropForeignColors(StillBackground& background, const cv::Mat& outside, const BackgroundColors& colors) {
   constexpr float kForeign = 5e-5f,
                   kFamiliar = 3e-4f;  // shares of the outside's pixels around a colour. Guessed.
-  if (!colors.Tell()) return;
+  if (!colors.IsReliable()) return;
   for (int y = 0; y < outside.rows; ++y)
     for (int x = 0; x < outside.cols; ++x) {
       float& known = background.known.at<float>(y, x);
@@ -243,7 +242,8 @@ void DoubtForeignColors(StillBackground& background, const cv::Mat& outside, con
 }
 
 cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& picture) {
-  // Least squares of Lucas and Kanade (1981) over the still pixels; the gradients are the background's.
+  // Solves the least squares of Lucas and Kanade (1981) over the still pixels with the background's
+  // gradients.
   cv::Mat grey, moved, dx, dy;
   cv::cvtColor(background.color, grey, cv::COLOR_BGR2GRAY);
   cv::GaussianBlur(grey, grey, {}, 1);
@@ -257,7 +257,7 @@ cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& pictu
   constexpr int kRounds = 6, kRim = 4;
   constexpr float kOutlier = 40;  // levels; guessed
   constexpr double kSurePx =
-      0.02;  // of a shift that is believed; neighbouring pixels are not independent. Guessed.
+      0.02;  // px, of an accepted shift; neighbouring pixels are not independent. Guessed.
   const double noise = cv::mean(background.noise)[0];
   for (int round = 0; round < kRounds; ++round) {
     const cv::Matx23d by(1, 0, shift.x, 0, 1, shift.y);
@@ -273,7 +273,7 @@ cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& pictu
         normal += g * g.t();
         right += difference * g;
       }
-    // One standard deviation of the shift along the direction that the edges tell least.
+    // Computes the standard deviation of the shift along its least certain direction.
     const double half_trace = 0.5 * cv::trace(normal), det = cv::determinant(normal);
     const double least = half_trace - std::sqrt(std::max(0.0, half_trace * half_trace - det));
     if (!(least > 0) || noise > kSurePx * std::sqrt(least)) return {0, 0};

@@ -22,9 +22,9 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kFewestViews = 8;        // of a stand whose background can be learnt. Guessed.
-constexpr int kMostCompared = 72;      // of a stand, to learn it from. Guessed.
-constexpr int kMostSilhouettes = 120;  // that carve the hull. Guessed.
+constexpr int kFewestViews = 8;        // needed to estimate a stand's background. Guessed.
+constexpr int kMostCompared = 72;      // number of a stand's views for its background. Guessed.
+constexpr int kMostSilhouettes = 120;  // for the hull. Guessed.
 
 using Eigen::Vector3d;
 
@@ -32,8 +32,8 @@ struct Picture {
   CameraModel camera;  // of the picture's size
   Rigid3 cam_from_world;
   cv::Mat pixels;  // CV_8UC3
-  cv::Mat board;   // CV_8U, 255 where the board is, or what stands on it; empty: no board is known
-  cv::Mat mask;    // CV_8U, 255: turns
+  cv::Mat board;   // CV_8U, 255 at the board, and what stands on it; empty: no board is known
+  cv::Mat mask;    // CV_8U, 255: subject
 };
 
 CameraModel Reduced(const CameraModel& camera, int size_px) {
@@ -42,14 +42,14 @@ CameraModel Reduced(const CameraModel& camera, int size_px) {
                          static_cast<int>(std::lround(scale * camera.height)));
 }
 
-// The board hides whatever stands still, and what hides the board turns with it. Empty from below.
+// The board hides the still background, and what hides the board turns with it. Empty when seen from below.
 cv::Mat BoardIn(const Board& board, const CameraModel& camera, const Rigid3& cam_from_world) {
   cv::Mat covered = cv::Mat::zeros(camera.height, camera.width, CV_8U);
   if (cam_from_world.OriginInSource().z() >= 0) return covered;
   const double width = 0.001 * board.WidthMm(), height = 0.001 * board.HeightMm();
   const Vector3d corners[] = {{0, 0, 0}, {width, 0, 0}, {width, height, 0}, {0, height, 0}};
   std::vector<cv::Point> outline;
-  constexpr int kParts = 12;  // of a side, which the lens bends
+  constexpr int kParts = 12;  // per side, since the lens bends it
   for (int side = 0; side < 4; ++side)
     for (int i = 0; i < kParts; ++i) {
       const Vector3d point = corners[side] + (corners[(side + 1) % 4] - corners[side]) * i / kParts;
@@ -82,7 +82,7 @@ double TurnBetweenPoses(const Rigid3& a, const Rigid3& b) {
   return RotationAngle(a.rotation * b.rotation.conjugate());
 }
 
-// Those with enough views, of one camera.
+// Returns stands with enough views of one camera.
 std::vector<Stand> UsableStands(const TurnAxis& axis, const LightField& light_field,
                                 const std::vector<Rigid3>& poses) {
   const std::vector<int> stand_of = StandsOf(axis, poses);
@@ -107,46 +107,46 @@ cv::Mat Shifted(const cv::Mat& pixels, const cv::Point2d& by, int interpolation)
   return shifted;
 }
 
-// A stand's background and by how much each view is shifted against it.
-struct Learnt {
+// A stand's background and the shift of each view against it.
+struct StandBackground {
   StillBackground background;
-  std::vector<cv::Point2d> shifts;  // as Stand::views
+  std::vector<cv::Point2d> shifts;  // in the order of Stand::views
 };
 
-constexpr double kWorthShifting = 0.1;  // pixels; guessed
+constexpr double kWorthShifting = 0.1;  // px; guessed
 
-Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand) {
-  Learnt learnt;
-  learnt.shifts.assign(stand.views.size(), {});
+StandBackground EstimateStand(const std::vector<Picture>& pictures, const Stand& stand) {
+  StandBackground estimated;
+  estimated.shifts.assign(stand.views.size(), {});
   const double step = std::max(1.0, static_cast<double>(stand.views.size()) / kMostCompared);
   const auto learn = [&] {
     std::vector<cv::Mat> compared, turning;
     for (double at = 0; at < static_cast<double>(stand.views.size()); at += step) {
       const auto k = static_cast<std::size_t>(at);
       const Picture& picture = pictures[At(stand.views[k])];
-      const bool shifts = std::hypot(learnt.shifts[k].x, learnt.shifts[k].y) > kWorthShifting;
-      compared.push_back(shifts ? Shifted(picture.pixels, learnt.shifts[k], cv::INTER_LINEAR)
+      const bool shifts = std::hypot(estimated.shifts[k].x, estimated.shifts[k].y) > kWorthShifting;
+      compared.push_back(shifts ? Shifted(picture.pixels, estimated.shifts[k], cv::INTER_LINEAR)
                                 : picture.pixels);
       turning.push_back(shifts && !picture.board.empty()
-                            ? Shifted(picture.board, learnt.shifts[k], cv::INTER_NEAREST)
+                            ? Shifted(picture.board, estimated.shifts[k], cv::INTER_NEAREST)
                             : picture.board);
     }
-    learnt.background = LearnBackground(compared, turning);
+    estimated.background = EstimateBackground(compared, turning);
   };
   learn();
   double largest = 0;
   std::vector<cv::Point2d> found(stand.views.size());
   ParallelFor(stand.views.size(), [&](std::size_t k) {
-    found[k] = ShiftAgainst(learnt.background, pictures[At(stand.views[k])].pixels);
+    found[k] = ShiftAgainst(estimated.background, pictures[At(stand.views[k])].pixels);
   });
   for (const cv::Point2d& shift : found) largest = std::max(largest, std::hypot(shift.x, shift.y));
-  if (largest < kWorthShifting) return learnt;
-  learnt.shifts = found;
+  if (largest < kWorthShifting) return estimated;
+  estimated.shifts = found;
   learn();
-  return learnt;
+  return estimated;
 }
 
-// Blobs that hang together with neither the axis's surroundings nor the board are noise.
+// Removes components that touch neither the axis' surroundings nor the board: they are noise.
 void KeepLargest(cv::Mat& mask) {
   cv::Mat parts, figures, middles;
   const int count = cv::connectedComponentsWithStats(mask, parts, figures, middles, 8, CV_32S);
@@ -164,7 +164,7 @@ void KeepLargest(cv::Mat& mask) {
     }
 }
 
-// How far the mask reaches from a point, as seen by its camera; 0: it is empty.
+// Returns the mask's extent from a point, as seen by its camera; 0 if it is empty.
 double ReachOf(const Picture& picture, const Vector3d& center_in_world) {
   const Vector3d center = picture.cam_from_world * center_in_world;
   double reach = 0;
@@ -177,14 +177,14 @@ double ReachOf(const Picture& picture, const Vector3d& center_in_world) {
   return reach;
 }
 
-// The point of the axis that the cameras look at.
+// Returns the point of the axis that the cameras look at.
 Vector3d AimedAt(const TurnAxis& axis, const std::vector<Rigid3>& poses) {
   std::vector<double> along;
   for (const Rigid3& pose : poses) {
     const Vector3d eye = pose.OriginInSource(), look = pose.DirectionInSource(Vector3d::UnitZ());
     const Vector3d between = axis.point_in_world - eye;
     const double slant = look.dot(axis.direction_in_world), parallel = 1 - slant * slant;
-    if (parallel < 1e-4) continue;  // along the axis
+    if (parallel < 1e-4) continue;  // the view is along the axis
     along.push_back((slant * look.dot(between) - axis.direction_in_world.dot(between)) / parallel);
   }
   return axis.point_in_world + (along.empty() ? 0 : Quantile(along, 0.5)) * axis.direction_in_world;
@@ -252,21 +252,21 @@ class Masking {
   }
 
   void LearnStandAt(std::size_t s) {
-    learnt_.push_back(LearnStand(pictures_, result_.stands[s]));
-    outside_.push_back(StillToTheRim(learnt_.back().background));
-    colors_.emplace_back(learnt_.back().background, outside_.back());
-    DoubtForeignColors(learnt_.back().background, outside_.back(), colors_.back());
-    for (const cv::Point2d& shift : learnt_.back().shifts)
+    stand_backgrounds_.push_back(EstimateStand(pictures_, result_.stands[s]));
+    outside_.push_back(StillConnectedToRim(stand_backgrounds_.back().background));
+    colors_.emplace_back(stand_backgrounds_.back().background, outside_.back());
+    DropForeignColors(stand_backgrounds_.back().background, outside_.back(), colors_.back());
+    for (const cv::Point2d& shift : stand_backgrounds_.back().shifts)
       result_.stands[s].shift_px = std::max(result_.stands[s].shift_px, std::hypot(shift.x, shift.y));
   }
 
-  // With a hull: again, by what it allows.
+  // Cuts again with the limits of a hull, if given.
   void CutAll(const SilhouetteHull* hull, double from_share, double to_share) {
     std::atomic<int> done = 0;
     for (std::size_t s = 0; s < result_.stands.size(); ++s) {
       const Stand& stand = result_.stands[s];
       ParallelFor(stand.views.size(), [&](std::size_t k) {
-        Cut(pictures_[At(stand.views[k])], s, learnt_[s].shifts[k], hull);
+        Cut(pictures_[At(stand.views[k])], s, stand_backgrounds_[s].shifts[k], hull);
         ++done;
       });
       Show(from_share + (to_share - from_share) * done / static_cast<double>(pictures_.size()), "cutting");
@@ -274,7 +274,7 @@ class Masking {
   }
 
   void Cut(Picture& picture, std::size_t s, const cv::Point2d& shift, const SilhouetteHull* hull) const {
-    const StillBackground& background = learnt_[s].background;
+    const StillBackground& background = stand_backgrounds_[s].background;
     const bool shifts = std::hypot(shift.x, shift.y) > kWorthShifting;
     const auto to_stand = [&](const cv::Mat& m, int interpolation) {
       return shifts && !m.empty() ? Shifted(m, shift, interpolation) : m;
@@ -284,7 +284,7 @@ class Masking {
     labels.setTo(static_cast<int>(CutLabel::kStill), outside_[s]);
     if (hull && !hull->empty()) {
       const cv::Mat seen =
-          to_stand(hull->SeenFrom(picture.camera, picture.cam_from_world), cv::INTER_NEAREST);
+          to_stand(hull->ProjectedInto(picture.camera, picture.cam_from_world), cv::INTER_NEAREST);
       const double cell = hull->CellPx(picture.camera, picture.cam_from_world);
       constexpr float kOutside = -4, kInside = 6;  // guessed, logarithms of odds
       cv::add(leans, kOutside, leans, Grown(seen, 1) == 0);
@@ -298,14 +298,14 @@ class Masking {
     KeepLargest(picture.mask);
   }
 
-  // Where no background is known: towards it, as far as the pixel has one of its usual colours.
+  // Leans towards the background, if unknown, as far as the pixel has one of its usual colours.
   cv::Mat LeansByColor(const cv::Mat& pixels, std::size_t s) const {
     constexpr float kUsual = 0.06f, kPerDecade = 2.5f;  // share of the outside; logarithms of odds. Guessed.
     cv::Mat leans = cv::Mat::zeros(pixels.size(), CV_32F);
-    if (!colors_[s].Tell()) return leans;
+    if (!colors_[s].IsReliable()) return leans;
     for (int y = 0; y < pixels.rows; ++y)
       for (int x = 0; x < pixels.cols; ++x) {
-        const float unknown = 1 - learnt_[s].background.known.at<float>(y, x);
+        const float unknown = 1 - stand_backgrounds_[s].background.known.at<float>(y, x);
         if (unknown <= 0) continue;
         const float share = colors_[s].ShareAround(pixels.at<cv::Vec3b>(y, x));
         if (share > kUsual) leans.at<float>(y, x) = -unknown * kPerDecade * std::log10(share / kUsual);
@@ -345,7 +345,7 @@ class Masking {
     for (std::size_t i = 0; i < pictures_.size(); ++i) {
       Picture& picture = pictures_[i];
       if (stand_of_[i] < 0) {
-        picture.mask = Shrunk(hull.SeenFrom(picture.camera, picture.cam_from_world),
+        picture.mask = Shrunk(hull.ProjectedInto(picture.camera, picture.cam_from_world),
                               0.5 * hull.CellPx(picture.camera, picture.cam_from_world));
         if (!picture.board.empty()) picture.mask |= picture.board;
       }
@@ -365,11 +365,11 @@ class Masking {
   Progress* const progress_;
   TurntableMasks result_;
   std::vector<Rigid3> poses_;
-  std::vector<int> stand_of_;  // of each view; -1: none
+  std::vector<int> stand_of_;  // by view; -1: none
   std::vector<Picture> pictures_;
-  std::vector<Learnt> learnt_;         // as the stands
-  std::vector<cv::Mat> outside_;       // as the stands: CV_8U, 255 where nothing turns
-  std::vector<OutsideColors> colors_;  // as the stands
+  std::vector<StandBackground> stand_backgrounds_;  // by stand
+  std::vector<cv::Mat> outside_;                    // by stand: CV_8U, 255 where nothing turns
+  std::vector<BackgroundColors> colors_;            // by stand
 };
 
 }  // namespace

@@ -1,15 +1,15 @@
-// Masks for a light field whose subject turned before a camera that stood: what stands still is left out.
+// Makes masks that exclude the still background of a light field whose subject turned before a standing
+// camera.
 //
-// 1. The poses tell the turntable's axis and where the camera stood while (core/geometry/turn_axis.h).
-// 2. Of each stand's views the still background is learnt (still_background.h). The board is known to turn.
+// 1. The poses give the turntable's axis and the camera's stands (core/geometry/turn_axis.h).
+// 2. Each stand's views give the still background (still_background.h). The board is known to turn.
 // 3. Each view is cut from its background (background_cut.h).
-// 4. What all views together leave of the subject is a hull (silhouette_hull.h). Each view is cut again:
-//    outside the hull nothing turns, and well inside it nothing stands still. Views that were taken while the
-//    camera was moved, which have no background, are the hull's outline.
+// 4. The masks of all views give the subject's hull (silhouette_hull.h). Each view is cut again: outside the
+//    hull nothing turns, and well inside it nothing stands still. Views that were taken while the camera was
+//    moved, which have no background, get the hull's outline.
 //
 // Limits: a subject that is round about the axis and of one colour looks still; shadows that turn with the
-// subject on what stands still are taken for the subject, as far as the hull allows. The camera may wobble
-// by a few pixels.
+// subject are taken for the subject, as far as the hull allows. The camera may wobble by a few pixels.
 #pragma once
 
 #include <filesystem>
@@ -24,25 +24,25 @@
 namespace ulf::render {
 
 struct TurntableMaskOptions {
-  int size_px = 640;  // longer side of the pictures that are compared; masks have the photographs' size
+  int size_px = 640;  // px, longer side of the compared pictures; masks have the photographs' size
 };
 
 struct Stand {
   std::vector<int> views;  // by index into LightField::views
-  double turned = 0;       // radians: the sum of the turns between them
-  double shift_px = 0;     // the largest of a view against the background, at the size that is compared
+  double turned = 0;       // radians: the sum of rotations between them
+  double shift_px = 0;     // px at the compared size: the largest shift of a view against the background
 };
 
 struct TurntableMasks {
-  std::map<int, cv::Mat> masks;  // by View::id: CV_8UC1 of the photograph's size, 255: turns, 0: stands still
+  std::map<int, cv::Mat> masks;  // by View::id: CV_8UC1 of the photograph's size, 255: subject, 0: background
   TurnAxis axis;
-  std::vector<Stand> stands;  // whose background was learnt
-  int views_between = 0;      // without a background: the hull's outline is their mask
-  double turning_share = 0;   // of the pixels, on average
+  std::vector<Stand> stands;  // stands with a known background
+  int views_between = 0;      // views without a background: their mask is the hull's outline
+  double turning_share = 0;   // mean share of subject pixels
 };
 
-// Throws Error where the poses do not turn about an axis, where no stand has enough views, or where nothing
-// moves in the pictures.
+// Throws Error if the poses do not turn about an axis, if no stand has enough views, or if nothing moves in
+// the pictures.
 TurntableMasks MakeTurntableMasks(const LightField& light_field, const TurntableMaskOptions& options = {},
                                   Progress* progress = nullptr);
 

@@ -16,7 +16,7 @@ namespace ulf::render {
 namespace {
 
 // The zoom grows by this factor until the photographs fill the pictures, and not beyond the second: more zoom
-// would cut off what the path shows. Guessed.
+// would crop the path's subject. Guessed.
 constexpr double kZoomStep = 1.06, kZoomMost = 1.6;
 // Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.
 constexpr double kUncovered = 0.005, kUncoveredAtWorst = 0.02;
@@ -26,16 +26,16 @@ constexpr std::size_t kPoses = 12;
 
 using Eigen::Vector3d;
 
-// Guessed thresholds of the named paths.
+// These thresholds of the named paths are guessed.
 constexpr double kWidest = 0.9;      // share of the viewpoints' range that a path uses, at most
-constexpr double kShareStep = 0.05;  // by which that share shrinks until the path is inside the hull
+constexpr double kShareStep = 0.05;  // decrement of that share until the path is inside the hull
 constexpr double kNearPole = 0.95;   // cosine: with the directions' mean nearer to up, up is not used
 constexpr double kTogether = 0.3;    // mean length of the directions: a smaller one has no clear middle
-constexpr double kOutermost = 0.03;  // share of the views at either end that do not count for the range
+constexpr double kOutermost = 0.03;  // share of the views at either end that are outliers of the range
 constexpr double kGapOfRing = Radians(75);  // with a larger gap in azimuth, views do not stand all around
 constexpr std::size_t kFewestOfRing = 6;    // fewer views do not stand all around
 
-// Azimuth and elevation about `up`, azimuth from `front`.
+// Azimuth and elevation about `up`, with azimuth from `front`.
 struct Sphere {
   Vector3d up, front, left;
   Sphere(const Vector3d& up_in_world, const Vector3d& towards) : up(up_in_world.normalized()) {
@@ -63,12 +63,12 @@ struct Spread {
   Sphere sphere;
   double azimuth = 0, elevation = 0;            // middle
   double azimuth_half = 0, elevation_half = 0;  // half the range, without the outermost views
-  double ring_elevation = 0;                    // of a path all around
+  double ring_elevation = 0;                    // for a path all around
   double distance = 0;
   bool all_around = false;
 };
 
-// Near a pole azimuth has no meaning: then up is any direction perpendicular to the mean.
+// Near a pole azimuth is undefined: then up is any direction perpendicular to the mean.
 Vector3d UsableUp(const RenderScene& scene, const Vector3d& mean) {
   const Vector3d up = scene.up_in_world.normalized();
   return std::abs(up.dot(mean)) < kNearPole ? up : mean.unitOrthogonal();
@@ -136,7 +136,7 @@ std::vector<Vector3d> Ellipse(const Spread& spread, int frames, double share) {
   return directions;
 }
 
-// Through the middle of the viewpoints' range, by these shares of it at most.
+// Passes through the middle of the viewpoints' range, by these shares of it at most.
 std::vector<Vector3d> ToAndFro(const Spread& spread, int frames, double azimuth_share,
                                double elevation_share) {
   std::vector<Vector3d> directions;
@@ -149,7 +149,8 @@ std::vector<Vector3d> ToAndFro(const Spread& spread, int frames, double azimuth_
   return directions;
 }
 
-// `directions(share)` for the largest share of the viewpoints' range at which all directions meet the mesh.
+// Returns `directions(share)` for the largest share of the viewpoints' range at which all directions meet the
+// mesh.
 template <typename Directions>
 std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&& directions) {
   std::vector<Vector3d> tried;

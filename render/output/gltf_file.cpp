@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 static_assert(std::endian::native == std::endian::little,
               "glTF's numbers are little-endian, and written as they are");
 
-// Of the specification.
+// These are constants of the specification.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;
 constexpr int kVertices = 34962, kIndices = 34963;  // ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 constexpr int kFilterLinear = 9729, kFilterMipmaps = 9987, kClampToEdge = 33071;
@@ -106,7 +106,7 @@ ordered_json PrimitiveOf(const GltfModel& model, ordered_json& document, GltfBuf
 
 ordered_json NodeOf(const GltfCamera& camera, std::size_t index) {
   const Rigid3 world_from_cam = camera.cam_from_world.Inverse();
-  // y up and z back: half a turn about x.
+  // The axes y up and z back are half a turn about x.
   const Eigen::Quaterniond turned = (world_from_cam.rotation * Eigen::Quaterniond(0, 1, 0, 0)).normalized();
   const Eigen::Vector3d& at = world_from_cam.translation;
   ordered_json node = {{"name", camera.name},

@@ -17,7 +17,7 @@ CubicSpline::CubicSpline(std::vector<double> times, MatrixXd values)
     : times_(std::move(times)),
       values_(std::move(values)),
       second_(MatrixXd::Zero(values_.rows(), values_.cols())) {
-  // Thomas's algorithm for the inner points: h0 m0 + 2 (h0 + h1) m1 + h1 m2 = 6 (slope1 - slope0).
+  // Thomas's algorithm solves for the inner points: h0 m0 + 2 (h0 + h1) m1 + h1 m2 = 6 (slope1 - slope0).
   const auto step = [&](Index i) {
     return times_[static_cast<std::size_t>(i) + 1] - times_[static_cast<std::size_t>(i)];
   };
@@ -86,13 +86,13 @@ std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>&
     if (all_aim) {
       const Vector3d aim = target.At(time), upwards = up.At(time);
       if (!((aim - center).norm() > 0)) fail("the camera meets its target");
-      constexpr double kLeastUp = 1e-3;  // of unit vectors' mean: nearly opposite ones
+      constexpr double kLeastUp = 1e-3;  // of unit vectors' mean: excludes nearly opposite ones
       if (!(upwards.norm() > kLeastUp)) fail("up turns over");
       pose.cam_from_world = LookAt(center, aim, upwards);
       continue;
     }
     const VectorXd q = turn.At(time);
-    constexpr double kLeastQuaternion = 0.1;  // of unit quaternions' mean: nearly opposite ones
+    constexpr double kLeastQuaternion = 0.1;  // of unit quaternions' mean: excludes nearly opposite ones
     if (!(q.norm() > kLeastQuaternion)) fail("the camera turns too far");
     pose.cam_from_world = Rigid3{Quaterniond(q(3), q(0), q(1), q(2)).normalized(), center}.Inverse();
   }

@@ -1,6 +1,6 @@
-// A camera path through keyframes.
+// Interpolates a camera path through keyframes.
 //
-// Positions follow a natural cubic spline over time, which is twice continuously differentiable. Where every
+// Positions follow a natural cubic spline over time, which is twice continuously differentiable. If every
 // keyframe has a target, the targets follow such a spline as well, and the camera always looks at the target.
 // Otherwise rotations follow a cubic spline through their quaternions, normalised; of q and -q the one nearer
 // to the previous keyframe is used. Focal lengths and focus depths are interpolated in their logarithm, so
@@ -19,13 +19,13 @@ namespace ulf::render {
 struct PathKeyframe {
   double time_s = 0;
   Eigen::Vector3d eye_in_world = Eigen::Vector3d::Zero();
-  // Either the point at which the camera looks, with `up_in_world` upwards, or its rotation.
+  // It has either the point at which the camera looks, with `up_in_world` upwards, or its rotation.
   std::optional<Eigen::Vector3d> target_in_world = {};
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   Eigen::Quaterniond world_from_cam = Eigen::Quaterniond::Identity();
   double focal_px = 1;
   double aperture_radius = 0;  // world units
-  double focus_depth = 1;      // of its focal plane, along the optical axis
+  double focus_depth = 1;      // depth of its focal plane along the optical axis
 };
 
 struct KeyframedPose {
@@ -35,12 +35,12 @@ struct KeyframedPose {
   double focus_depth = 1;
 };
 
-// Poses at evenly spaced times from the first keyframe to the last. Times must grow from keyframe to
-// keyframe. One frame: the first keyframe. Throws Error that names the two keyframes between which the path
+// Returns poses at evenly spaced times from the first keyframe to the last. Times must grow from keyframe to
+// keyframe. One frame is the first keyframe. Throws Error that names the two keyframes between which the path
 // is not determined.
 std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>& keyframes, int frames);
 
-// A natural cubic spline: its second derivative is 0 at both ends. Row i of `values` belongs to `times[i]`;
+// A natural cubic spline, whose second derivative is 0 at both ends. Row i of `values` belongs to `times[i]`;
 // times grow.
 class CubicSpline {
  public:
@@ -49,7 +49,7 @@ class CubicSpline {
 
  private:
   std::vector<double> times_;
-  Eigen::MatrixXd values_, second_;  // derivatives
+  Eigen::MatrixXd values_, second_;  // second derivatives
 };
 
 }  // namespace ulf::render

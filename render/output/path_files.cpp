@@ -27,7 +27,7 @@ using nlohmann::json;
 
 constexpr double kUnitTolerance = 1e-2;  // of a unit quaternion's length: rounding of short decimals
 
-// Focal length in pixels of a field of view over `size_px` pixels.
+// Returns the focal length in pixels of a field of view over `size_px` pixels.
 double FocalPx(double fov_deg, int size_px) { return 0.5 * size_px / std::tan(Radians(0.5 * fov_deg)); }
 
 CameraPath FromTum(const fs::path& path) {
@@ -79,7 +79,7 @@ Eigen::MatrixXd MatrixOf(const JsonPlace& place, const char* key, Eigen::Index r
 
 // nerfstudio trains in a world that is rotated, moved and scaled relative to that of the data set.
 struct NerfstudioWorld {
-  Rigid3 data_from_trained;  // after dividing by the scale
+  Rigid3 data_from_trained;  // after division by the scale
   double scale = 1;          // the length of one unit of the data set in the trained world
 
   Rigid3 CamFromWorld(const Rigid3& cam_from_trained) const {

@@ -1,4 +1,4 @@
-// Camera paths by their names or from files.
+// Makes camera paths by name or from files.
 //
 //   TUM lines        time tx ty tz qx qy qz qw, world_from_cam
 //   a light field    its folder or transforms.json: its views' poses and cameras, undistorted
@@ -16,11 +16,11 @@
 namespace ulf::render {
 
 struct PathRequest {
-  std::string path = "orbit";  // a name, or a file
-  int frames = 0;              // of a named or keyframed path; 0: 120, or by the keyframes' times
+  std::string path = "orbit";  // a name or a file
+  int frames = 0;              // for a named or keyframed path; 0: 120, or by the keyframes' times
   CameraModel camera = {};     // for paths without cameras
-  double fps = 30;             // of keyframed paths
-  // That is rendered: its transforms.json completes nerfstudio's files.
+  double fps = 30;             // for keyframed paths
+  // The light field that is rendered: its transforms.json completes nerfstudio's files.
   std::filesystem::path light_field = {};
 };
 
@@ -28,7 +28,7 @@ struct PathRequest {
 // rotation or not supported, and for a path without a pose.
 CameraPath PathFromFile(const std::filesystem::path& file, const PathRequest& request,
                         const RenderScene& scene);
-// Throws PathFromFile()'s errors.
+// It throws PathFromFile()'s errors.
 CameraPath MakePath(const PathRequest& request, const RenderScene& scene);
 
 }  // namespace ulf::render

@@ -30,7 +30,7 @@ cv::Mat LightFor(const Rendering& picture, const PictureEncoding& encoding) {
   return encoding.closes_narrow_gaps ? WithNarrowGapsClosed(picture.linear, picture.drawn) : picture.linear;
 }
 
-// As `light`, after a brightening by the exposure that the background does not get.
+// Blends like `light` after brightening by the exposure, which does not affect the background.
 cv::Mat OverBackground(const cv::Mat& light, const cv::Mat& alpha, const PictureEncoding& encoding) {
   cv::Vec3f behind(0, 0, 0);
   if (encoding.background)
@@ -46,7 +46,7 @@ cv::Mat OverBackground(const cv::Mat& light, const cv::Mat& alpha, const Picture
   return over;
 }
 
-// B G R and alpha, not multiplied by it.
+// Converts to B G R and alpha, not premultiplied.
 template <typename Value>
 cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
   constexpr float kFull = static_cast<float>(std::numeric_limits<Value>::max());
@@ -83,7 +83,7 @@ cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
 }
 
 std::string ExrOf(const Rendering& picture, const PictureEncoding& encoding) {
-  // Light that is multiplied by its alpha, as EXR has it.
+  // EXR has premultiplied light.
   const cv::Mat color = HalfFromFloat(
       picture.alpha.empty() ? picture.linear : OverBackground(picture.linear, picture.alpha, encoding));
   cv::Mat alpha = picture.alpha;
@@ -200,7 +200,7 @@ std::string PictureBytes(const Rendering& picture, const PictureEncoding& encodi
 }
 
 std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding) {
-  constexpr std::uint64_t kRendered = 12 + 4 + 1, kDepth = 4;  // light, confidence, whether drawn
+  constexpr std::uint64_t kRendered = 12 + 4 + 1, kDepth = 4;  // light, confidence, drawn
   constexpr std::uint64_t kTargets = 60;                       // OpenGL's images and their copies in memory
   const auto encoded = [&]() -> std::uint64_t {
     switch (encoding.format) {

@@ -1,4 +1,4 @@
-// Rendered pictures as files: one picture (OUT.png, OUT.exr), or a folder of numbered pictures.
+// Writes rendered pictures to files: one picture (OUT.png, OUT.exr), or a folder of numbered pictures.
 //
 // A picture is written under a temporary name and renamed, so that every picture in the folder is complete. A
 // render that was killed therefore continues when it is started again, and several renders can fill one
@@ -22,48 +22,48 @@ namespace ulf::render {
 enum class PictureFormat {
   kPng,    // 8 bits, sRGB
   kPng16,  // 16 bits, sRGB
-  // Linear light: R G B A as half floats, Z as float where there is depth, layers confidence and weight.ID.
+  // Linear light: R G B A as half floats, Z as float if there is depth, layers confidence and weight.ID.
   kExr,
 };
 
 struct PictureEncoding {
   PictureFormat format = PictureFormat::kPng;
   double exposure_stops = 0;  // makes PNG and video brighter; EXR keeps the light
-  // B G R, 0 to 1 as PNG and video have them: what is laid behind a picture with alpha; none: PNG and EXR
-  // keep the alpha.
+  // The colour (B G R, 0 to 1 in PNG's encoding) behind a picture with alpha; none: PNG and EXR keep the
+  // alpha.
   std::optional<cv::Vec3d> background = {};
-  bool closes_narrow_gaps = true;  // of PNG (WithNarrowGapsClosed())
+  bool closes_narrow_gaps = true;  // for PNG (WithNarrowGapsClosed())
   ExrCompression exr_compression = ExrCompression::kZip;
-  bool knows_colors = true;  // RenderScene::knows_colors: whether an EXR may name its colour space
+  bool knows_colors = true;  // RenderScene::knows_colors: an EXR may name its colour space
 };
 
-// The format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws Refusal
-// where they contradict each other.
+// Returns the format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws
+// Refusal if they contradict each other.
 PictureFormat FormatOf(const std::filesystem::path& out, const std::string& format);
 
 bool IsSinglePicture(const std::filesystem::path& out);
 bool IsVideo(const std::filesystem::path& out);
 
 std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);
-// The picture as a display shows it, 8-bit sRGB: over the background, or over black.
+// Returns the picture for a display, 8-bit sRGB, over the background or over black.
 cv::Mat DisplayPicture(const Rendering& picture, const PictureEncoding& encoding);
-// 8-bit sRGB, brighter by `exposure_stops`.
+// Returns 8-bit sRGB, brighter by `exposure_stops`.
 cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops);
 
-// The bytes that rendering and encoding a picture take, estimated.
+// Estimates the bytes that rendering and encoding a picture take.
 std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding);
 // Throws Error that says how much memory is needed and how much is available.
 void RequireMemory(int width, int height, const PictureEncoding& encoding, std::uint64_t available);
 
 class PictureFiles {
  public:
-  // Makes the folder. `settings`: names and values for render.json. Throws Refusal where the folder holds
+  // Makes the folder. `settings` are names and values for render.json. Throws Refusal if the folder holds
   // pictures of other settings; with `overwrite` it removes all of them instead, with a warning, because
   // render.json is valid for every picture of the folder. Throws Refusal also for pictures without a
   // render.json, which may be of another program.
   PictureFiles(std::filesystem::path out, const PictureEncoding& encoding,
                const std::map<std::string, std::string>& settings, bool overwrite);
-  // Whether the picture exists and is kept.
+  // Returns whether the picture exists and is kept.
   bool Has(int number) const;
   // Throws DiskFullError or Error; then nothing of this picture remains, and all other pictures do.
   void Write(int number, const Rendering& picture);
@@ -75,12 +75,12 @@ class PictureFiles {
   bool overwrite_;
 };
 
-// Slivers of a picture that no photograph shows, mostly along its border, for displays and comparisons: the
-// colour beside them instead of black. What is wider stays black, since nobody knows what is there.
-// Of the longer side: a gap with a pixel farther than this from what is drawn is wide. Guessed.
+// Narrow gaps that no photograph shows, mostly along a picture's border, get the colour beside them instead
+// of black for displays and comparisons. Wider ones stay black, since their content is unknown. A gap is wide
+// if one of its pixels is farther than this share of the longer side from what is drawn. Guessed.
 inline constexpr double kNarrowGapShare = 0.03;
 
-// `linear` CV_32FC3, `drawn` CV_8U (Rendering). The same picture where everything is drawn.
+// `linear` is CV_32FC3, `drawn` CV_8U (Rendering). A picture without gaps is returned unchanged.
 cv::Mat WithNarrowGapsClosed(const cv::Mat& linear, const cv::Mat& drawn);
 
 }  // namespace ulf::render

@@ -30,8 +30,8 @@ struct QuiltLine {
   }
 };
 
-// How far before the subject's centre, seen from there, its surface lies: the median of what the proxy's
-// triangles show within its sphere. 0 without triangles.
+// Returns how far before the subject's centre, seen from there, its surface lies: the median of the proxy's
+// triangles within its sphere; 0 without triangles.
 double SurfaceBefore(const RenderScene& scene, const Rigid3& cam_from_world) {
   if (!scene.proxy || !scene.proxy->Occluder()) return 0;
   constexpr int kSide = 64;
@@ -47,7 +47,7 @@ double SurfaceBefore(const RenderScene& scene, const Rigid3& cam_from_world) {
   return std::clamp(center.z() - Median(std::move(depths)), -radius, radius);
 }
 
-// Whether the recorded viewpoints carry one at this angle.
+// Tells whether the recorded viewpoints cover an angle.
 class CarriedAngles {
  public:
   CarriedAngles(const RenderScene& scene, const QuiltLine& line) : scene_(scene), line_(line) {
@@ -66,7 +66,7 @@ class CarriedAngles {
   }
 
  private:
-  // As seen from the subject's centre.
+  // The angle is seen from the subject's centre.
   double AngleOf(const Vector3d& viewpoint) const {
     const Vector3d arm = viewpoint - scene_.subject.center_in_world;
     return std::atan2(arm.dot(line_.right), arm.dot(line_.towards_viewer));

@@ -1,13 +1,13 @@
-// Pictures for light-field displays (Looking Glass and others) that take a quilt: one picture of many tiles,
-// each the scene from one viewpoint.
+// Renders quilts for light-field displays (Looking Glass and others): one picture of many tiles, each the
+// scene from one viewpoint.
 //
-// After "Quilts" and "Camera" of docs.lookingglassfactory.com. The display is a window in the plane of
-// focus. All viewpoints stand on a line parallel to it, at equal steps of the angle that they are seen
-// under, and look in the same direction; each frustum is sheared so that it goes through the same window
-// (off its axis), never turned towards the subject: turning would tilt the plane of focus and give vertical
-// parallax. Tile 0, the leftmost viewpoint, is at the bottom left; tiles follow from left to right, then
-// upwards. The display's aspect stands in the file's name (_qs8x6a0.75: columns x rows, width over height),
-// because tiles may be squeezed.
+// It follows "Quilts" and "Camera" of docs.lookingglassfactory.com. The display is a window in the plane of
+// focus. All viewpoints stand on a line parallel to it, at equal steps of their angle seen from it, and look
+// in the same direction; each frustum is sheared so that it goes through the same window (off its axis),
+// never rotated towards the subject: that would tilt the plane of focus and give vertical parallax. Tile 0,
+// the leftmost viewpoint, is at the bottom left; tiles follow from left to right, then upwards. The file's
+// name holds the display's aspect (_qs8x6a0.75: columns x rows, width over height), because tiles may be
+// squeezed.
 #pragma once
 
 #include <functional>
@@ -23,7 +23,7 @@ namespace ulf::render {
 
 struct QuiltFormat {
   int columns = 8, rows = 6;
-  int width_px = 3360, height_px = 3360;  // at most; tiles have whole pixels
+  int width_px = 3360, height_px = 3360;  // maximum size; tiles have whole pixels
   double aspect = 0.75;                   // of the display: width over height
 };
 
@@ -39,18 +39,18 @@ QuiltFormat QuiltOfDisplay(const std::string& name);
 struct QuiltOptions {
   QuiltFormat format = {};
   // The angle under which the viewpoints are seen from the middle of the window, radians; none: as much as
-  // the recorded viewpoints carry, up to kMostViewCone.
+  // the recorded viewpoints cover, up to kMostViewCone.
   std::optional<double> view_cone = {};
-  double zoom = 1;  // of the window; 1: the subject's sphere fits
+  double zoom = 1;  // of the window; at 1 the subject's sphere fits
 };
-// What the displays show, 53 to 58 degrees by model.
+// Displays show 53 to 58 degrees, depending on the model.
 inline constexpr double kMostViewCone = 54 * 3.14159265358979323846 / 180;
 
 struct QuiltViews {
   std::vector<CameraModel> cameras;  // one for each tile, in the order of the tiles
   std::vector<Rigid3> cam_from_world;
   double view_cone = 0;
-  int outside = 0;  // viewpoints outside the recorded ones' hull
+  int outside = 0;  // number of viewpoints outside the recorded ones' hull
   // The window, world frame.
   Eigen::Vector3d window_center = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::UnitX(),
                   up = Eigen::Vector3d::UnitY();  // unit
@@ -58,16 +58,16 @@ struct QuiltViews {
 };
 
 // The window stands at the subject's surface as the proxy's triangles show it from the middle (the median
-// within its sphere), at its centre where there are none, and faces the middle of the recorded viewpoints,
-// whose median distance the line of viewpoints has. Throws Refusal for a format that is none (fewer than 2
-// tiles, tiles below 16 pixels).
+// within its sphere), or at its centre if there are none. It faces the middle of the recorded viewpoints,
+// whose median distance the line of viewpoints has. Throws Refusal for an invalid format (fewer than 2 tiles,
+// tiles below 16 pixels).
 QuiltViews QuiltViewsOf(const RenderScene& scene, const QuiltOptions& options);
 
-// 8-bit sRGB. `progress`: after each tile.
+// Returns 8-bit sRGB. `progress` is called after each tile.
 cv::Mat DrawQuilt(Renderer& renderer, const QuiltViews& views, const QuiltFormat& format,
                   const std::function<void(int done)>& progress = {});
 
-// "NAME_qs8x6a0.75.png"
+// Returns "NAME_qs8x6a0.75.png".
 std::string QuiltName(const std::string& name, const QuiltFormat& format);
 
 }  // namespace ulf::render

@@ -25,11 +25,11 @@ ViewShares SharesAt(const RenderScene& scene, const Vector3d& point, const Vecto
   std::vector<Scored> scored;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const SceneView& view = scene.views[i];
-    const auto seen = view.See(point);
+    const auto seen = view.ProjectVisible(point);
     if (!seen) continue;
     const Vector3d arm = view.center_in_world - point;
     const double distance = arm.norm();
-    // Meshes are seen from both sides.
+    // Meshes are visible from both sides.
     const double squarely = normal.squaredNorm() > 0 ? std::abs(normal.dot(arm)) / distance : 1;
     scored.push_back({static_cast<int>(i), seen->feather * squarely * view.camera.MeanFocalPx() / distance});
   }
@@ -45,7 +45,7 @@ ViewShares SharesAt(const RenderScene& scene, const Vector3d& point, const Vecto
     shares.push_back({one.view, static_cast<float>(weight)});
     sum += weight;
   }
-  // Many views that score the same: any of them.
+  // If very many views have equal scores, any of them is used.
   if (shares.empty() && !scored.empty()) return {{scored.front().view, 1.0f}};
   for (ViewShare& share : shares) share.weight /= static_cast<float>(sum);
   return shares;
@@ -58,7 +58,7 @@ double MedianEdge(const TriangleMesh& mesh) {
   return Median(std::move(edges));
 }
 
-// Gives the unknown the mean of their neighbours, ring by ring.
+// Gives unknown vertices the mean of their neighbours, ring by ring.
 void SpreadColors(const TriangleMesh& mesh, std::vector<cv::Vec3f>& colors, std::vector<bool>& known) {
   for (bool changed = true; changed;) {
     changed = false;

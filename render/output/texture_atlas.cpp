@@ -31,11 +31,11 @@ std::array<Vector3d, 3> CornersOf(const TriangleMesh& mesh, const CornerIndices&
           mesh.vertices[triangle[2]].cast<double>()};
 }
 
-// Twice the signed area in the view's image, pixels; none where the view does not show the whole triangle.
+// Returns twice the signed area in the view's image, px; none if the view does not show the whole triangle.
 std::optional<double> AreaIn(const SceneView& view, const std::array<Vector3d, 3>& corners) {
   std::array<Vector2d, 3> img;
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto seen = view.Frame(corners[i]);
+    const auto seen = view.Project(corners[i]);
     if (!seen) return std::nullopt;
     img[i] = seen->img;
   }
@@ -45,10 +45,10 @@ std::optional<double> AreaIn(const SceneView& view, const std::array<Vector3d, 3
 
 struct ShownBy {
   int view;
-  bool flipped;  // from behind
+  bool flipped;  // seen from behind
 };
 
-// The views that show a triangle well.
+// Returns the views that show a triangle well.
 std::vector<ShownBy> ShownWell(const RenderScene& scene, const std::array<Vector3d, 3>& corners) {
   const Vector3d middle = (corners[0] + corners[1] + corners[2]) / 3;
   std::vector<std::pair<int, double>> areas;
@@ -56,7 +56,7 @@ std::vector<ShownBy> ShownWell(const RenderScene& scene, const std::array<Vector
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     const auto area = AreaIn(scene.views[i], corners);
     if (!area || !(std::abs(*area) > 0)) continue;
-    const auto seen = scene.views[i].See(middle);
+    const auto seen = scene.views[i].ProjectVisible(middle);
     if (!seen || seen->feather < kLeastSeen) continue;
     areas.emplace_back(static_cast<int>(i), *area);
     most = std::max(most, std::abs(*area));
@@ -67,7 +67,7 @@ std::vector<ShownBy> ShownWell(const RenderScene& scene, const std::array<Vector
   return shown;
 }
 
-// The view of each triangle's chart, times two, odd where it is shown from behind; kNoChart.
+// Returns the view of each triangle's chart, times two, odd if it is seen from behind; or kNoChart.
 std::vector<int> LabelsOf(const RenderScene& scene, const TriangleMesh& mesh) {
   std::vector<std::vector<ShownBy>> shown(mesh.triangles.size());
   std::vector<double> area(shown.size());
@@ -118,7 +118,7 @@ class ChartSets {
   std::vector<std::uint32_t> parent_;
 };
 
-// Triangles of each chart: of one label, joined along edges.
+// Returns the triangles of each chart: of one label, connected along edges.
 std::vector<std::vector<std::uint32_t>> ChartsOf(const TriangleMesh& mesh, const std::vector<int>& labels) {
   ChartSets sets(mesh.triangles.size());
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at_edge;
@@ -140,10 +140,10 @@ std::vector<std::vector<std::uint32_t>> ChartsOf(const TriangleMesh& mesh, const
   return lists;
 }
 
-// A chart before it has a place.
+// A chart before it is placed.
 struct ChartPiece {
   std::uint32_t first_vertex = 0, vertices = 0;
-  Vector2d low = Vector2d::Zero(), high = Vector2d::Zero();  // pixels of its photograph
+  Vector2d low = Vector2d::Zero(), high = Vector2d::Zero();  // px of its photograph
   int left = 0, top = 0;                                     // of its box on the page, padding included
   cv::Size BoxAt(double scale) const {
     const Vector2d size = scale * (high - low);
@@ -152,7 +152,7 @@ struct ChartPiece {
   }
 };
 
-// In shelves, highest first; false where they do not fit.
+// Packs in shelves, highest first; returns false if they do not fit.
 bool Pack(std::vector<ChartPiece>& pieces, double scale, int width, int height) {
   std::vector<std::size_t> order(pieces.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -175,7 +175,7 @@ bool Pack(std::vector<ChartPiece>& pieces, double scale, int width, int height) 
   return true;
 }
 
-// The smallest page at full size, else the largest page and what fits there.
+// Uses the smallest page at full size, or the largest page at the scale that fits.
 void PackOnPage(std::vector<ChartPiece>& pieces, int most_px, TextureAtlas& atlas) {
   constexpr int kLeastPage = 64;
   for (int side = kLeastPage; side <= most_px; side *= 2)
@@ -227,7 +227,7 @@ TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh
         if (!is_new) continue;
         atlas.source.push_back(from);
         atlas.mesh.vertices.push_back(mesh.vertices[from]);
-        const Vector2d img = view.Frame(mesh.vertices[from].cast<double>())->img;
+        const Vector2d img = view.Project(mesh.vertices[from].cast<double>())->img;
         in_photograph.push_back(img);
         piece.low = piece.low.cwiseMin(img);
         piece.high = piece.high.cwiseMax(img);
@@ -248,7 +248,7 @@ TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh
 
 namespace {
 
-// Texels whose middles are so far from a triangle still show its plane.
+// Texels with centres up to this distance from a triangle still show its plane.
 constexpr double kBeyondEdge = 1.5;
 
 // A view at a triangle, with its shares at the corners.
@@ -370,7 +370,7 @@ class ChartBaker {
       std::uint8_t& known = patch.state.at<std::uint8_t>(at);
       if (known >= state) continue;
       if (views.empty()) views = ViewsOf(triangle, std::abs(Cross(place[1] - place[0], place[2] - place[0])));
-      // Slivers reach far beyond their edges: no farther than their corners' shares.
+      // Slivers extend far beyond their edges, so shares are limited to those of the corners.
       const Vector3d inside = corners.cwiseMax(0) / corners.cwiseMax(0).sum();
       const Vector3d surface = corners[0] * point[0] + corners[1] * point[1] + corners[2] * point[2];
       if (const auto light = LightAt(views, surface, inside)) {
@@ -405,7 +405,7 @@ class ChartBaker {
   const std::vector<ViewShares>& shares_;
 };
 
-// The rest of the patch repeats what is nearest.
+// Fills the rest of the patch with the nearest texels.
 void FillRest(ChartPatch& patch) {
   const cv::Mat unknown = patch.state == ChartPatch::kEmpty;
   const int holes = cv::countNonZero(unknown);

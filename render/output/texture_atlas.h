@@ -1,10 +1,10 @@
-// A mesh cut into charts for a texture: each chart is a connected piece of the surface as one photograph
+// Cuts a mesh into charts for a texture: each chart is a connected piece of the surface as one photograph
 // shows it, so that a texel is about a pixel of a photograph, and all charts are packed into one page whose
 // sides are powers of two.
 //
-// Photographs are chosen greedily, the one that shows the most of what is left well first (at half of the
-// size at which any shows it, or more), so that charts are few and large. Which photographs the light comes
-// from is another matter (BakeTexture()). Triangles that no view sees are left out.
+// Photographs are chosen greedily by the remaining area that they show well (at half of the size at which any
+// shows it, or more), so that charts are few and large. BakeTexture() chooses separately which photographs
+// the light comes from. Triangles that no view sees are left out.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,13 +19,13 @@
 namespace ulf::render {
 
 struct TextureAtlas {
-  TriangleMesh mesh;                   // a vertex for each chart that it belongs to
-  std::vector<std::uint32_t> source;   // of each vertex: its number in the mesh that was cut
-  std::vector<Eigen::Vector2f> texel;  // of each vertex: pixels of the page, (0, 0) its upper left corner
-  std::vector<std::uint32_t> chart_begins;  // first triangle of each chart; their triangles follow each other
+  TriangleMesh mesh;                        // each vertex is repeated for every chart that uses it
+  std::vector<std::uint32_t> source;        // per vertex: its index in the mesh that was cut
+  std::vector<Eigen::Vector2f> texel;       // per vertex: pixels of the page, (0, 0) its upper left corner
+  std::vector<std::uint32_t> chart_begins;  // first triangle of each chart; charts are consecutive
   int width = 0, height = 0;                // powers of two
-  double scale = 1;        // texels for a pixel of a photograph; below 1 where the page is too small
-  std::size_t unseen = 0;  // triangles that were left out
+  double scale = 1;        // texels for a pixel of a photograph; below 1 if the page is too small
+  std::size_t unseen = 0;  // number of triangles that were left out
 
   std::size_t Charts() const { return chart_begins.size(); }
 };
@@ -33,14 +33,13 @@ struct TextureAtlas {
 // Texels around each chart that belong to it.
 inline constexpr int kChartPadding = 3;
 
-// `scene` is over the mesh; `most_page_px`: a power of two. Throws Error where no view sees any of it, or
-// where the page is too small for its charts.
+// `scene` must have the mesh as its proxy; `most_page_px` is a power of two. Throws Error if no view sees any
+// of it, or if the page is too small for its charts.
 TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh, int most_page_px = 8192);
 
-// The texture of an atlas, baked from the photographs.
-// CV_8UC3, 8-bit sRGB, in the page's size. Each texel is blended from the views that share its triangle's
-// corners (`shares`, by the vertices of the mesh that was cut), with shares that change evenly over the
-// triangle, at the place of the surface that it shows. Texels around a chart show the surface beyond its
+// Bakes the texture of an atlas from the photographs: CV_8UC3, 8-bit sRGB, in the page's size. Each texel is
+// blended from the views that share its triangle's corners (`shares`, by the vertices of the mesh that was
+// cut), with shares that change evenly over the triangle. Texels around a chart show the surface beyond its
 // edge, then repeat the nearest, so that neighbouring charts do not bleed into it; where photographs have no
 // light, neighbours fill in.
 cv::Mat BakeTexture(const RenderScene& scene, const TextureAtlas& atlas,

@@ -12,7 +12,7 @@ void Place(const cv::Mat& tile, const cv::Rect& at, const cv::Size& size, cv::Ma
   tile.copyTo(whole(at));
 }
 
-// A proxy whose triangles are always those for the camera of the whole picture.
+// Always returns the triangles for the camera of the whole picture.
 class WholePictureProxy : public Proxy {
  public:
   WholePictureProxy(std::shared_ptr<const Proxy> proxy, std::shared_ptr<const TriangleMesh> triangles)

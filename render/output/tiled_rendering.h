@@ -1,12 +1,12 @@
-// Renders pictures that are larger than the graphics hardware or its memory allows: in tiles, with cameras
-// whose principal points are shifted.
+// Renders pictures that are larger than the graphics hardware or its memory allows, in tiles with shifted
+// principal points.
 #pragma once
 
 #include "render/renderer/renderer.h"
 
 namespace ulf::render {
 
-// Width and height of a tile: a quarter of what every OpenGL 4.5 can draw into.
+// Width and height of a tile in px: a quarter of what every OpenGL 4.5 can draw into.
 inline constexpr int kTilePx = 4096;
 
 Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world,

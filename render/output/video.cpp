@@ -50,7 +50,7 @@ class Video : public PictureSink {
   }
 
   void Add(const cv::Mat& srgb8) override {
-    const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // colour of half the resolution needs even sizes
+    const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // chroma at half the resolution needs even sizes
     if (even.empty()) throw Error("{}: a video needs at least 2x2 pixels", path_.string());
     RequireRoom(even);
     if (!writer_) {
@@ -93,7 +93,7 @@ class Video : public PictureSink {
   }
 
   static constexpr std::uint64_t kReserve = 1 << 20;  // for the file's index
-  // What the encoder may still hold: as much as four pictures without compression. Guessed.
+  // The encoder may buffer as much as four uncompressed pictures. Guessed.
   static std::uint64_t BufferedBytes(const cv::Size& size) {
     return 4ull * 3 * static_cast<std::uint64_t>(size.area());
   }
@@ -109,7 +109,7 @@ class Video : public PictureSink {
 
 std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
   if (out.extension() == ".mp4") {
-    // Outside these the codecs cannot store it.
+    // The codecs cannot store a rate outside these.
     constexpr double kLeast = 0.01, kMost = 1000;
     if (!(fps >= kLeast && fps <= kMost))
       throw Refusal(Parameter("fps"), fmt::format("{}", fps),
@@ -118,8 +118,8 @@ std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
     return std::make_unique<Video>(out, fps);
   }
   if (out.has_extension() && out.extension() != ".png" && !fs::is_directory(out))
-    throw Refusal(Parameter("output"), out.string(), "pictures are written as OUT.mp4, OUT.png or into a folder",
-                  "");
+    throw Refusal(Parameter("output"), out.string(),
+                  "pictures are written as OUT.mp4, OUT.png or into a folder", "");
   return std::make_unique<Pictures>(out);
 }
 

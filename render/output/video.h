@@ -11,13 +11,13 @@ class PictureSink {
  public:
   virtual ~PictureSink() = default;
   virtual void Add(const cv::Mat& srgb8) = 0;  // all of one size
-  virtual void Close() = 0;                    // throws Error where the file is not complete
+  virtual void Close() = 0;                    // throws Error if the file is not complete
 };
 
-// OUT.mp4: H.264 where the libraries have it, else MPEG-4; an odd last row or column is cut off. The video
-// gets its name when it is complete. When the disk is nearly full it is closed with the pictures so far, and
-// DiskFullError says how many these are. OUT.png: one picture. Anything else: a folder, made if needed, with
-// frame_00000.png and so on. Throws Error or Refusal.
+// For OUT.mp4 it writes H.264 if the libraries have it, otherwise MPEG-4, and cuts an odd last row or column
+// off. The video gets its name when it is complete. If the disk is nearly full it is closed with the pictures
+// so far, and DiskFullError says how many these are. For OUT.png it writes one picture, for anything else a
+// folder, made if needed, with frame_00000.png and so on. Throws Error or Refusal.
 std::unique_ptr<PictureSink> OpenPictureSink(const std::filesystem::path& out, double fps);
 
 }  // namespace ulf::render

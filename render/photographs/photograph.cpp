@@ -14,7 +14,8 @@ namespace {
 
 cv::Size HalfOf(const cv::Size& size) { return {std::max(1, size.width / 2), std::max(1, size.height / 2)}; }
 
-// All levels from `finest`, in linear light, each encoded by `encode`; averages areas from level to level.
+// Makes all levels from `finest`, in linear light, each encoded by `encode`; averages areas from level to
+// level.
 template <typename Encode>
 ViewPyramid Halvings(cv::Mat finest, const Encode& encode) {
   ViewPyramid levels;

@@ -1,4 +1,4 @@
-// A photograph as renderers read it: a pyramid, of which they read one level at a time.
+// A photograph for renderers: a pyramid, of which they read one level at a time.
 //
 // Level 0 is the photograph; each further level is half the size (areas averaged in linear light), with the
 // sizes of OpenGL's mipmaps: rounded down, at least one pixel. All photographs of a scene have one of two
@@ -21,13 +21,13 @@ namespace ulf::render {
 // All levels, finest first.
 using ViewPyramid = std::vector<cv::Mat>;
 ViewPyramid MakePyramid(const cv::Mat& srgb8);
-// CV_16FC4 levels of a CV_32FC3 image in linear light, which is resized to `size` first where that is given.
-// `clipped`: pixels (not 0) whose share is only kShareOfClipped; empty: none. A pixel of a coarser level
-// keeps the mean of all light in it, clipped or not, and has the mean of the shares: what clips does not
-// vanish from small pictures.
+// Makes CV_16FC4 levels of a CV_32FC3 image in linear light, which is resized to `size` first if that is
+// given. `clipped` marks pixels (not 0) whose share is only kShareOfClipped; empty marks none. A pixel of a
+// coarser level is the mean of all light in it, clipped or not, and has the mean of the shares, so that
+// clipped areas do not vanish from small pictures.
 ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {}, const cv::Mat& clipped = {});
-// So little that any view with light at a place outweighs those that are clipped there, and enough to show
-// the place where all of them are. Guessed.
+// The share of clipped pixels is so small that any view with light at a place outweighs clipped ones, and
+// large enough to show the place if all are clipped. Guessed.
 inline constexpr float kShareOfClipped = 1.0f / 256;
 
 class Photograph {
@@ -44,11 +44,12 @@ class Photograph {
   cv::Size LevelSize(int level) const;
   std::size_t LevelBytes(int level) const;
 
-  // Continuous; callers must not write to it. May wait for the disk. Several threads may call it. Throws
-  // Error for a photograph that is missing, truncated or not of its camera's size.
+  // Returns continuous pixels; callers must not write to them. It may wait for the disk, and several threads
+  // may call it. Throws Error for a photograph that is missing, truncated or not of its camera's size.
   virtual cv::Mat Level(int level) const = 0;
-  // Of all that its pixels are made of: the bytes of the files, which are read for it. The same on every
-  // machine, which the pixels need not be. Of a photograph in memory: its pixels. Throws as Level().
+  // Returns a digest of the bytes of the files from which the pixels are made, which is the same on every
+  // machine while the pixels may differ; for a photograph in memory that of its pixels. Throws as Level()
+  // does.
   virtual std::uint64_t ContentDigest() const;
 
  private:
@@ -56,7 +57,7 @@ class Photograph {
   bool linear_;
 };
 
-// The photograph without its first `first` levels.
+// Returns the photograph without its first `first` levels.
 std::shared_ptr<const Photograph> FromLevel(std::shared_ptr<const Photograph> photograph, int first);
 
 }  // namespace ulf::render

@@ -25,7 +25,7 @@ PhotographLoader::~PhotographLoader() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void PhotographLoader::Ask(std::vector<Request> requests) {
+void PhotographLoader::SetRequests(std::vector<Request> requests) {
   {
     const MutexLock lock(mutex_);
     std::set<Key> asked;

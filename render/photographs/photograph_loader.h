@@ -30,16 +30,16 @@ class PhotographLoader {
   PhotographLoader(const PhotographLoader&) = delete;
   PhotographLoader& operator=(const PhotographLoader&) = delete;
 
-  // The requests, most urgent first, replace all requests before: levels that were read and are not requested
-  // again are dropped.
-  void Ask(std::vector<Request> requests);
-  // Once this many bytes have been read that nobody has taken, the loader reads on only while somebody waits.
-  // Guessed.
+  // Replaces all earlier requests, most urgent first: levels that were read and are not requested again are
+  // dropped.
+  void SetRequests(std::vector<Request> requests);
+  // After this many untaken bytes the loader continues only while somebody waits. Guessed.
   static constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 
-  // The level, if it was requested and has been read; the request is then done. Throws what reading it threw.
+  // Returns the level, if it was requested and has been read; the request is then done. Throws what reading
+  // threw.
   std::optional<cv::Mat> Take(const Key& key);
-  // The same, but waits. The level must have been requested.
+  // Does the same but waits. The level must have been requested.
   cv::Mat Wait(const Key& key);
 
  private:
@@ -54,7 +54,7 @@ class PhotographLoader {
   Mutex mutex_;
   ConditionVariable work_, news_;
   std::vector<Request> waiting_ ULF_GUARDED_BY(mutex_);    // most urgent last
-  std::map<Key, bool> being_read_ ULF_GUARDED_BY(mutex_);  // whether it is still requested
+  std::map<Key, bool> being_read_ ULF_GUARDED_BY(mutex_);  // value: still requested
   std::map<Key, Read> read_ ULF_GUARDED_BY(mutex_);
   std::size_t read_bytes_ ULF_GUARDED_BY(mutex_) = 0;
   int waiters_ ULF_GUARDED_BY(mutex_) = 0;

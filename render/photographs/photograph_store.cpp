@@ -60,7 +60,7 @@ std::uint64_t NotFinite(const cv::Mat& light) {
   return count;
 }
 
-// A number for a file's size and time of change; 0 where there is no such file.
+// Returns a number for a file's size and time of change; 0 if there is no such file.
 std::uint64_t FileStamp(const fs::path& path) {
   struct stat file {};
   if (stat(path.c_str(), &file) != 0) return 0;
@@ -90,13 +90,13 @@ struct PhotographStore::State {
   LightField light_field;
   PhotographStoreOptions options;
   std::string made_from;      // what pixels depend on apart from their view
-  std::deque<Mutex> reading;  // of each photograph: one thread reads it while others wait
+  std::deque<Mutex> reading;  // by photograph: one thread reads it while others wait
 
   Mutex mutex;
   std::map<Key, Held> held ULF_GUARDED_BY(mutex);
   std::list<Key> by_use ULF_GUARDED_BY(mutex);  // most recently used first
   bool keeps_files ULF_GUARDED_BY(mutex) = false;
-  std::map<std::size_t, PixelCounts> counted ULF_GUARDED_BY(mutex);  // of each photograph that was read
+  std::map<std::size_t, PixelCounts> counted ULF_GUARDED_BY(mutex);  // by photograph that was read
   Counts counts ULF_GUARDED_BY(mutex);
 
   State(const LightField& the_light_field, const PhotographStoreOptions& the_options);
@@ -184,7 +184,7 @@ std::uint64_t PhotographStore::State::ContentDigest(std::size_t index) const {
     return is_there;
   };
   add(view.mask_path);
-  // Where a picture is damaged or missing, what it was made from stands in for it.
+  // If a picture is damaged or missing, its source replaces it.
   const bool has_image = add(view.image_path);
   if (options.linear || !has_image) {
     add(view.master_path);
@@ -228,7 +228,7 @@ cv::Mat PhotographStore::State::Level(const Photograph& photograph, std::size_t 
     return pixels;
   }
   const ViewPyramid pyramid = Decode(photograph, index);
-  // Hold the requested level last, so that it leaves memory last.
+  // The requested level is cached last, so that it is evicted last.
   for (int n = static_cast<int>(pyramid.size()) - 1; n >= 0; --n)
     if (n != level) Hold({index, n}, pyramid[static_cast<std::size_t>(n)]);
   Hold(key, pyramid[At(level)]);
@@ -252,7 +252,7 @@ cv::Mat PhotographStore::State::FromFile(const Photograph& photograph, std::size
 
 ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::size_t index) {
   const View& view = ViewAt(index);
-  // Computed before reading, so that the next time shows a change that happens meanwhile.
+  // Computed before reading, so that a change during reading shows the next time.
   const std::uint64_t key = FileKey(index);
   ViewPyramid pyramid;
   PixelCounts found;
@@ -320,7 +320,7 @@ PhotographStore::PhotographStore(const LightField& light_field, const Photograph
 
 PhotographStore::~PhotographStore() = default;
 
-std::shared_ptr<const Photograph> PhotographStore::Of(std::size_t index) const {
+std::shared_ptr<const Photograph> PhotographStore::PhotographOf(std::size_t index) const {
   const CameraModel& camera = state_->light_field.CameraOf(state_->light_field.views[index]);
   return std::make_shared<Stored>(state_, index, LoadedSize(camera, state_->options.size_limit_px));
 }

@@ -1,11 +1,11 @@
-// A light field's photographs for rendering. The store reads a level when it is requested and keeps it in
-// memory while there is room; the least recently used level leaves memory first.
+// Reads a light field's photographs for rendering. The store reads a level when it is requested and keeps it
+// in memory while there is room; the least recently used level is evicted first.
 //
-// A level comes from memory; else from the photograph's pyramid file under the light field's cache/
-// (render/photographs/pyramid_file); else the store decodes the photograph, makes all its levels, and writes
-// the pyramid file for the next time. Pyramid files are written only where the light field has a journal and
-// photographs keep their size. Deleting them is safe at any time. Where they cannot be written the store
-// warns once and decodes each time.
+// A level comes from memory; or from the photograph's pyramid file under the light field's cache/
+// (render/photographs/pyramid_file); or the store decodes the photograph, makes all its levels, and writes
+// the pyramid file. Pyramid files are written only if the light field has a journal and photographs keep
+// their size. Deleting them is safe at any time. If they cannot be written the store warns once and decodes
+// each time.
 //
 // Several threads may call all functions.
 #pragma once
@@ -21,12 +21,12 @@
 namespace ulf::render {
 
 struct PhotographStoreOptions {
-  bool linear = false;    // Photograph::linear()
-  bool masks = false;     // the views' masks in place of their photographs, white inside; not `linear`
-  int size_limit_px = 0;  // of the longer side: photographs are reduced to it; 0: they keep their size
-  double memory_limit_mb = 2048;  // for levels held; levels that callers still use come on top
-  // Of each view, by index: whether its clipped pixels have hardly any weight (kShareOfClipped), because
-  // others show more before they clip; needs `linear`. Empty: of no view.
+  bool linear = false;            // Photograph::linear()
+  bool masks = false;             // use the views' masks as photographs, white inside; not with `linear`
+  int size_limit_px = 0;          // limit of the longer side of photographs; 0: none
+  double memory_limit_mb = 2048;  // for cached levels; levels that callers still use come on top
+  // By view index, its clipped pixels get hardly any weight (kShareOfClipped), because others show more
+  // before they clip; needs `linear`. Empty: no view.
   std::vector<bool> masks_clipped = {};
 };
 
@@ -35,18 +35,18 @@ class PhotographStore {
   PhotographStore(const LightField& light_field, const PhotographStoreOptions& options);
   ~PhotographStore();
 
-  // The photograph of view `index` of the light field. It may outlive the store.
-  std::shared_ptr<const Photograph> Of(std::size_t index) const;
+  // Returns the photograph of view `index` of the light field. It may outlive the store.
+  std::shared_ptr<const Photograph> PhotographOf(std::size_t index) const;
 
-  // Since the store was made.
+  // Counts events since the store was made.
   struct Counts {
     std::size_t decoded = 0;        // photographs
     std::size_t levels_read = 0;    // from pyramid files
     std::size_t files_written = 0;  // pyramid files
     std::size_t files_refused = 0;  // pyramid files that existed and were outdated or damaged
     std::size_t held_bytes = 0, most_held_bytes = 0;
-    // Of the photographs that were read, in their size on disk.
-    std::uint64_t pixels = 0, clipped_px = 0, masked_px = 0;  // all; clipped ones; of these, without weight
+    // Counts of the photographs that were read, in their size on disk.
+    std::uint64_t pixels = 0, clipped_px = 0, masked_px = 0;  // all; clipped; of these, unweighted
     std::size_t photographs = 0, clipped_photographs = 0;     // all; those with clipped pixels
   };
   Counts counts() const;

@@ -1,5 +1,5 @@
-// A photograph's pyramid as a file, so that any level can be read without decoding. The file is a cache: a
-// program that cannot use it makes it again from the photograph.
+// Stores a photograph's pyramid in a file, so that any level can be read without decoding. The file is a
+// cache: a program that cannot use it makes it again from the photograph.
 //
 // It holds the pixels as they are in memory, coarsest level first, so that the coarse levels are one read
 // from the beginning of the file. A key identifies what they were made from. Each level has a checksum,
@@ -15,15 +15,14 @@
 
 namespace ulf::render {
 
-// Writes under a temporary name (kTemporaryEnding) and renames: two programs may write the same file.
-// What was counted in a photograph when it was decoded.
+// Counts pixels of a photograph when it is decoded.
 struct PixelCounts {
   std::uint64_t gaps = 0;     // not finite
   std::uint64_t clipped = 0;  // core/image/clipped.h
   bool operator==(const PixelCounts&) const = default;
 };
 
-// Throws DiskFullError or Error.
+// Writes under a temporary name and renames, since two programs may write it. Throws DiskFullError, Error.
 void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
                       const PixelCounts& counts = {});
 
@@ -31,7 +30,8 @@ struct StoredLevel {
   cv::Mat pixels;
   PixelCounts counts = {};
 };
-// A level of the photograph's size and form; none where the file is missing, has another key, or is damaged.
+// Returns a level of the photograph's size and form; none if the file is missing, has another key, or is
+// damaged.
 std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,
                                            const Photograph& photograph, int level);
 

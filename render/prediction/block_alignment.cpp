@@ -24,7 +24,7 @@ RowOfBlock RowAt(const cv::Mat& picture, int x, int y) {
   return Eigen::Map<const RowOfBlock>(picture.ptr<float>(y) + x);
 }
 
-// A row of the prediction displaced by a constant shift, by bilinear interpolation.
+// A row of the prediction, displaced by a constant shift with bilinear interpolation.
 struct ShiftedRows {
   int whole_x, whole_y;
   float upper_left, upper_right, lower_left, lower_right;  // weights
@@ -37,7 +37,7 @@ struct ShiftedRows {
     lower_left = (1 - x) * y;
     lower_right = x * y;
   }
-  // Whether the pixels that a block needs are in a picture.
+  // Returns whether the pixels that a block needs are inside a picture.
   bool Reach(const cv::Rect& block, const cv::Size& size) const {
     return block.x + whole_x >= 0 && block.y + whole_y >= 0 && block.br().x + whole_x < size.width &&
            block.br().y + whole_y < size.height;
@@ -47,7 +47,7 @@ struct ShiftedRows {
     return upper_left * RowAt(picture, x, top) + upper_right * RowAt(picture, x + 1, top) +
            lower_left * RowAt(picture, x, top + 1) + lower_right * RowAt(picture, x + 1, top + 1);
   }
-  // 1 where all four pixels are valid, else 0.
+  // Returns 1 where all four pixels are valid, else 0.
   RowOfBlock Valid(const cv::Mat& valid, int left, int y) const {
     const int x = left + whole_x, top = y + whole_y;
     return RowAt(valid, x, top) * RowAt(valid, x + 1, top) * RowAt(valid, x, top + 1) *
@@ -69,16 +69,16 @@ struct BlockAlignment::Sums {
   double pixels = 0;
   Matrix2d structure = Matrix2d::Zero();            // of the gradients, about their mean
   Vector2d gradient_difference = Vector2d::Zero();  // gradient times difference, about their means
-  double mse = 0;                                   // of the difference, its mean included
+  double mse = 0;                                   // of the difference, with its mean
   double mse_leveled = 0;                           // after the best factor
   double frame_variance = 0;
 };
 
-// What an alignment ended with.
+// The result of an alignment.
 struct BlockAlignment::Found {
   Vector2d shift = Vector2d::Zero();
   Sums sums;
-  bool ok = false;  // false: it ran away
+  bool ok = false;  // false: it diverged
 };
 
 BlockAlignment::Level BlockAlignment::MakeLevel(const cv::Mat& frame, const cv::Mat& predicted,
@@ -174,7 +174,7 @@ BlockAlignment::Found BlockAlignment::Align(const Level& level, const cv::Rect& 
   return found;
 }
 
-// As near to that place as the picture allows.
+// Returns the block as near to that place as the picture allows.
 cv::Rect BlockAlignment::BlockAt(const Vector2d& center_px, const cv::Size& size) {
   const auto start = [](double center, int length) {
     return std::clamp(static_cast<int>(std::lround(center - 0.5 * kBlockPx)), 0,
@@ -199,9 +199,9 @@ void BlockAlignment::SetDetail(const Level& level, const cv::Rect& rect, BlockSh
   block.predicted_detail = of_prediction.sum() / n.sum();
 }
 
-// What noise adds to the structure is no texture.
+// Noise adds to the structure without being texture.
 Matrix2d BlockAlignment::CovarianceOf(const Sums& sums, double frame_noise_variance, double noise_variance) {
-  constexpr double kSurely = 1.7;  // a block's sum may be that much larger by chance
+  constexpr double kSurely = 1.7;  // a block's sum may exceed it by chance
   const double by_noise = kSurely * kGradientNoiseShare * frame_noise_variance * sums.pixels;
   const Eigen::SelfAdjointEigenSolver<Matrix2d> axes(sums.structure);
   constexpr double kNoStructure = 1e-9;
@@ -230,7 +230,7 @@ std::vector<BlockShift> BlockAlignment::Blocks(double frame_noise_variance, doub
       block.contrast = as_predicted.frame_variance;
       SetDetail(fine_, rect, block);
       Found found = Align(fine_, rect, Vector2d::Zero(), least_pixels, kMostShiftPx);
-      // As many pixels of the halved pictures: four times the area, and twice as far to see.
+      // The same number of pixels of the halved pictures covers four times the area, with twice the range.
       const cv::Rect wide = BlockAt(0.5 * block.center_px, coarse_.frame.size());
       const Found rough = Align(coarse_, wide, Vector2d::Zero(), 0.5 * least_pixels, 0.5 * kMostShiftPx);
       constexpr double kWorthAnotherStart_px = 0.25;

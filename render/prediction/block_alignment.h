@@ -1,8 +1,8 @@
-// By how much one picture is displaced against another, block by block: a translation of each block that
-// makes them equal (Lucas and Kanade 1981, from coarse to fine), and how sure it is.
+// Measures the displacement of one picture against another, block by block: a translation of each block that
+// makes them equal (Lucas and Kanade 1981, coarse to fine), and its covariance.
 //
-// A block's mean brightness plays no part, so that light that differs is not taken for displacement. Blocks
-// without texture, and along straight edges, cannot be measured in every direction: their covariance says so.
+// A block's mean brightness is ignored, so that differing light is not taken for displacement. Blocks without
+// texture, and along straight edges, cannot be measured in every direction: their covariance says so.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,27 +11,27 @@
 
 namespace ulf::render {
 
-// The side of a block. Guessed: smaller blocks are noisier, larger ones mix surfaces. Fixed, so that a row of
-// a block is one vector operation.
+// The side of a block. Guessed: smaller blocks are noisier, larger ones mix surfaces. It is fixed, so that a
+// row of a block is one vector operation.
 inline constexpr int kBlockPx = 12;
 
 // Noise variance of a smoothed picture's gradients, along x or y, over its own: both kernels are known.
 inline constexpr double kGradientNoiseShare = 0.417;
 
 struct BlockAlignmentOptions {
-  bool every_other = false;  // the black squares of a chessboard alone
+  bool every_other = false;  // only the black squares of a chessboard
 };
 
 struct BlockShift {
-  int column = 0, row = 0;                              // of the grid of blocks
-  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();  // of the block, in pixels of the frame
-  // What the prediction shows at x + shift the frame shows at x.
+  int column = 0, row = 0;                              // in the grid of blocks
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();  // of the block, px of the frame
+  // The frame at x shows what the prediction shows at x + shift.
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance =
-      Eigen::Matrix2d::Identity();  // px^2, from the pictures' noise and what remains
-  bool converged = false;  // no shift within most_shift_px and the valid pixels makes the block more alike
+      Eigen::Matrix2d::Identity();  // px^2, from the pictures' noise and the residual
+  bool converged = false;           // no shift within most_shift_px and the valid pixels improves the match
   // Mean squares of the difference, grey values squared: as predicted, after the shift, and after shift and a
-  // factor of the block's own brightness.
+  // brightness factor of the block.
   double mse = 0, mse_shifted = 0, mse_leveled = 0;
   double detail = 0, predicted_detail = 0;  // mean square gradients of the frame and of the prediction
   double contrast = 0;                      // mean square of the frame's differences from the block's mean
@@ -40,14 +40,14 @@ struct BlockShift {
 
 class BlockAlignment {
  public:
-  // Both CV_32F of one size; `valid`: of one channel, not 0 where `predicted` has a value.
+  // Both pictures are CV_32F of one size; `valid` has one channel, not 0 where `predicted` has a value.
   BlockAlignment(const cv::Mat& frame, const cv::Mat& predicted, const cv::Mat& valid,
                  const BlockAlignmentOptions& options = {});
 
-  // Without blocks that have too few valid pixels. Noise variances of the frame, smoothed as Smoothed() of
-  // frame_predictor.h does, and of the difference of the two pictures.
+  // Returns the blocks with enough valid pixels. The noise variances are those of the frame, smoothed by
+  // Smoothed() of frame_predictor.h, and of the difference of the two pictures.
   std::vector<BlockShift> Blocks(double frame_noise_variance, double noise_variance) const;
-  // As BlockShift::mse, after another shift than the block's own.
+  // Returns BlockShift::mse after another shift than the block's own.
   double MeanSquareAfter(const BlockShift& block, const Eigen::Vector2d& shift_px) const;
 
  private:

@@ -3,22 +3,22 @@
 namespace ulf::render {
 namespace {
 
-// All guessed on simulated scenes (tests/render/prediction/error_cause_test), and reported on others.
+// All are guessed on simulated scenes (tests/render/prediction/error_cause_test), and reported on others.
 constexpr double kCauseLeastSeen = 0.6;  // share of the silhouette that views see, and that has geometry
 constexpr double kPoseSigmas = 2.5;      // beyond these a motion is an error of the pose
-constexpr double kLeastPosePx = 0.7;     // and it moves the picture by as much
-constexpr double kLightShare = 0.5;      // of the error that a factor of each block's brightness takes away
+constexpr double kLeastPosePx = 0.7;     // px that it must also move the picture
+constexpr double kLightShare = 0.5;      // of the error that brightness factors of blocks remove
 constexpr double kMostGainSpread = 1.6;  // of the factors of exposure
 constexpr double kFocusDetail = 0.6;     // of the prediction's detail that the frame has
 constexpr double kLeastOffPx = 0.25;     // with less misregistration nothing is displaced
-constexpr double kAlignedShare = 0.55;   // of the error that stays, at most, when each view is aligned
-constexpr double kViewsAgree = 0.4;      // where the views' variance is below this share of the error
+constexpr double kAlignedShare = 0.55;   // largest remaining share of the error when each view is aligned
+constexpr double kViewsAgree = 0.4;      // largest variance of the views, as a share of the error
 
 struct CauseTexts {
   const char* name;
   const char* words;
 };
-// In the order of ErrorCause.
+// The order is that of ErrorCause.
 constexpr std::array<CauseTexts, kErrorCauses.size()> kTexts{{
     {"none", "nothing is wrong"},
     {"not_seen", "no recorded view shows it"},

@@ -21,7 +21,7 @@ namespace {
 // that of the renderer's shadow maps, because the mesh is coarser.
 constexpr double kFramePredictorHiddenBehind = 0.02;
 constexpr double kNearestAngle = 0.002;  // radians; a nearer view has the frame's own viewpoint. Guessed.
-// A factor of exposure beyond this, or its inverse, is not looked for.
+// Exposure factors are limited to this, and to its inverse.
 constexpr double kMostGain = 8;
 
 using Eigen::Matrix3f;
@@ -37,7 +37,7 @@ Matrix3f Intrinsics(const CameraModel& camera) {
   return k;
 }
 
-// Where the points of the frame's pixels are in another camera.
+// The points of the frame's pixels in another camera.
 struct Projection {
   cv::Mat x, y;           // CV_32F, for cv::remap
   cv::Mat inverse_depth;  // CV_32F; 0: behind the camera
@@ -58,7 +58,7 @@ Projection ProjectInto(const CameraModel& camera, const Rigid3& cam_from_world, 
     const Vector3f start = turn.col(1) * (static_cast<float>(row) + 0.5f) + turn.col(2);
     for (int col = 0; col < size.width; ++col) {
       const float x = static_cast<float>(col) + 0.5f, near = inverse[col];
-      // In units of the point's depth in the frame.
+      // Lengths are in units of the point's depth in the frame.
       const float z = turn(2, 0) * x + start.z() + near * move.z();
       const bool in_front = z > 1e-6f;
       const float by = in_front ? 1 / z : 0;
@@ -70,7 +70,7 @@ Projection ProjectInto(const CameraModel& camera, const Rigid3& cam_from_world, 
   return projection;
 }
 
-// CV_32F: 1 where the point is in the view's image, and there has light, else 0.
+// Returns CV_32F: 1 where the point is in the view's image and has light there, else 0.
 cv::Mat InImage(const StereoView& view, const Projection& at) {
   cv::Mat seen(at.x.size(), CV_32F);
   const auto right = static_cast<float>(view.camera.width - 1);
@@ -88,7 +88,7 @@ cv::Mat InImage(const StereoView& view, const Projection& at) {
   return seen;
 }
 
-// CV_8U at half the frame's size: not 0 where the mesh hides the point from the view.
+// Returns CV_8U at half the frame's size: not 0 where the mesh hides the point from the view.
 cv::Mat HiddenPart(const ShadowMap& map, const Rigid3& cam_from_world, const StereoView& half_frame,
                    const cv::Mat& half_inverse_depth) {
   const Projection at = ProjectInto(map.camera, cam_from_world, half_frame, half_inverse_depth);
@@ -97,8 +97,8 @@ cv::Mat HiddenPart(const ShadowMap& map, const Rigid3& cam_from_world, const Ste
   return at.inverse_depth < least;
 }
 
-// By which factor `view` has the brightness of `frame`, where `seen`: of parts of the picture, whose sums
-// hardly depend on what lies off.
+// Returns the factor from `view` to the brightness of `frame`, where `seen`, by parts of the picture, whose
+// sums hardly depend on misregistration.
 double GainTo(const cv::Mat& frame, const cv::Mat& view, const cv::Mat& seen, double most_gain) {
   constexpr int kPart = 8, kStep = 2;    // pixels
   constexpr float kWhole = 0.9f;         // of a part must be seen
@@ -144,10 +144,11 @@ void FramePredictor::AddView(int id, const Rigid3& cam_from_world, std::function
 }
 
 void FramePredictor::AddView(int id, const StereoView& view) {
-  views_.insert_or_assign(id, Entry{view.cam_from_world, view.center_in_world, nullptr, AsKept(view), {}});
+  views_.insert_or_assign(id,
+                          Entry{view.cam_from_world, view.center_in_world, nullptr, ForStorage(view), {}});
 }
 
-StereoView FramePredictor::AsKept(StereoView view) {
+StereoView FramePredictor::ForStorage(StereoView view) {
   Smoothed(view.grey).convertTo(view.grey, CV_8U);  // a quarter of the memory
   return view;
 }
@@ -163,7 +164,7 @@ void FramePredictor::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
 
 const StereoView& FramePredictor::PictureOf(Entry& entry) {
   if (!entry.view) {
-    entry.view = AsKept(entry.read());
+    entry.view = ForStorage(entry.read());
     entry.read = nullptr;
   }
   entry.view->cam_from_world = entry.cam_from_world;
@@ -238,7 +239,7 @@ std::optional<PredictedFrame> FramePredictor::Predict(const StereoView& frame) {
 
   const auto blended = At(options_.views);
   const std::vector<Near> near = NearestReadable(frame.center_in_world, blended + 1);
-  // Without one more view that marks where weights end, the last one keeps half of its own.
+  // Without one more view to end the weights, the last one keeps half of its own.
   const double end = near.size() > blended ? near.back().angle : 2 * near.back().angle;
   const cv::Mat smoothed = Smoothed(frame.grey);
   const cv::Size size = smoothed.size();

@@ -1,12 +1,12 @@
-// What the recorded views say a new frame shows, before that frame is recorded itself: their small pictures
-// are projected over the mesh into the frame and blended. Compared with the frame (prediction_error.h) it is
-// the light field's error at a viewpoint that it does not have.
+// Predicts a new frame from the recorded views, before that frame is recorded itself: their small pictures
+// are projected over the mesh into the frame and blended. Compared with the frame (prediction_error.h) the
+// prediction gives the light field's error at a viewpoint that it does not have.
 //
 // The views are the nearest in direction from the subject, weighted as in unstructured lumigraph rendering
 // (Buehler et al. 2001): a view's weight falls to 0 at the direction of the first view that is left out. Each
 // view is brought to the frame's exposure first, by one factor for its display-encoded values.
 //
-// Without threads. Pictures are grey and reduced: a few milliseconds a frame.
+// It uses no threads. Pictures are grey and reduced: a few milliseconds a frame.
 #pragma once
 
 #include <functional>
@@ -28,35 +28,35 @@ namespace ulf::render {
 // One view's part of a prediction.
 struct PredictedByView {
   int id = 0;         // View::id
-  cv::Mat grey;       // as PredictedFrame::grey
+  cv::Mat grey;       // in the form of PredictedFrame::grey
   cv::Mat seen;       // CV_32F, 1 where the view sees the point, else 0
-  double weight = 0;  // in the blend; of all views they sum to 1
-  double gain = 1;    // by which its values were multiplied
+  double weight = 0;  // in the blend; the weights of all views sum to 1
+  double gain = 1;    // factor on its values
 };
 
 struct PredictedFrame {
   cv::Mat grey;           // CV_32F, as StereoView::grey, smoothed as Smoothed() does; 0 where no view sees
   cv::Mat valid;          // CV_8U, 255 where at least one view sees the point
-  cv::Mat inverse_depth;  // CV_32F, of the mesh, its holes filled
-  cv::Mat on_mesh;        // CV_8U, 255 where the mesh itself is
-  // CV_32F: how far the views' values lie from their mean, grey values squared.
+  cv::Mat inverse_depth;  // CV_32F, of the mesh with its holes filled
+  cv::Mat on_mesh;        // CV_8U, 255 on the mesh itself
+  // CV_32F: variance of the views' values about their mean, grey values squared.
   cv::Mat variance_of_views;
-  double noise_share = 1;              // of a view's noise variance that the blend keeps
-  std::vector<PredictedByView> views;  // the nearest first
-  double nearest_view_angle = 0;       // radians, from the subject
+  double noise_share = 1;              // share of a view's noise variance that the blend keeps
+  std::vector<PredictedByView> views;  // nearest first
+  double nearest_view_angle = 0;       // radians at the subject
   double farthest_view_angle = 0;
   // 0: the views stand all round the frame, as seen from the subject; 1: all on one side.
   double one_sided = 0;
 };
 
 struct FramePredictorOptions {
-  int views = 4;  // that are blended. Guessed: as many as fill a pixel of the renderer.
+  int views = 4;  // number of blended views. Guessed: as many as fill a pixel of the renderer.
 };
 
-// Pictures that are compared are smoothed first (3x3, binomial): what the interpolation between pixels loses
-// is not the light field's error.
+// Smooths a picture before comparison (3x3, binomial), because interpolation between pixels blurs and this
+// must not count as an error.
 cv::Mat Smoothed(const cv::Mat& grey);
-inline constexpr double kSmoothedNoiseShare = 0.140625;  // of the noise's variance that stays
+inline constexpr double kSmoothedNoiseShare = 0.140625;  // remaining share of the noise variance
 
 class FramePredictor {
  public:
@@ -65,18 +65,18 @@ class FramePredictor {
   void SetGeometry(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh);
   bool has_geometry() const { return mesh_ != nullptr; }
   const Subject& subject() const { return subject_; }
-  // `id`: View::id. `read` gives its small picture when a frame near it is predicted; a view whose picture
-  // cannot be read is left out.
+  // `id` is View::id. `read` returns its small picture when a frame near it is predicted; a view whose
+  // picture cannot be read is left out.
   void AddView(int id, const Rigid3& cam_from_world, std::function<StereoView()> read);
   void AddView(int id, const StereoView& view);
   void RemoveView(int id) { views_.erase(id); }
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
   int views() const { return static_cast<int>(views_.size()); }
 
-  // Between the directions from the subject of `center_in_world` and of the nearest view, radians; infinite
+  // Returns the angle at the subject between `center_in_world` and the nearest view, radians; infinite
   // without views.
   double NearestViewAngle(const Eigen::Vector3d& center_in_world) const;
-  // None without geometry, or when no view sees any of the frame.
+  // Returns none without geometry, or if no view sees any of the frame.
   std::optional<PredictedFrame> Predict(const StereoView& frame);
 
  private:
@@ -92,7 +92,7 @@ class FramePredictor {
     int id = 0;
     Entry* entry = nullptr;
   };
-  static StereoView AsKept(StereoView view);
+  static StereoView ForStorage(StereoView view);
   static const StereoView& PictureOf(Entry& entry);
   static bool CanBeRead(Entry& entry);
   double OneSided(const Eigen::Vector3d& center_in_world, const std::vector<Near>& near) const;

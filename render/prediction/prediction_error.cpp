@@ -16,12 +16,12 @@ namespace ulf::render {
 namespace {
 
 constexpr int kViewsAligned =
-    2;  // by themselves, the nearest ones. Guessed: each costs as much as all the rest.
-// A block is measured where its shift's standard deviation is smaller in every direction. Guessed.
+    2;  // nearest ones, each aligned by itself. Guessed: each costs as much as all the rest.
+// A block is measured if its shift's standard deviation is smaller in every direction. Guessed.
 constexpr double kMostShiftSigmaPx = 0.35;
 constexpr double kPredictionErrorLeastDetail =
     0.3;  // mean square gradient: with less, detail is not compared. Guessed.
-// dB that are shown at most: rounding to 8 bits differs by as much. Guessed.
+// Limit of displayed dB: rounding to 8 bits causes as much error. Guessed.
 constexpr double kPredictionErrorMostDb = 50;
 
 using Eigen::Matrix2d;
@@ -33,7 +33,7 @@ using Matrix26d = Eigen::Matrix<double, 2, 6>;
 
 constexpr double kPeak = 255;
 
-// Whether the ray through an image point meets the subject's sphere.
+// Returns whether the ray through an image point meets the subject's sphere.
 bool ShowsSubject(const StereoView& frame, const Subject& subject, const Vector2d& img) {
   const Vector3d ray = Vector3d((img.x() - frame.camera.cx) / frame.camera.fx,
                                 (img.y() - frame.camera.cy) / frame.camera.fy, 1);
@@ -41,7 +41,8 @@ bool ShowsSubject(const StereoView& frame, const Subject& subject, const Vector2
   return ray.dot(center) > 0 && ray.cross(center).norm() < subject.radius * ray.norm();
 }
 
-// How an image point of inverse depth `near` moves when the camera turns (radians) and moves (world units).
+// Returns the motion of an image point of inverse depth `near` with the camera's rotation (radians) and
+// translation (world units).
 Matrix26d FlowOfMotion(const CameraModel& camera, const Vector2d& img, double near) {
   const double x = (img.x() - camera.cx) / camera.fx, y = (img.y() - camera.cy) / camera.fy;
   Matrix26d flow;
@@ -57,7 +58,7 @@ struct Motion {
   double off_sigmas = 0;
 };
 
-// Of one block, by one view.
+// The shift of one block, by one view.
 struct ShiftOfView {
   Vector2d shift;
   double variance, weight, mse_shifted;
@@ -69,8 +70,8 @@ struct MeasuredShift {
   Matrix26d flow;
 };
 
-// The most probable small motion of the camera behind the displacements: within the pose's uncertainty, and
-// without regard to blocks that lie off for another reason (Cauchy weights).
+// Estimates the most probable small motion of the camera from the displacements: within the pose's
+// uncertainty, and robust to blocks that are displaced for another reason (Cauchy weights).
 Motion MotionBehind(const std::vector<MeasuredShift>& shifts, const Vector6d& sigmas) {
   Motion motion;
   if (shifts.empty()) return motion;
@@ -121,7 +122,7 @@ void Finish(Sums sums, RegionError& region) {
 }  // namespace
 
 double NoiseSigma(const cv::Mat& grey) {
-  // Immerkaer 1996: a mask that leaves nothing of constant, linear and most quadratic brightness.
+  // Immerkaer's mask (1996) removes constant, linear and most quadratic brightness.
   const cv::Mat mask = (cv::Mat_<float>(3, 3) << 1, -2, 1, -2, 4, -2, 1, -2, 1);
   cv::Mat response;
   cv::filter2D(grey, response, CV_32F, mask);
@@ -129,7 +130,7 @@ double NoiseSigma(const cv::Mat& grey) {
   const cv::Size parts(std::max(1, grey.cols / kPart), std::max(1, grey.rows / kPart));
   cv::Mat mean;
   cv::resize(cv::abs(response), mean, parts, 0, 0, cv::INTER_AREA);
-  // Where brightness is at its limits there is no noise to see.
+  // At the limits of brightness noise is cut off.
   constexpr double kDark = 10, kBright = 245;
   cv::Mat brightness;
   cv::resize(grey, brightness, parts, 0, 0, cv::INTER_AREA);
@@ -139,7 +140,7 @@ double NoiseSigma(const cv::Mat& grey) {
       if (brightness.at<float>(y, x) > kDark && brightness.at<float>(y, x) < kBright)
         values.push_back(mean.at<float>(y, x));
   constexpr double kLeastDetail = 0.1;  // share of the parts. Guessed.
-  constexpr double kOfMean = 0.87;  // that quantile of such means of noise alone, over their mean: simulated
+  constexpr double kOfMean = 0.87;      // ratio of that quantile to the mean for noise alone: simulated
   return Quantile(std::move(values), kLeastDetail) * std::sqrt(M_PI / 2) / (6 * kOfMean);
 }
 
@@ -159,7 +160,7 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
   const cv::Mat smoothed = Smoothed(frame.grey);
   const BlockAlignment alignment(smoothed, predicted.grey, predicted.valid, options.blocks);
   const std::vector<BlockShift> blocks = alignment.Blocks(view_noise_variance, noise_variance);
-  // A blend of views that lie off to both sides is blurred and not displaced: each is aligned by itself.
+  // A blend of views with opposite errors is blurred and not displaced: each is aligned by itself.
   BlockAlignmentOptions every_other = options.blocks;
   every_other.every_other = true;
   std::vector<std::vector<BlockShift>> by_view;
@@ -189,7 +190,7 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
       shifts.push_back({block.shift_px, block.covariance,
                         FlowOfMotion(frame.camera, block.center_px, inverse_depth_at(block.center_px))});
     }
-  // Six unknowns: a few hundred displacements say as much as all.
+  // Six unknowns need no more than a few hundred displacements.
   constexpr std::size_t kEnough = 200;
   if (shifts.size() > kEnough) {
     for (std::size_t i = 0; i < kEnough; ++i) shifts[i] = shifts[i * shifts.size() / kEnough];
@@ -263,7 +264,7 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
           predicted.on_mesh.at<std::uint8_t>(static_cast<int>(center.y()), static_cast<int>(center.x())) != 0;
     }
   if (error.inside.blocks > 0) error.on_mesh_share = static_cast<double>(on_mesh) / error.inside.blocks;
-  // Noise of a smoothed picture's gradients: of one that was smoothed and interpolated, hardly less.
+  // Noise of a smoothed picture's gradients; interpolation hardly lowers it.
   const double noise_detail = 2 * kGradientNoiseShare * view_noise_variance * error.inside.seen;
   const double predicted_detail = inside.predicted_detail - predicted.noise_share * noise_detail;
   if (error.inside.seen > 0 && predicted_detail > kPredictionErrorLeastDetail * error.inside.seen)

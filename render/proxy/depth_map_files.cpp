@@ -34,7 +34,7 @@ using nlohmann::json;
 constexpr char kIndex[] = "maps.json";
 constexpr char kFormat[] = "ulf depth maps 1";
 
-// Of the pose and the camera under which the map was made.
+// Digests the pose and the camera under which the map was made.
 std::string DigestOf(const LightField& light_field, const View& view) {
   Digest digest;
   digest.Add(view.cam_from_world);
@@ -51,7 +51,7 @@ struct MapFile {
 
 ViewDepthMap ReadMap(const MapFile& file) {
   std::string bytes = ReadIndexedFile(file.path, file.checksum);
-  // By the header, before a decoder makes room for what it claims.
+  // Checks by the header, before a decoder allocates what it claims.
   const auto header = ReadImageHeader(file.path.string());
   if (!header || header->kind != "PNG" || header->bits != 16 || header->channels != 1 ||
       header->width != file.camera.width || header->height != file.camera.height)
@@ -61,7 +61,7 @@ ViewDepthMap ReadMap(const MapFile& file) {
   return {file.camera, pixels, file.unit, file.step};
 }
 
-// A view's map as far as the file can be read, else the mesh as the view sees it.
+// Returns a view's map if the file can be read, or else the mesh as the view sees it.
 std::shared_ptr<const LazyDepthMap> MapFrom(const MapFile& file, const Rigid3& cam_from_world,
                                             const std::shared_ptr<const TriangleMesh>& mesh) {
   return std::make_shared<LazyDepthMap>([file, cam_from_world, mesh] {
@@ -75,7 +75,7 @@ std::shared_ptr<const LazyDepthMap> MapFrom(const MapFile& file, const Rigid3& c
   });
 }
 
-// Remains of former maps; other programs may keep files of their own in a folder of this name.
+// Removes remains of former maps; other programs may keep files of their own in a folder of this name.
 void RemoveFormerMaps(const fs::path& folder, const std::set<std::string>& kept) {
   static const std::string kMap = "[0-9]{6,}-[0-9a-f]{8}\\.png";
   static const std::regex kOurs(kMap);
@@ -106,15 +106,15 @@ bool IsBeingReplaced(const json& index) {
          index["next"].contains("maps") && index["next"]["maps"].is_array();
 }
 
-// Returns the mesh and the maps of the index, or those that replace them where the mesh of this
-// checksum is theirs.
+// Returns the mesh and the maps of the index, or those that replace them if the mesh of this checksum is
+// theirs.
 json SetOf(const json& index, const std::string& mesh) {
   const bool is_next = IsBeingReplaced(index) && index["next"].value("mesh", json()) == mesh;
   const json& set = is_next ? index["next"] : index;
   return {{"mesh", set.value("mesh", json())}, {"maps", set["maps"]}};
 }
 
-// Returns the names of the maps' files, as far as they are names.
+// Returns the valid file names of the maps.
 std::set<std::string> NamesIn(const json& maps) {
   std::set<std::string> names;
   for (const json& entry : maps) {
@@ -130,7 +130,7 @@ void WriteIndex(const fs::path& folder, json set) {
   WriteFileAtomically(folder / kIndex, JsonText(set, 1) + "\n");
 }
 
-// A name in kept/ that nothing bears, relative to the light field's folder.
+// Returns an unused name in kept/, relative to the light field's folder.
 std::string FreeNameInKept(const fs::path& root, const fs::path& wanted) {
   fs::path name = fs::path("kept") / wanted;
   for (int number = 2; fs::exists(fs::symlink_status(root / name)); ++number)
@@ -139,7 +139,7 @@ std::string FreeNameInKept(const fs::path& root, const fs::path& wanted) {
   return name.generic_string();
 }
 
-// Returns the path that the index names for what goes to kept/; empty: none, or one that leads elsewhere.
+// Returns the path that the index names in kept/; empty if it names none, or one that leads elsewhere.
 fs::path KeptPath(const json& next, const char* key) {
   if (!next.contains(key) || !next[key].is_string()) return {};
   const fs::path path = next[key].get<std::string>();
@@ -151,8 +151,7 @@ bool IsSameFile(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, unknown) && !unknown;
 }
 
-// Moves the maps of `set` to `kept`, with an index of their own; those of `staying` are there
-// in both folders.
+// Moves the maps of `set` to `kept`, with an index of their own; those of `staying` are in both folders.
 void MoveMapsToKept(const fs::path& folder, const fs::path& kept, const json& set,
                     const std::set<std::string>& staying) {
   MakeFolder(kept);
@@ -176,7 +175,7 @@ json WriteMapFiles(const fs::path& folder, const LightField& light_field,
     const auto view = std::ranges::find(light_field.views, id, &View::id);
     if (view == light_field.views.end()) throw Error("{}: there is no view {}", folder.string(), id);
     const std::string png = PngBytes(map.inverse_depth), checksum = ChecksumForIndex(png);
-    // The name says which bytes: a map that is there is never overwritten by another one.
+    // The name contains the checksum: an existing map is never overwritten by another one.
     const std::string name = fmt::format("{:06}-{}.png", id, checksum.substr(0, 8));
     if (entries.size() % kFilesAtOnce == 0) {
       if (!batches.empty()) batches.back().Commit();
@@ -195,7 +194,7 @@ json WriteMapFiles(const fs::path& folder, const LightField& light_field,
   return entries;
 }
 
-// Replaces the mesh, and keeps what `kept` names of it. Throws Error: then the mesh is as it was.
+// Replaces the mesh, and keeps the former one as `kept`. Throws Error; the mesh is then unchanged.
 void ReplaceMesh(const fs::path& root, const std::string& mesh_ply, const fs::path& kept) {
   const fs::path mesh = root / kMeshProxyFile;
   try {
@@ -215,7 +214,7 @@ void ReplaceMesh(const fs::path& root, const std::string& mesh_ply, const fs::pa
 
 std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, Rigid3>& made_under,
                              std::map<int, ViewDepthMap>& maps) {
-  // A map of 320 pixels is that exact where it is at its best. Guessed.
+  // A map of 320 pixels is this exact at best. Guessed.
   constexpr double kMost_px = 0.1;
   std::size_t moved = 0;
   std::erase_if(maps, [&](const auto& id_and_map) {
@@ -237,7 +236,7 @@ void FinishGeometryFiles(const fs::path& light_field_folder) {
   const fs::path folder = light_field_folder / kDepthMapsFolder;
   const json index = IndexIn(folder);
   if (!IsBeingReplaced(index)) {
-    // Maps that a killed writer did not come to list.
+    // These are maps that a killed writer did not list.
     if (index.is_null() || IsIndex(index))
       RemoveFormerMaps(folder, index.is_null() ? std::set<std::string>() : NamesIn(index["maps"]));
     return;
@@ -260,7 +259,7 @@ void FinishGeometryFiles(const fs::path& light_field_folder) {
   else
     WriteIndex(folder, set);
   RemoveFormerMaps(folder, names);
-  fs::remove(folder, stays);  // It stays with maps, or with files of other programs.
+  fs::remove(folder, stays);  // fails with maps, or files of other programs in it
 }
 
 KeptGeometry WriteGeometryFiles(const LightField& light_field, const std::string& mesh_ply,
@@ -296,7 +295,7 @@ KeptGeometry WriteGeometryFiles(const LightField& light_field, const std::string
     ReplaceMesh(root, mesh_ply, kept_mesh);
   } catch (...) {
     for (FileBatch& batch : batches) batch.TakeBack();
-    std::error_code stays;  // with files of other programs
+    std::error_code stays;  // fails with files of other programs in it
     try {
       if (had_index) WriteIndex(folder, before);
     } catch (const Error&) {

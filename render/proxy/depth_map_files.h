@@ -1,11 +1,9 @@
-// A light field's geometry on disk: its mesh (DIR/proxy.ply) and the depth maps of its views: DIR/depth/, a
-// 16-bit PNG for each (1 / depth along the optical axis, in units of its own) and maps.json, which says
-// whose they are, by which camera, in which unit, how uncertain, and which pose the view had.
-// docs/light_field.md describes it.
+// Stores a light field's geometry: its mesh (DIR/proxy.ply) and the depth maps of its views in DIR/depth/, a
+// 16-bit PNG for each (1 / depth along the optical axis, in its own unit), with maps.json, which holds each
+// map's view, camera, unit, uncertainty and pose. docs/light_field.md describes it.
 //
-// Mesh and maps change together: while they do, maps.json lists the maps of both meshes, each with its mesh's
-// checksum. The renaming of the new mesh is the one moment of change, so that a kill leaves the geometry of
-// before or the new one.
+// Mesh and maps change together: meanwhile maps.json lists the maps of both meshes, each with its mesh's
+// checksum. Renaming the new mesh switches atomically, so that a kill leaves the old geometry or the new one.
 #pragma once
 
 #include <cstddef>
@@ -23,45 +21,42 @@
 
 namespace ulf::render {
 
-// What becomes of the geometry that is there.
+// Says whether existing geometry is replaced or moved to kept/.
 enum class FormerGeometry { kReplaced, kKept };
 
 struct KeptGeometry {
-  std::optional<std::filesystem::path> mesh, maps;  // where they are now, under kept/
+  std::optional<std::filesystem::path> mesh, maps;  // present paths under kept/
 };
 
-// Writes the mesh (MeshPlyBytes) and the maps that were made beside it (by View::id; empty: none) in place of
-// the geometry that is there, and no other file. Throws DiskFullError, Error: then nothing that it wrote is
-// left, and what was there stays.
+// Writes the mesh (MeshPlyBytes) and its maps (by View::id; empty: none) in place of the existing geometry,
+// and no other file. Throws DiskFullError, Error; then its own files are removed, and the existing ones stay.
 KeptGeometry WriteGeometryFiles(const LightField& light_field, const std::string& mesh_ply,
                                 const std::map<int, ViewDepthMap>& maps, FormerGeometry former);
 
-// Does what a killed WriteGeometryFiles() left undone: removes the maps that do not count, or moves
-// them to kept/.
+// Finishes a killed WriteGeometryFiles(): removes the invalid maps, or moves them to kept/.
 void FinishGeometryFiles(const std::filesystem::path& light_field_folder);
 
-// Takes out the maps of views that `light_field` does not have, and those that are not bound to the pose that
-// the view has there: `made_under` has another, by more than a tenth of a pixel at the subject. Returns how
-// many of the latter. (Maps whose views all moved as one would be right nevertheless; nothing here tells.)
+// Removes the maps of views that `light_field` does not have, and those made under another pose than the
+// view's there: `made_under` differs by more than a tenth of a pixel at the subject. Returns the number of
+// the latter. (Maps whose views all moved as one would still be right; this is not detected.)
 std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, Rigid3>& made_under,
                              std::map<int, ViewDepthMap>& maps);
 
 bool HasDepthMaps(const std::filesystem::path& light_field_folder);
 
 struct DepthMapReading {
-  SoftProxy::Maps
-      maps;  // read when they are needed; of one that cannot be read then, the mesh's stands in (a warning)
+  SoftProxy::Maps maps;      // read lazily; an unreadable one is replaced by the mesh's, with a warning
   std::uint64_t digest = 0;  // of the maps' bytes
-  std::size_t stale = 0;     // maps of views that are gone, or have another pose or camera now
+  std::size_t stale = 0;     // number of maps whose view was removed or has another pose or camera now
 };
-// `mesh`: of kMeshProxyFile. Throws Error for a maps.json that is no such file, or belongs to another mesh.
+// `mesh` is that of kMeshProxyFile. Throws Error for an invalid maps.json, or one that belongs to another
+// mesh.
 DepthMapReading ReadDepthMaps(const std::filesystem::path& light_field_folder, const LightField& light_field,
                               std::shared_ptr<const TriangleMesh> mesh);
 
-// Files whose checksums an index beside them keeps.
-// As an index keeps it.
+// Returns the checksum of a file for the index beside it.
 std::string ChecksumForIndex(std::string_view bytes);
-// Throws Error where the file is missing, or its bytes have another checksum.
+// Reads such a file. Throws Error if it is missing, or its bytes have another checksum.
 std::string ReadIndexedFile(const std::filesystem::path& path, const std::string& checksum);
 
 }  // namespace ulf::render

@@ -29,7 +29,7 @@ CutPolygon CutNear(const std::array<Vector3d, 3>& corners, double near) {
   return cut;
 }
 
-// All corners lie in front of the camera.
+// All corners must lie in front of the camera.
 void DrawTriangle(const std::array<Vector3d, 3>& corners, const CameraModel& camera, cv::Mat& inverse_depth) {
   std::array<Vector3d, 3> at;  // pixels, inverse depth
   for (std::size_t k = 0; k < 3; ++k) {
@@ -45,7 +45,7 @@ void DrawTriangle(const std::array<Vector3d, 3>& corners, const CameraModel& cam
   const int last_y = static_cast<int>(std::floor(std::min<double>(bottom, camera.height) - 0.5));
   if (first_x > last_x || first_y > last_y) return;
 
-  // Edge functions, positive inside; their sum is twice the area.
+  // Edge functions are positive inside; their sum is twice the area.
   const double doubled =
       (at[1].x() - at[0].x()) * (at[2].y() - at[0].y()) - (at[1].y() - at[0].y()) * (at[2].x() - at[0].x());
   if (doubled == 0) return;

@@ -1,4 +1,4 @@
-// Triangles drawn into a depth map on the processor, as the graphics pipeline does it: a pinhole camera,
+// Draws triangles into a depth map on the processor, as the graphics pipeline does it: a pinhole camera,
 // depths at pixel centres, both sides of every triangle.
 #pragma once
 
@@ -10,12 +10,12 @@
 
 namespace ulf::render {
 
-// A triangle is cut off where it is nearer to the camera than this share of its farthest corner's depth:
+// A triangle is clipped where it is nearer to the camera than this share of its farthest corner's depth:
 // projections of points at depth 0 are infinite. Guessed.
 inline constexpr double kNearShare = 1e-4;
 
-// CV_32F, 1 / (depth along the optical axis), which is linear in the image over a triangle; 0 where there is
-// no triangle. `camera` must be without distortion.
+// Returns CV_32F, 1 / (depth along the optical axis), which is linear in the image over a triangle; 0 without
+// a triangle. `camera` must be without distortion.
 cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world);
 
 // Fills pixels of 0 from the pixels around them, in place: pull and push over a pyramid of halved images

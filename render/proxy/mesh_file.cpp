@@ -25,7 +25,7 @@ PolygonSoup PolygonsOf(const std::filesystem::path& file) {
   throw Error("{}: neither a PLY file nor an OBJ file; convert the mesh to one of them", name);
 }
 
-// The new number of a dropped vertex.
+// Marks a dropped vertex.
 constexpr std::uint32_t kDropped = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Triangle meshes on disk. Written: binary little-endian PLY with vertex normals. Read: PLY (ASCII, or binary
-// of either byte order) and Wavefront OBJ of other programs; polygons are cut into triangles, and colours,
-// normals and texture coordinates are ignored.
+// Reads and writes triangle meshes. It writes binary little-endian PLY with vertex normals, and reads PLY
+// (ASCII, or binary of either byte order) and Wavefront OBJ of other programs; polygons are cut into
+// triangles, and colours, normals and texture coordinates are ignored.
 //
 // CGAL's readers were tried: they stop at a "nan" in a text file, and their error says only that reading
 // failed.
@@ -18,30 +18,30 @@ namespace ulf::render {
 
 struct MeshReading {
   TriangleMesh mesh;
-  // What the reader left out.
+  // Counts of what the reader left out:
   std::size_t vertices_not_finite = 0;
   std::size_t faces_at_them = 0;       // faces with such a corner
   std::size_t faces_without_area = 0;  // fewer than three different corners
 
-  // "dropped 2 vertices that are not finite and 5 faces at them"; empty when nothing was left out.
+  // Returns "dropped 2 vertices that are not finite and 5 faces at them"; empty if nothing was left out.
   std::string Dropped() const;
 };
 
-// Throws Error that names the file and what is wrong: missing, neither PLY nor OBJ, truncated, a corner that
-// is not a vertex, no triangle.
+// Throws Error that names the file and the fault: missing, neither PLY nor OBJ, truncated, a corner that is
+// not a vertex, no triangle.
 MeshReading ReadMeshFile(const std::filesystem::path& file);
 
-// `comments`: lines for the header.
+// `comments` are lines for the header.
 std::string MeshPlyBytes(const TriangleMesh& mesh, const std::vector<std::string>& comments = {});
 // Writes the whole file or nothing. Throws DiskFullError or Error.
 void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                   const std::vector<std::string>& comments = {});
 
-// The mesh, and the folder of the depth maps beside it (depth_map_files.h).
+// The file of the mesh, and the folder of the depth maps beside it (depth_map_files.h).
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 inline constexpr char kDepthMapsFolder[] = "depth";
 
-// The command that makes mesh and maps, for messages: "ulf proxy vase".
+// Returns the command that makes mesh and maps, for messages: "ulf proxy vase".
 inline std::string ProxyCommand(const std::filesystem::path& light_field) {
   return "ulf proxy " + ShellWord(light_field.string());
 }

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Space in which cells are cubes of one size.
+// Maps to a space in which cells are cubes of one size.
 Vector3d Evened(const Vector3d& from_center, double even_within) {
   const double distance = from_center.norm() / even_within;
   if (distance <= 1) return from_center / even_within;
@@ -22,14 +22,14 @@ Vector3d Evened(const Vector3d& from_center, double even_within) {
 }
 
 struct GridCell {
-  Matrix3d quadric = Matrix3d::Zero();  // of the planes through its triangles, weighed by their areas
+  Matrix3d quadric = Matrix3d::Zero();  // sum over its triangles' planes, weighted by area
   Vector3d quadric_by_point = Vector3d::Zero();
   Vector3d sum = Vector3d::Zero();
   int points = 0;
   std::uint32_t vertex = 0;
 };
 
-// The place that is nearest to the planes; in directions of which they say little, the middle of the points.
+// Returns the place nearest to the planes; in directions that they hardly constrain, the mean of the points.
 Vector3d PlaceOf(const GridCell& cell, double cell_size) {
   constexpr double kLeastShare =
       1e-2;  // of the largest eigenvalue: below it planes count as parallel. Guessed.
@@ -55,7 +55,7 @@ class Grid {
       evened_.push_back(Evened(vertex.cast<double>() - options.center_in_world, options.even_within));
   }
 
-  // `size`: of a cell, in the evened space.
+  // `size` is that of a cell, in the mapped space.
   std::vector<std::uint64_t> CellsOf(double size) const {
     constexpr std::int64_t kHalf = 1 << 20;
     std::vector<std::uint64_t> cells;
@@ -89,7 +89,7 @@ class Grid {
         corner[k] = mesh_.vertices[triangle[k]].cast<double>();
         at[k] = cell_of[triangle[k]];
       }
-      const Vector3d normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);  // as long as its area
+      const Vector3d normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);  // length: twice the area
       const double length = normal.norm();
       if (length > 0) {
         const Matrix3d quadric = normal * normal.transpose() / length;
@@ -144,7 +144,7 @@ TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& opti
   if (mesh.triangles.size() <= options.most_triangles) return mesh;
   const Grid grid(mesh, options);
   double fine = 1e-5, coarse = 4;  // cells that join nothing, and everything
-  constexpr double kNear = 1.02;   // ratio of two sizes that are as good as one
+  constexpr double kNear = 1.02;   // ratio of two sizes that count as equal
   while (coarse > kNear * fine) {
     const double size = std::sqrt(fine * coarse);
     (grid.TrianglesWith(size) > options.most_triangles ? fine : coarse) = size;
@@ -167,7 +167,7 @@ std::uint64_t EdgeKey(std::uint32_t a, std::uint32_t b) {
   return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b);
 }
 
-// Numbers of the new vertices in the middle of the edges that are too long.
+// Returns indices of the new vertices in the middle of the edges that are too long.
 std::unordered_map<std::uint64_t, std::uint32_t> SplitEdges(TriangleMesh& mesh,
                                                             const std::vector<Vector3d>& view_centers,
                                                             double most_slope) {
@@ -189,12 +189,12 @@ std::unordered_map<std::uint64_t, std::uint32_t> SplitEdges(TriangleMesh& mesh,
   return middles;
 }
 
-// One triangle by which of its edges have a middle.
+// Splits one triangle by the edges that have a middle vertex.
 void AppendParts(const std::array<std::uint32_t, 3>& triangle,
                  const std::unordered_map<std::uint64_t, std::uint32_t>& middles,
                  std::vector<std::array<std::uint32_t, 3>>& parts) {
   constexpr std::uint32_t kWhole = static_cast<std::uint32_t>(-1);
-  std::array<std::uint32_t, 3> corner = triangle, middle{};  // of the edge that begins there
+  std::array<std::uint32_t, 3> corner = triangle, middle{};  // for the edge that begins there
   const auto find = [&] {
     for (std::size_t c = 0; c < 3; ++c) {
       const auto found = middles.find(EdgeKey(corner[c], corner[(c + 1) % 3]));
@@ -203,7 +203,7 @@ void AppendParts(const std::array<std::uint32_t, 3>& triangle,
   };
   find();
   const auto split = std::ranges::count_if(middle, [](std::uint32_t at) { return at != kWhole; });
-  // The edge that is alone in being split, or in being whole, comes first.
+  // Rotates so that the only split edge, or the only unsplit one, comes first.
   for (int turn = 0; turn < 2 && (split == 1 || split == 2) && (middle[0] != kWhole) != (split == 1);
        ++turn) {
     std::rotate(corner.begin(), corner.begin() + 1, corner.end());

@@ -1,9 +1,9 @@
-// Coarser and finer meshes.
+// Simplifies and refines meshes.
 //
-// Coarser: vertices that lie in one cell of a grid become one (Rossignac and Borrel 1993),
-// at the place that is nearest to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification
-// of large polygonal models"). The mesh need not be a manifold. Cells have one size, or grow with the
-// distance from a centre, as the scene does in pictures that are taken around it.
+// Simplification merges vertices that lie in one cell of a grid (Rossignac and Borrel 1993), at the place
+// that is nearest to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification of large
+// polygonal models"). The mesh need not be a manifold. Cells have one size, or grow with the distance from a
+// centre, as the scene does in pictures that are taken around it.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,15 +20,14 @@ struct MeshSimplification {
   std::size_t most_triangles = 20000;
 };
 
-// The mesh as it is where it has no more triangles, else one of at most `most_triangles`, and of not many
-// fewer where the mesh allows that. Triangles that collapse, and copies, are left out.
+// Returns the mesh unchanged if it has no more triangles, otherwise one of at most `most_triangles`, and of
+// not many fewer if possible. Collapsed and duplicate triangles are left out.
 TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options);
-// The same with cells of one size everywhere.
+// Does the same with cells of one size everywhere.
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles);
 
-// A finer mesh of the same surface: edges longer than `most_slope` times the distance of their middle to the
-// nearest view are halved until none is, or until there are `most_triangles`. Triangles that share an edge
-// split it alike.
+// Refines a mesh: edges longer than `most_slope` times the distance of their middle to the nearest view are
+// halved until none is, or until there are `most_triangles`. Triangles that share an edge split it alike.
 TriangleMesh Split(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& view_centers,
                    double most_slope, std::size_t most_triangles);
 

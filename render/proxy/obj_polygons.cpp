@@ -6,7 +6,7 @@
 namespace ulf::render {
 namespace {
 
-// The next word of a line; empty at its end.
+// Returns the next word of a line; empty at its end.
 std::string_view NextWord(std::string_view& line) {
   const std::size_t begin = line.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) return line = {};
@@ -22,7 +22,7 @@ PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name) {
   PolygonSoup soup;
   std::size_t line_number = 0;
   const std::string_view text = bytes;
-  std::string joined;  // of lines that end in a backslash
+  std::string joined;  // for lines that end in a backslash
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     std::string_view line = text.substr(at, end - at);

@@ -21,22 +21,22 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Guessed, all of them.
+// All of these are guessed.
 constexpr double kParallaxRad = 0.005;  // two and a half pixels of a picture of 500 at 53 degrees
-// The relief that counts as flat, of the plane's distance from the viewpoint: at least, since points are not
-// exact, and at most, since pictures are also made from other places than the viewpoints.
+// The relief that counts as flat, over the plane's distance from the viewpoint: at least, since points are
+// not exact, and at most, since pictures are also rendered from other places.
 constexpr double kLeastRelief = 0.003, kMostRelief = 0.2;
 constexpr std::size_t kFewestPoints = 50;  // of the light field
 constexpr std::size_t kPlaneSearchMostPlanes = 6;
 constexpr double kPlaneSearchLeastShare = 0.04;  // of all points: a plane with fewer ends the search
 constexpr std::size_t kLeastPoints = 12;         // of a plane
-constexpr double kLeastExplained = 0.5;          // of all points: else the scene is not made of planes
+constexpr double kLeastExplained = 0.5;          // of all points: otherwise the scene is not planar
 constexpr int kPlaneSearchSamples = 4000;        // for each plane
 constexpr std::size_t kMostScored = 3000;        // points by which samples are scored
 
 struct SightedPoint {
   Vector3d at, from;  // in the world: the point, and the viewpoint nearest to it that sees it
-  double relief;      // by how much it may be off a plane, of the viewpoint's distance from that plane
+  double relief;      // largest distance from a plane, over the viewpoint's distance from that plane
   std::size_t index;  // in the light field
 };
 
@@ -44,7 +44,7 @@ struct TriedPlane {
   Vector3d normal;
   double offset;
 
-  // Distance of the point from the plane; 1 is the most at which it lies on it.
+  // Returns the point's distance from the plane; up to 1 it lies on it.
   double Off(const SightedPoint& point) const {
     const double allowed = point.relief * std::abs(normal.dot(point.from) - offset);
     const double off = std::abs(normal.dot(point.at) - offset);
@@ -52,7 +52,7 @@ struct TriedPlane {
   }
 };
 
-// How far viewpoints are apart: the middle of what is between each and its fourth neighbour, of a grid its
+// Returns the spacing of viewpoints: the median distance to the fourth neighbour, for a grid its mesh width.
 // mesh.
 double ViewpointSpacing(const std::vector<Vector3d>& viewpoints) {
   constexpr std::size_t kNeighbour = 4;
@@ -71,7 +71,7 @@ std::vector<SightedPoint> SightedPoints(const LightField& light_field) {
   std::vector<Vector3d> viewpoints;
   for (const View& view : light_field.views) viewpoints.push_back(view.cam_from_world.OriginInSource());
   const double spacing = ViewpointSpacing(viewpoints);
-  const auto seen_from = SeenFrom(light_field);
+  const auto seen_from = ViewpointsOfPoints(light_field);
   std::vector<SightedPoint> points;
   for (std::size_t i = 0; i < seen_from.size(); ++i) {
     if (seen_from[i].empty()) continue;
@@ -83,7 +83,7 @@ std::vector<SightedPoint> SightedPoints(const LightField& light_field) {
   return points;
 }
 
-// Where density is even the score is 0 on average: the integral of 1 - off² from 0 to 1 is that of the rest.
+// At even density the mean score is 0: the integral of 1 - off² from 0 to 1 equals that of the rest.
 constexpr double kAround = 3;
 double Score(const TriedPlane& plane, const std::vector<SightedPoint>& points) {
   double score = 0;
@@ -97,9 +97,9 @@ double Score(const TriedPlane& plane, const std::vector<SightedPoint>& points) {
   return score;
 }
 
-// More than chance puts there: the score's deviation over even density is half the root of the number of
-// points that have a say, and the best of thousands of samples is four or five deviations off. And most of
-// what is around lies on the plane.
+// Tests against chance: the score's deviation over even density is half the root of the number of points that
+// count, and the best of thousands of samples is four or five deviations off. Also most of the surrounding
+// points must lie on the plane.
 bool StandsOut(const TriedPlane& plane, const std::vector<SightedPoint>& points, double score) {
   constexpr double kDeviations = 6, kLeastMean = 0.45;
   std::size_t on = 0, about = 0;
@@ -120,7 +120,7 @@ std::optional<TriedPlane> Through(const Vector3d& a, const Vector3d& b, const Ve
   return TriedPlane{normal / length, normal.dot(a) / length};
 }
 
-// Least squares over the points that lie on it, each by what it may be off.
+// Fits by least squares to the points on it, weighted by their tolerance.
 std::optional<TriedPlane> Fitted(const TriedPlane& plane, const std::vector<SightedPoint>& points) {
   double weights = 0;
   std::size_t on = 0;
@@ -147,7 +147,7 @@ std::optional<TriedPlane> Fitted(const TriedPlane& plane, const std::vector<Sigh
   return TriedPlane{normal, normal.dot(mean)};
 }
 
-// Fitted again and again as long as that is better.
+// Refits as long as the score improves.
 TriedPlane Improved(TriedPlane plane, double& score, const std::vector<SightedPoint>& points) {
   constexpr int kRounds = 8;
   for (int i = 0; i < kRounds; ++i) {
@@ -160,7 +160,7 @@ TriedPlane Improved(TriedPlane plane, double& score, const std::vector<SightedPo
   return plane;
 }
 
-// Every so many-th of them.
+// Returns a subset of evenly spaced points.
 std::vector<SightedPoint> AtMost(const std::vector<SightedPoint>& points, std::size_t most) {
   if (points.size() <= most) return points;
   std::vector<SightedPoint> some;
@@ -168,8 +168,8 @@ std::vector<SightedPoint> AtMost(const std::vector<SightedPoint>& points, std::s
   return some;
 }
 
-// The corners of a sample lie near each other in one sample and anywhere in another, because planes are
-// small and large: the two points nearest to the first of 2, 4, 8, up to 128 that are drawn.
+// Draws samples of varying extent, because planes are small and large: the two points nearest to the first of
+// 2, 4, 8, up to 128 drawn ones.
 std::optional<TriedPlane> Drawn(const std::vector<SightedPoint>& points, int sample, std::mt19937& random) {
   const int draws = 2 << (sample % 7);
   const auto draw = [&]() -> const Vector3d& { return points[random() % points.size()].at; };
@@ -192,7 +192,7 @@ std::optional<TriedPlane> Drawn(const std::vector<SightedPoint>& points, int sam
 
 std::optional<TriedPlane> NextPlane(const std::vector<SightedPoint>& left, std::mt19937& random) {
   const std::vector<SightedPoint> scored = AtMost(left, kMostScored);
-  // Samples that do not promise half of the best one's score on these are given up. Guessed.
+  // Samples whose expected score on these is below half of the best one's are given up. Guessed.
   constexpr std::size_t kFew = 400;
   constexpr double kPromising = 0.5;
   const std::vector<SightedPoint> few = AtMost(scored, kFew);
@@ -212,7 +212,7 @@ std::optional<TriedPlane> NextPlane(const std::vector<SightedPoint>& left, std::
   return Improved(*best, score, left);
 }
 
-// Each point to the plane that it is nearest to; no plane: to none.
+// Assigns each point to its nearest plane, or to none.
 std::vector<std::vector<SightedPoint>> Shared(const std::vector<TriedPlane>& planes,
                                               const std::vector<SightedPoint>& points) {
   std::vector<std::vector<SightedPoint>> shared(planes.size());
@@ -236,7 +236,7 @@ FoundPlane Found(const TriedPlane& plane, const std::vector<SightedPoint>& point
 
 }  // namespace
 
-std::vector<std::vector<Vector3d>> SeenFrom(const LightField& light_field) {
+std::vector<std::vector<Vector3d>> ViewpointsOfPoints(const LightField& light_field) {
   std::map<int, Vector3d> viewpoints;
   for (const View& view : light_field.views) viewpoints[view.id] = view.cam_from_world.OriginInSource();
   std::vector<std::vector<Vector3d>> seen_from(light_field.points.size());

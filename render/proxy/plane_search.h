@@ -1,14 +1,14 @@
-// The few planes on which most tracked points lie, found without knowing what is upright.
+// Finds the few planes on which most tracked points lie, without knowing the vertical.
 //
-// Whether a point lies on a plane is asked of the pictures: put onto the plane along the ray from a viewpoint
-// that sees it, it must move by less than `parallax_rad` when seen from the viewpoints beside. So the relief
-// that counts as flat grows with the square of the distance and shrinks with how far viewpoints are apart, no
+// The pictures decide whether a point lies on a plane: put onto the plane along the ray from a viewpoint that
+// sees it, it must move by less than `parallax_rad` when seen from the neighbouring viewpoints. So the relief
+// that counts as flat grows with the square of the distance and shrinks with the distance of viewpoints, no
 // length is a parameter, and the scene in any unit gives the same planes.
 //
-// Planes are found one after the other, by samples of three points (Fischler and Bolles 1981), each on what
-// the ones before left over. A sample's score is that of a matched filter: points on the plane speak for it,
-// points just off it against it, evenly distributed ones not at all; so that a slab through a cloud is no
-// plane, as long as it is thin beside the cloud.
+// Planes are found one after the other, by samples of three points (Fischler and Bolles 1981), each among the
+// points that are left. A sample's score is that of a matched filter: points on the plane count for it,
+// points just off it against it, evenly distributed ones not at all, so that a slab through a cloud is no
+// plane if it is thin compared with the cloud.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,17 +26,17 @@ struct FoundPlane {
 };
 
 struct PlaneSearch {
-  std::vector<FoundPlane> planes;  // the most points first; empty where `why_none` says something
-  std::size_t points = 0;          // that were looked at
-  double explained = 0;            // share of them that lie on a plane
+  std::vector<FoundPlane> planes;  // the most points first; empty if `why_none` is set
+  std::size_t points = 0;          // number of examined points
+  double explained = 0;            // share of them on a plane
   std::string why_none;            // a clause
 };
 
-// Of the light field's points those that are finite are looked at; views only say where they were seen from.
+// Examines the finite points of the light field; views only say from where they were seen.
 PlaneSearch FindPlanes(const LightField& light_field);
 
-// For each point of the light field the viewpoints of the views that show it, the nearest first; where that
-// is not known, the nearest of all. Empty for a point that is not finite, and without views.
-std::vector<std::vector<Eigen::Vector3d>> SeenFrom(const LightField& light_field);
+// Returns for each point of the light field the viewpoints of the views that show it, the nearest first; if
+// unknown, the nearest of all. Empty for a point that is not finite, and without views.
+std::vector<std::vector<Eigen::Vector3d>> ViewpointsOfPoints(const LightField& light_field);
 
 }  // namespace ulf::render

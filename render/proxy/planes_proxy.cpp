@@ -46,7 +46,7 @@ PlaneAxes AxesOf(const FoundPlane& plane, const LightField& light_field) {
   return {mean - (plane.normal.dot(mean) - plane.offset) * plane.normal, x, plane.normal.cross(x)};
 }
 
-// The middle of the distances to the fourth nearest, a little more than points are apart.
+// Returns the median distance to the fourth nearest point, a little more than the points' spacing.
 double SpacingInPlane(const std::vector<Vector2d>& points) {
   constexpr std::size_t kNeighbour = 4, kMostAsked = 400;
   std::vector<double> spacings, distances;
@@ -61,7 +61,7 @@ double SpacingInPlane(const std::vector<Vector2d>& points) {
   return Median(spacings);
 }
 
-// Counts and marks by cell, with an empty rim so that what grows stays inside.
+// Counts and marks by cell, with an empty rim for growth.
 struct PlaneGrid {
   Vector2d corner;
   double cell;
@@ -75,7 +75,7 @@ struct PlaneGrid {
 };
 
 constexpr int kRim = 3;          // cells; more than anything grows
-constexpr int kMostCells = 100;  // along a side, so that a plane has few triangles. Guessed
+constexpr int kMostCells = 100;  // per side, so that a plane has few triangles. Guessed
 
 PlaneGrid GridAround(const std::vector<Vector2d>& points) {
   Vector2d low = points.front(), high = low;
@@ -101,7 +101,7 @@ cv::Mat SquareOf(int radius) {
   return cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1});
 }
 
-// How many points behind the plane were seen through each cell.
+// Counts the points behind the plane that were seen through each cell.
 cv::Mat SeenThrough(const PlaneGrid& grid, const PlaneAxes& axes, const FoundPlane& plane,
                     const LightField& light_field, const std::vector<std::vector<Vector3d>>& seen_from) {
   constexpr double kClearlyBehind = 0.05;  // of the way from the viewpoint to the point. Guessed
@@ -123,10 +123,9 @@ cv::Mat SeenThrough(const PlaneGrid& grid, const PlaneAxes& axes, const FoundPla
   return counts;
 }
 
-// CV_8U: the cells inside the hulls of points that hang together, and `own` without the points
-// that are alone.
+// Returns CV_8U: the cells inside the hulls of connected points; removes isolated points from `own`.
 cv::Mat InsideHulls(const cv::Mat& counts, std::size_t points, cv::Mat& own) {
-  // Guessed: how many cells without points may lie between two that hang together, and what is alone.
+  // Guessed: largest number of empty cells between connected points, and size of an isolated group.
   constexpr int kGrow = 2;
   constexpr double kAlone = 0.02;
   constexpr int kFewest = 4;
@@ -153,7 +152,7 @@ cv::Mat InsideHulls(const cv::Mat& counts, std::size_t points, cv::Mat& own) {
 // A single point that was seen through a cell may be wrong.
 constexpr int kChance = 1;
 
-// The sum over a cell and the eight around it.
+// Returns the sum over a cell and the eight around it.
 cv::Mat Around(const cv::Mat& counts) {
   cv::Mat floats, sums;
   counts.convertTo(floats, CV_32F);
@@ -186,7 +185,7 @@ void AddPlane(const FoundPlane& plane, const LightField& light_field,
   std::vector<Vector2d> points;
   for (const std::size_t i : plane.points) points.push_back(axes.In(light_field.points[i].position_in_world));
   const PlaneGrid grid = GridAround(points);
-  if (!(grid.cell > 0)) return;  // all in one place
+  if (!(grid.cell > 0)) return;  // all points coincide
   const cv::Mat counts = CountsIn(grid, points);
   cv::Mat own = counts > 0, beside;
   const cv::Mat inside = InsideHulls(counts, points.size(), own);
@@ -199,7 +198,7 @@ void AddPlane(const FoundPlane& plane, const LightField& light_field,
 
 std::shared_ptr<const TriangleMesh> MeshOfPlanes(const std::vector<FoundPlane>& planes,
                                                  const LightField& light_field) {
-  const auto seen_from = SeenFrom(light_field);
+  const auto seen_from = ViewpointsOfPoints(light_field);
   auto mesh = std::make_shared<TriangleMesh>();
   for (const FoundPlane& plane : planes) AddPlane(plane, light_field, seen_from, *mesh);
   return mesh;

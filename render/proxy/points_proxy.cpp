@@ -18,12 +18,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Triangles reach past the image by this share of its longer side: points there still count. Guessed.
+// Triangles extend past the image by this share of its longer side, where points still count. Guessed.
 constexpr double kPointsProxyMargin = 0.15;
 // Extrapolated points on each side of the image. Guessed.
 constexpr int kRimPointsPerSide = 6;
-// A point whose inverse depth differs by more than this share from that of every neighbour gets their
-// median. Guessed.
+// A point whose inverse depth differs by more than this share from that of every neighbour gets their median.
+// Guessed.
 constexpr double kWrongBy = 0.3;
 
 struct ImagePoint {
@@ -53,8 +53,8 @@ std::vector<ImagePoint> SeenPoints(const std::vector<Vector3d>& points, const Ca
   return seen;
 }
 
-// The mean of all points, weighted by one over the fourth power of the distance: smooth, and near the image
-// close to the points at its edge.
+// Returns the mean of all points, weighted by one over the fourth power of the distance: smooth, and near the
+// image close to the points at its edge.
 double Extrapolated(const std::vector<ImagePoint>& seen, const Vector2d& img) {
   double sum = 0, weights = 0;
   for (const ImagePoint& point : seen) {

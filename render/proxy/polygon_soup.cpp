@@ -8,7 +8,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Newell's normal, which is right for concave polygons as well.
+// Uses Newell's normal, which is right for concave polygons as well.
 Vector3d NormalOf(const std::vector<Eigen::Vector3f>& vertices, const std::vector<std::uint32_t>& polygon) {
   const Vector3d origin = vertices[polygon.front()].cast<double>();
   Vector3d normal = Vector3d::Zero();
@@ -45,7 +45,7 @@ std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::V
       for (std::size_t i = 0; ear && i < n; ++i)
         if (i != before && i != at && i != after && flat[i] != a && flat[i] != b && flat[i] != c)
           ear = TwiceArea(a, b, flat[i]) < 0 || TwiceArea(b, c, flat[i]) < 0 || TwiceArea(c, a, flat[i]) < 0;
-      // Without any ear the polygon crosses itself: then it is cut anywhere.
+      // A polygon without any ear crosses itself and is cut anywhere.
       if (!ear && ++tried <= n) {
         at = after;
         continue;

@@ -1,4 +1,4 @@
-// The contents of a mesh file before they are checked: positions and polygons of any size.
+// The unchecked contents of a mesh file: positions and polygons of any size.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ namespace ulf::render {
 
 struct PolygonSoup {
   std::vector<Eigen::Vector3f> vertices;
-  std::vector<std::uint32_t> corners;  // of all polygons, one after another
+  std::vector<std::uint32_t> corners;  // of all polygons, concatenated
   std::vector<std::uint32_t> sizes;    // number of corners of each polygon
 };
 
@@ -20,8 +20,8 @@ struct PolygonSoup {
 PolygonSoup PolygonsFromPly(const std::string& bytes, const std::string& name);
 PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name);
 
-// Cuts a polygon into triangles by clipping ears; returns indices into `vertices`. Right for any simple
-// polygon that is nearly plane; the orientation is kept.
+// Triangulates a polygon by ear clipping; returns indices into `vertices`. It is right for any simple polygon
+// that is nearly planar, and keeps the orientation.
 std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::Vector3f>& vertices,
                                                       std::vector<std::uint32_t> polygon);
 

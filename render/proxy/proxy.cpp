@@ -82,7 +82,7 @@ PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
   PlaneInCamera facing = PlaneThroughSubject(subject_, cam_from_world);
   facing.offset *= distance_share_;
   if (!plane_) return facing;
-  // A camera in the plane sees it edge-on: the plane is moved off by this share of the subject's distance.
+  // A camera in the plane sees it edge-on, so the plane is moved by this share of the subject's distance.
   constexpr double kLeastOffset = 1e-6;
   PlaneInCamera plane{.normal = cam_from_world.rotation * plane_->normal, .far_depth = facing.far_depth};
   plane.offset = plane_->offset + plane.normal.dot(cam_from_world.translation);

@@ -1,6 +1,6 @@
-// The geometry onto which photographs are projected: triangles, or a plane. A proxy answers one question: how
-// deep is each pixel, for any camera. Holes between the triangles of a picture are filled from the depths
-// around them; a picture that shows no triangle shows the plane.
+// The proxy is the geometry onto which photographs are projected: triangles, or a plane. It gives the depth
+// of each pixel for any camera. Holes between the triangles of a picture are filled from the depths around
+// them; a picture that shows no triangle shows the plane.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,21 +18,22 @@
 
 namespace ulf::render {
 
-// Points x of the camera frame with normal . x = offset; the normal points away from the camera, offset > 0.
+// The plane of points x in the camera frame with normal . x = offset; the normal points away from the camera,
+// and offset > 0.
 struct PlaneInCamera {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   double offset = 1;       // world units
   double far_depth = 1e6;  // the largest depth, and the depth of pixels whose rays do not meet the plane
 
-  // Depth along the optical axis of the ray (x, y, 1).
+  // Returns the depth along the optical axis of the ray (x, y, 1).
   double DepthOf(const Eigen::Vector3d& ray_with_unit_z) const;
 };
 
 // Replaces depths of 0 by the plane's.
 void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Mat& depth);
 
-// The plane through the subject's centre that faces the camera. Its far_depth is kFarOverDistance times the
-// distance to the subject.
+// Returns the plane through the subject's centre that faces the camera. Its far_depth is kFarOverDistance
+// times the distance to the subject.
 PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from_world);
 inline constexpr double kFarOverDistance = 1000;
 
@@ -40,29 +41,30 @@ class Proxy {
  public:
   virtual ~Proxy() = default;
   virtual std::string Name() const = 0;
-  // A number that differs between proxies of the same name; the same for all where the subject defines them.
+  // Returns a number that differs between proxies of one name; constant if the subject alone defines them.
   virtual std::uint64_t Fingerprint() const;
-  // The plane of pictures that show no triangle.
+  // Returns the plane of pictures that show no triangle.
   virtual PlaneInCamera Background(const Rigid3& cam_from_world) const = 0;
-  // World triangles for this camera, seen from both sides; null: none. The same pointer is the same mesh.
+  // Returns world triangles for this camera, visible from both sides, or null. The same pointer is the same
+  // mesh.
   virtual std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& /*camera*/,
                                                         const Rigid3& /*cam_from_world*/) const {
     return nullptr;
   }
-  // The triangles that hide points from the recorded views; null: nothing is hidden.
+  // Returns the triangles that hide points from the recorded views; null if nothing is hidden.
   virtual std::shared_ptr<const TriangleMesh> Occluder() const { return nullptr; }
   virtual bool HasDepthMaps() const { return false; }
-  // The depth map of a recorded view; null where HasDepthMaps() is false.
+  // Returns the depth map of a recorded view; null if HasDepthMaps() is false.
   virtual std::shared_ptr<const LazyDepthMap> DepthMapOf(int /*view_id*/, const CameraModel& /*camera*/,
                                                          const Rigid3& /*cam_from_world*/) const {
     return nullptr;
   }
 
-  // CV_32F depth along the optical axis, positive everywhere, at the pixel centres of an undistorted camera.
+  // Returns CV_32F depth along the optical axis, positive, at the pixel centres of an undistorted camera.
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;
 };
 
-// The plane that faces the virtual camera, through the subject's centre or at a share of its distance; or a
+// A plane that faces the virtual camera, through the subject's centre or at a share of its distance, or a
 // plane that is fixed in the world.
 class PlaneProxy : public Proxy {
  public:
@@ -72,7 +74,7 @@ class PlaneProxy : public Proxy {
   };
   explicit PlaneProxy(const Subject& subject, const std::optional<InWorld>& plane = std::nullopt)
       : subject_(subject), plane_(plane) {}
-  // `distance_share`: below 1 nearer than the subject's centre, above 1 farther.
+  // A `distance_share` below 1 is nearer than the subject's centre, above 1 farther.
   PlaneProxy(const Subject& subject, double distance_share)
       : subject_(subject), distance_share_(distance_share) {}
   std::string Name() const override;
@@ -82,10 +84,10 @@ class PlaneProxy : public Proxy {
  private:
   Subject subject_;
   std::optional<InWorld> plane_;
-  double distance_share_ = 1;  // of a plane that faces the camera
+  double distance_share_ = 1;  // for a plane that faces the camera
 };
 
-// A mesh in the world; where a picture shows nothing of it, the plane through the subject.
+// A mesh in the world; pictures that show nothing of it use the plane through the subject.
 class MeshProxy : public Proxy {
  public:
   MeshProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, std::string name = "mesh")

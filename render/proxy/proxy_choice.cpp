@@ -19,7 +19,7 @@
 namespace ulf::render {
 namespace {
 
-// The share of the subject's distance of "0.9"; none where the text is no such number alone.
+// Returns the share of the subject's distance in "0.9"; none if the text is no such number.
 std::optional<double> DistanceShareFromText(const std::string& text) {
   double share = 0;
   int end = 0;
@@ -74,7 +74,7 @@ std::shared_ptr<const Proxy> SoftFrom(const std::filesystem::path& light_field, 
 
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   std::vector<std::string> names;
-  // Points may be in one of several files: read the light field.
+  // Points may be in one of several files, so the light field is read.
   const LightField read = ReadLightField(light_field);
   if (FindPlanes(read).why_none.empty()) names.push_back(kPlanesProxy);
   if (read.points.size() >= PointsProxy::kFewest) names.push_back("points");

@@ -1,4 +1,4 @@
-// Proxies by name, as on the command line.
+// Makes proxies by their names on the command line.
 //
 //   plane            through the subject, facing the virtual camera
 //   plane:0.9        the same at nine tenths of the subject's distance
@@ -19,28 +19,27 @@
 
 namespace ulf::render {
 
-// Is fitted to photographs that are left out (render/quality/choice.h), not made by its name.
+// This plane is fitted to left-out photographs (render/quality/choice.h), not made by its name.
 inline constexpr char kFittedPlane[] = "plane:fitted";
 
-// The names of the geometry that the light field itself has, simplest first: planes, points, and mesh or,
-// where it has depth maps as well, soft. Warns of a mesh that cannot be read, and leaves it out.
+// Returns the names of the light field's own geometry, simplest first: planes, points, and mesh or, if it has
+// depth maps as well, soft. Warns of a mesh that cannot be read, and leaves it out.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
-// Logs what a mesh file holds. Throws Refusal for a name that does not exist, Error for a file that cannot
-// be read.
+// Logs what a mesh file holds. Throws Refusal for a name that does not exist, Error for a file that cannot be
+// read.
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
 
-// The names of OwnProxies() and of the plane, the most geometry first: where nothing is compared, the first
-// that can be drawn is taken.
+// Returns the names of OwnProxies() and of the plane, the most detailed geometry first: without a comparison,
+// the first that can be drawn is used.
 std::vector<std::string> DefaultProxies(const std::filesystem::path& light_field);
 
-// ProxyFromName() of one of OwnProxies(); where the depth maps cannot be used, the mesh alone,
-// with a warning.
+// Makes one of OwnProxies(); if the depth maps cannot be used, the mesh alone, with a warning.
 std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
                                       const std::filesystem::path& light_field);
 
-// The plane and OwnProxies(), simplest first. Throws as ProxyFromName().
+// Returns the plane and OwnProxies(), simplest first. Throws as ProxyFromName() does.
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
                                                        const Subject& subject);
 

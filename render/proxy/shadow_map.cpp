@@ -9,15 +9,16 @@
 namespace ulf::render {
 namespace {
 
-// Of the inverse depth. Where it changes by more from texel to texel there is an edge, and the change to
+// Share of the inverse depth. If it changes by more from texel to texel there is an edge, and the change to
 // the other side does not count; below that the surface is rough, and the larger change counts. Measured
 // (docs/rendering.md, Quality: the smaller change cost 0.1 to 0.7 dB).
 constexpr float kShadowMapEdge = 0.1f;
 // Tangent of the widest angle between a ray of the map and its axis: one map cannot hold more. Guessed.
 constexpr double kMostSlope = 3;
 
-// The change of inverse depth to the texels on both sides: the larger one on a surface, which may be rough;
-// at an edge, where a change exceeds `edge` of the inverse depth, the smaller one, which is the surface's.
+// Returns the change of inverse depth to the texels on both sides: the larger one on a surface, which may be
+// rough; at an edge, where a change exceeds `edge` of the inverse depth, the smaller one, which is the
+// surface's.
 float Slope(float before, float here, float behind, float edge) {
   const float back = before > 0 ? std::abs(here - before) : -1,
               on = behind > 0 ? std::abs(behind - here) : -1;
@@ -27,10 +28,10 @@ float Slope(float before, float here, float behind, float edge) {
 
 }  // namespace
 
-// Computed from the rays through the edge of the view's image.
+// Computes it from the rays through the edge of the view's image.
 CameraModel ShadowMapCamera(const CameraModel& view) {
   constexpr int kSteps = 16;         // on each side of the image
-  constexpr double kSideways = 1e9;  // of rays that do not go forwards; limited by most_slope
+  constexpr double kSideways = 1e9;  // of rays that do not go forwards; limited by kMostSlope
   Eigen::Vector2d low(0, 0), high(0, 0);
   const auto meet = [&](double x, double y) {
     const auto ray = view.RayFromImg({x, y});

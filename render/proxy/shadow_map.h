@@ -1,10 +1,10 @@
-// What the proxy hides from a recorded view: a shadow map, a small depth map of the proxy from the view's
-// place.
+// Determines what the proxy hides from a recorded view, by a shadow map: a small depth map of the proxy from
+// the view's place.
 //
 // A point is compared with the four texels around it (percentage closer filtering, Reeves et al. 1987), so
 // that visibility fades over one texel. It fades one texel before an edge, where a photograph mixes the
-// colours of both sides. Compared are inverse depths, which are linear in the image over a plane, so that the
-// tolerance for a slanted surface is exactly what its inverse depth changes over a texel.
+// colours of both sides. Inverse depths are compared, because they are linear in the image over a plane, so
+// that the tolerance for a slanted surface is exactly the change of its inverse depth over a texel.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,10 +20,10 @@
 namespace ulf::render {
 
 struct ShadowMap {
-  CameraModel camera;           // without distortion, and wide enough for the view's own
+  CameraModel camera;           // without distortion, covering the view's image
   cv::Mat least_inverse_depth;  // CV_32F: points with a smaller inverse depth are hidden
 
-  // 0 hidden to 1 visible. Points outside the map are visible.
+  // Returns 0 for hidden to 1 for visible. Points outside the map are visible.
   double Visibility(const Eigen::Vector3d& point_in_view) const;
 };
 
@@ -35,7 +35,7 @@ struct ShadowMapOptions {
   double tolerance = 0.01;
 };
 
-// The camera of a view's map: it covers what the view sees, without the view's distortion.
+// Returns the camera of a view's map: it covers what the view sees, without the view's distortion.
 CameraModel ShadowMapCamera(const CameraModel& view);
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
                         const Rigid3& view_from_world, const ShadowMapOptions& options = {});

@@ -6,9 +6,9 @@
 namespace ulf::render {
 namespace {
 
-// Longer side of the map of a view that was not swept: the mesh shows no more. Guessed.
+// Longer side of the map of a view without its own: the mesh has no more detail. Guessed.
 constexpr int kMeshMapPx = 480;
-// Of such a map's inverse depths: what they are uncertain by. Guessed.
+// Uncertainty of such a map's inverse depths, as a share. Guessed.
 constexpr double kMeshMapStep = 0.005;
 
 CameraModel MapCamera(const CameraModel& view) {

@@ -1,6 +1,6 @@
-// A mesh, and beside it the depth maps of the recorded views: geometry in which each view knows what it sees
-// (Penner and Zhang 2017, "Soft 3D reconstruction for view synthesis"). The soft field asks the maps; all
-// other fields see the mesh.
+// A mesh with the depth maps of the recorded views: geometry in which each view has its own surface (Penner
+// and Zhang 2017, "Soft 3D reconstruction for view synthesis"). The soft field reads the maps; all other
+// fields use the mesh.
 #pragma once
 
 #include <map>
@@ -16,12 +16,12 @@ class SoftProxy : public MeshProxy {
  public:
   using Maps = std::map<int, std::shared_ptr<const LazyDepthMap>>;  // by View::id
   static Maps InMemory(std::map<int, ViewDepthMap> maps);
-  // `of_maps`: a number that differs where the maps do, for Fingerprint().
+  // `of_maps` is a digest of the maps, for Fingerprint().
   SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps,
             std::uint64_t of_maps = 0);
   std::uint64_t Fingerprint() const override;
   bool HasDepthMaps() const override { return true; }
-  // Of a view without a map of its own it is the mesh as the view sees it.
+  // For a view without its own map it returns the mesh as the view sees it.
   std::shared_ptr<const LazyDepthMap> DepthMapOf(int view_id, const CameraModel& camera,
                                                  const Rigid3& cam_from_world) const override;
 

@@ -14,7 +14,7 @@ namespace ulf::render {
 namespace {
 
 // Lengths are shares of the sphere's radius. Guessed; tried on simulated scenes (tests/render/proxy/).
-constexpr double kReach = 3;              // from the sphere's centre: farther surfaces are not looked at
+constexpr double kReach = 3;              // from the sphere's centre: farther surfaces are ignored
 constexpr double kPlaneThickness = 0.05;  // to either side of the plane
 constexpr double kLeastPlane =
     0.15;  // share of the area within reach that lies in the plane; less is no support
@@ -34,7 +34,7 @@ struct Facet {
   double area = 0;
 };
 
-// Within reach, in units of the sphere.
+// Returns facets within reach, in units of the sphere.
 std::vector<Facet> FacetsNear(const TriangleMesh& mesh, const Subject& sphere, double reach) {
   std::vector<Facet> facets;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -63,10 +63,10 @@ struct Plane {
   double Above(const Vector3d& point) const { return normal.dot(point) - offset; }
 };
 
-// The plane with most area, its normal towards the sphere's centre; none where no plane has enough.
+// Returns the plane with most area, its normal towards the sphere's centre; none if no plane has enough.
 std::optional<Plane> Support(const std::vector<Facet>& facets) {
   constexpr double kSameNormal = 0.9;
-  std::vector<double> up_to;  // running area: a facet is drawn by its area
+  std::vector<double> up_to;  // running sum, to draw a facet by its area
   double area = 0;
   for (const Facet& facet : facets) up_to.push_back(area += facet.area);
   std::mt19937 random(1);
@@ -95,17 +95,17 @@ class Union {
   explicit Union(std::size_t count) : parent_(count) {
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   }
-  std::size_t Of(std::size_t i) {
+  std::size_t RootOf(std::size_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  void Join(std::size_t a, std::size_t b) { parent_[Of(a)] = Of(b); }
+  void Join(std::size_t a, std::size_t b) { parent_[RootOf(a)] = RootOf(b); }
 
  private:
   std::vector<std::size_t> parent_;
 };
 
-// The facets of the connected surfaces that stand in the sphere.
+// Returns the facets of the connected surfaces in the sphere.
 std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Facet>& facets) {
   Union joined(mesh.vertices.size());
   for (const Facet& facet : facets) {
@@ -115,10 +115,12 @@ std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Fa
   }
   struct Surface {
     double area = 0;
-    Vector3d middle = Vector3d::Zero();  // by area, times it
+    Vector3d middle = Vector3d::Zero();  // area-weighted sum
   };
   std::map<std::size_t, Surface> surfaces;
-  const auto surface_of = [&](const Facet& facet) { return joined.Of(mesh.triangles[facet.triangle][0]); };
+  const auto surface_of = [&](const Facet& facet) {
+    return joined.RootOf(mesh.triangles[facet.triangle][0]);
+  };
   for (const Facet& facet : facets) {
     Surface& surface = surfaces[surface_of(facet)];
     surface.area += facet.area;
@@ -137,8 +139,8 @@ std::vector<Facet> SurfacesInside(const TriangleMesh& mesh, const std::vector<Fa
   return inside;
 }
 
-// The smallest ball round all but `left_out` of the area: moves towards the farthest facet by ever less
-// (Badoiu and Clarkson 2003), the facets that stick out farthest left out.
+// Returns the smallest ball round all but `left_out` of the area: it moves towards the farthest facet by
+// decreasing steps (Badoiu and Clarkson 2003), ignoring the outermost facets.
 Subject SmallestBall(std::vector<Facet> facets, double left_out) {
   const double may_stick_out = left_out * AreaOf(facets);
   Vector3d center = Vector3d::Zero();

@@ -1,6 +1,6 @@
-// What stands in the subject's sphere, by a mesh of the scene: how large the subject really is, as far as it
-// was seen. The plane that it stands on, and what lies behind that plane, is left out; of the rest, the
-// connected surfaces in the sphere count whole.
+// Finds the subject in its sphere by a mesh of the scene, and how large it really is, as far as it was seen.
+// The plane that it stands on, and what lies behind that plane, is left out; of the rest, connected surfaces
+// in the sphere count whole.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace ulf::render {
 
-// None where nothing stands apart in the sphere: no surface, or one that goes on into the scene (a picture on
-// its wall, an object whose gaps are bridged).
+// Returns none if nothing stands apart in the sphere: no surface, or one that continues into the scene (a
+// picture on its wall, an object whose gaps are bridged).
 std::optional<Subject> SubjectInMesh(const TriangleMesh& mesh, const Subject& sphere);
 
 }  // namespace ulf::render

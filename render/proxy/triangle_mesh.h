@@ -15,7 +15,7 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices of vertices
 };
 
-// Unit normals at the vertices: the mean of the triangles' normals by area; zero for a vertex without
+// Returns unit normals at the vertices: the mean of the triangles' normals by area; zero for a vertex without
 // triangles.
 inline std::vector<Eigen::Vector3f> VertexNormals(const TriangleMesh& mesh) {
   std::vector<Eigen::Vector3d> sums(mesh.vertices.size(), Eigen::Vector3d::Zero());

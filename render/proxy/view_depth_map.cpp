@@ -16,7 +16,7 @@ ViewDepthMap MakeViewDepthMap(const CameraModel& camera, const cv::Mat& inverse_
   for (int y = 0; y < inverse_depth.rows; ++y)
     for (int x = 0; x < inverse_depth.cols; ++x) {
       const double value = inverse_depth.at<float>(y, x);
-      if (value > 0)  // a known depth stays known
+      if (value > 0)  // a known depth must not become 0
         map.inverse_depth.at<std::uint16_t>(y, x) =
             static_cast<std::uint16_t>(std::clamp(std::round(value / map.unit), 1.0, kMost));
     }

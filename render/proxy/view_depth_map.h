@@ -1,5 +1,5 @@
-// A recorded view's depth map: what the soft field (render/renderer/soft_pixel.h) asks for surfaces, and for
-// what the view sees. Inverse depths in 16 bits, as on disk (depth_map_files.h) and in graphics memory.
+// A recorded view's depth map, from which the soft field (render/renderer/soft_pixel.h) takes surfaces and
+// the view's visibility. Inverse depths have 16 bits, as on disk (depth_map_files.h) and in graphics memory.
 #pragma once
 
 #include <cstdint>
@@ -18,21 +18,19 @@ struct ViewDepthMap {
   CameraModel camera;     // without distortion, of the map's size
   cv::Mat inverse_depth;  // CV_16UC1: 1 / (depth along the optical axis), in units of `unit`; 0: unknown
   double unit = 0;        // 1 / world units
-  double step = 0;        // 1 / world units: what the map's inverse depths are uncertain by
+  double step = 0;        // 1 / world units: uncertainty of the map's inverse depths
 
   double InverseDepthAt(int x, int y) const { return unit * inverse_depth.at<std::uint16_t>(y, x); }
 };
 
-// `inverse_depth`: CV_32F, 0: unknown.
+// `inverse_depth` is CV_32F, 0: unknown.
 ViewDepthMap MakeViewDepthMap(const CameraModel& camera, const cv::Mat& inverse_depth, double step);
 
-// The mesh as this camera (without distortion) sees it; where the mesh has holes, as deep as what
-// is around them.
+// Draws the mesh as this camera (without distortion) sees it; holes of the mesh get the depths around them.
 ViewDepthMap DepthMapOfMesh(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world,
                             double step);
 
-// How far what a view shows at `distance` moves in its image, at most, where its pose changes;
-// pixels of `camera`.
+// Returns the largest motion in the image, px of `camera`, of points at `distance` when the pose changes.
 double MovedPx(const CameraModel& camera, const Rigid3& then, const Rigid3& now, double distance);
 
 // Makes or reads the map at the first Get(), in that thread: a picture needs the maps of a few of many views.

@@ -23,16 +23,16 @@
 namespace ulf::render {
 namespace {
 
-// Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own
-// size: what good geometry gains, small pictures do not show. Guessed.
+// With depth maps, everything is compared by the middle of the pictures at (nearly) their own size, because
+// small pictures do not show the gain of good geometry. Guessed.
 constexpr int kDetailedSizePx = 1600, kWindowPx = 400;
 
-// Guessed.
+// These are guessed.
 constexpr double kFitPlaneNearest = 0.4, kFarthest = 2.5;  // shares of the subject's distance
-constexpr int kFirstTries = 13;  // in equal ratios; around the best of them it is looked for more closely
+constexpr int kFirstTries = 13;  // in equal ratios; the search continues around the best of them
 constexpr int kMoreTries = 6;
 
-// The same views without their first pyramid levels.
+// Returns the same views without their first pyramid levels.
 RenderScene Small(const RenderScene& scene, int size_px) {
   RenderScene small = scene;
   for (SceneView& view : small.views) {
@@ -68,7 +68,7 @@ std::vector<ScoredChoice> Try(const std::string& compared, const RenderScene& sc
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
     const std::shared_ptr<const Proxy>& proxy = proxies[i / fields.size()];
-    // Where the viewpoints span no surface, several fields become the same one.
+    // If the viewpoints span no surface, several fields become the same one.
     const bool again = std::ranges::any_of(candidates, [&](const ScoredChoice& other) {
       return other.proxy == proxy && FieldText(other.field) == FieldText(result.used);
     });
@@ -77,12 +77,12 @@ std::vector<ScoredChoice> Try(const std::string& compared, const RenderScene& sc
   return candidates;
 }
 
-// The times of candidates as a viewer draws them: Rendering::ms is without reading the picture back, which a
-// viewer does not do. The first picture of each waits for photographs and shaders.
+// Times candidates as a viewer draws them, without reading the picture back as Rendering::ms does not either.
+// The first picture of each waits for photographs and shaders.
 void TimeInMotion(const std::string& compared, const RenderScene& scene, RendererKind kind,
                   const ChoiceOptions& options, std::vector<ScoredChoice>& candidates) {
   constexpr int kPictures = 3;
-  const InMotion& motion = *options.in_motion;
+  const MotionTiming& motion = *options.in_motion;
   const auto renderer = MakeRenderer(WithProxy(scene, candidates.front().proxy),
                                      {.renderer = kind, .gpu_memory_mb = options.gpu_memory_mb});
   for (ScoredChoice& candidate : candidates) {
@@ -107,7 +107,7 @@ bool NoneIsQuickEnough(const std::vector<ScoredChoice>& tried, const ChoiceOptio
          });
 }
 
-// `tried`: for one question. `where`: between the best of what and the order.
+// `tried` has the candidates of one question. `where` names the reason for the margin.
 std::string Criterion(const ChoiceOptions& options, const std::vector<ScoredChoice>& tried, bool with_soft,
                       const std::string& where = {}) {
   std::string text;
@@ -147,8 +147,8 @@ ModelChoice Explained(const std::string& question, const std::vector<ScoredChoic
   return explained;
 }
 
-// "The proxy soft shows left-out photographs best: 36.2 dB (points 32.9, planes 32.4, plane 21.5)." What
-// decided where it was not the best alone is said, too.
+// Returns "The proxy soft shows left-out photographs best: 36.2 dB (points 32.9, planes 32.4, plane 21.5)."
+// and, if the best alone did not decide, what did.
 std::string InWords(const std::string& question, const std::vector<ScoredChoice>& tried,
                     const ScoredChoice& chosen, bool by_proxy, const ChoiceOptions& options) {
   std::vector<ScoredChoice> others;
@@ -156,7 +156,7 @@ std::string InWords(const std::string& question, const std::vector<ScoredChoice>
                        [&](const ScoredChoice& candidate) { return !IsSame(candidate, chosen); });
   std::ranges::stable_sort(others, std::ranges::greater(), &ScoredChoice::psnr_db);
   const std::string name = ModelName(chosen, by_proxy);
-  constexpr double kNoticeable_db = 0.05;  // as one decimal shows it
+  constexpr double kNoticeable_db = 0.05;  // visible in one decimal
   const double better_db = others.empty() ? 0 : others.front().psnr_db - chosen.psnr_db;
   std::string text;
   if (NoneIsQuickEnough(tried, options))
@@ -215,7 +215,7 @@ const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candid
   });
 }
 
-std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidates, double most_ms) {
+std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms) {
   std::vector<ScoredChoice> quick;
   std::ranges::copy_if(candidates, std::back_inserter(quick),
                        [&](const ScoredChoice& candidate) { return candidate.ms <= most_ms; });
@@ -227,7 +227,7 @@ std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidate
 // the narrow one.
 const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options) {
-  // Null where there is none.
+  // Returns null if there is none.
   const auto first_near_best = [&](bool is_soft, double within_db) -> const ScoredChoice* {
     double best_db = -std::numeric_limits<double>::infinity();
     const auto asked = [&](const ScoredChoice& candidate) {
@@ -285,11 +285,11 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                           const std::vector<std::shared_ptr<const Proxy>>& some_proxies) {
     return Try(compared, tried_on, some_fields, some_proxies, renderer, options, in_detail ? kWindowPx : 0);
   };
-  // Those between which is chosen: all, or in motion those that are quick enough.
+  // Returns the candidates for the choice: all, or in motion those that are quick enough.
   const auto in_time = [&](const std::string& compared, std::vector<ScoredChoice>& tried) {
     if (!options.in_motion) return tried;
     TimeInMotion(compared, scene, renderer, options, tried);
-    return QuickEnough(tried, options.in_motion->most_ms);
+    return WithinTime(tried, options.in_motion->most_ms);
   };
   if (proxies.size() > 1) {
     auto tried = scores(kGeometry, {fields.front()}, proxies);
@@ -300,8 +300,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     choice.candidates = tried;
   }
   if (fields_differ) {
-    // What the soft field is worth it is over depth maps: it is tried over these, whatever serves
-    // the other fields.
+    // The soft field needs depth maps, so it is tried over these, whichever proxy serves the other fields.
     std::vector<FieldOptions> soft, others;
     for (const FieldOptions& field : fields)
       (field.kind == FieldKind::kSoft && in_detail ? soft : others).push_back(field);
@@ -351,13 +350,13 @@ std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptio
         Evaluate(small, {.every = every, .fields = {field}, .proxies = planes, .renderer = renderer});
     for (std::size_t i = 0; i < shares.size(); ++i) tried[shares[i]] = summary.results[i].all.psnr_db;
   };
-  // As the plane's name tells it: who gives the name gets the same plane.
+  // Rounds as the plane's name does, so that the name gives the same plane.
   const auto named = [](double share) { return std::stod(fmt::format("{:.4g}", share)); };
   std::vector<double> shares;
   const double ratio = std::pow(kFarthest / kFitPlaneNearest, 1.0 / (kFirstTries - 1));
   for (int i = 0; i < kFirstTries; ++i) shares.push_back(named(kFitPlaneNearest * std::pow(ratio, i)));
   try_at(shares);
-  // Between the best and its neighbour on either side in turn, halving.
+  // Halves the interval between the best and its neighbour on either side in turn.
   for (int i = 0; i < kMoreTries; ++i) {
     const auto at = best();
     const bool is_first = at == tried.begin(), is_last = std::next(at) == tried.end();

@@ -1,11 +1,11 @@
 // Chooses the blending field and the proxy of a light field by evidence and by time: a few views are left
-// out, rendered from the others, small or in part, and compared with their photographs. Of proxies, and of
-// fields that blend over one surface, it is the first candidate, in an order of preference, that is within a
-// margin of the best; the soft field, several times as slow, where it is better than that one. A mesh that
-// was made from all views knows the left-out ones as well and scores a little too well.
+// out, rendered from the others, small or in part, and compared with their photographs. Among proxies, and
+// among fields that blend over one surface, it takes the first candidate, in an order of preference, within a
+// margin of the best; it takes the soft field, several times as slow, if that is better. A mesh that was made
+// from all views knows the left-out ones as well and scores a little too well.
 //
-// Who looks at files waits for the best pictures and wants the same ones the next time: no clock decides
-// there. Who moves about wants frames: what takes too long on this machine is not taken (InMotion).
+// For files the best pictures count, and the choice is the same every time: the clock plays no part. For a
+// moving camera the frame rate counts: those too slow on this machine are not taken (MotionTiming).
 #pragma once
 
 #include <filesystem>
@@ -23,96 +23,94 @@
 
 namespace ulf::render {
 
-// Those between which evidence chooses, in order of preference, with these details.
+// Returns the fields between which evidence chooses, in order of preference, with these details.
 std::vector<FieldOptions> EveryField(const FieldOptions& details = {});
 
 struct ScoredChoice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
   double psnr_db = 0;  // mean over the left-out views
-  double ms = 0;       // a picture
+  double ms = 0;       // per picture
 };
 
 struct Choice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
-  std::vector<ScoredChoice> candidates;  // empty where nothing was compared
+  std::vector<ScoredChoice> candidates;  // empty if nothing was compared
   std::string why;                       // one line for people
-  std::vector<ModelChoice> explained;    // of the proxy, and of the field
+  std::vector<ModelChoice> explained;    // the choice of the proxy and of the field
 };
 
 inline constexpr char kAuto[] = "auto";
 
-// What a viewer draws while its camera moves, and how long that may take.
-struct InMotion {
+// The camera of a viewer in motion, and the time that a picture may take.
+struct MotionTiming {
   CameraModel camera;
   Rigid3 cam_from_world;
-  double most_ms = 0;  // a picture
+  double most_ms = 0;  // per picture
 };
 
 struct ChoiceOptions {
   // The first candidate that is at most this much worse than the best is chosen. Guessed.
   double within_db = 0.3;
-  // By how much the soft field must be better than what is chosen among the others. About what such a
-  // comparison tells by chance. Guessed.
+  // The soft field must be better than the choice among the others by this much, which is about the chance
+  // error of the comparison. Guessed.
   double soft_gain_db = 0.1;
-  // The narrow soft field, which is quicker, is taken where it is at most this much worse than the
-  // wide one. Guessed.
+  // The narrow soft field, which is quicker, is taken if at most this much worse than the wide one. Guessed.
   double narrow_within_db = 0.05;
-  std::optional<InMotion> in_motion = {};  // none: for files
+  std::optional<MotionTiming> in_motion = {};  // none: for files
   int fewest_views = kFewestViewsCompared;
-  int views_left_out = 8;    // about, evenly through the light field. Guessed.
-  int size_px = 320;         // longer side of the pictures, at most. Guessed.
+  int views_left_out = 8;    // approximate number, evenly through the light field. Guessed.
+  int size_px = 320;         // longest side of the pictures. Guessed.
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
-  // Called before each picture, and after the last, with what is compared ("geometry", "fields") and the
-  // share of that which is done, 0 to 1; what it throws ends the comparison.
+  // Called before each picture, and after the last, with the subject of the comparison ("geometry", "fields")
+  // and the share that is done, 0 to 1; what it throws ends the comparison.
   std::function<void(const std::string& compared, double share)> between = {};
 };
 
-// The first of the candidates (at least one) that is within `within_db` of the best.
+// Returns the first of the candidates (at least one) that is within `within_db` of the best.
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates,
                                          double within_db = ChoiceOptions().within_db);
 
-// Of candidates that differ by their field (at least one): the soft field (the first within
-// ChoiceOptions::narrow_within_db of the best) where it gains ChoiceOptions::soft_gain_db on the first of the
+// Returns, of candidates that differ by their field (at least one), the soft field (the first within
+// ChoiceOptions::narrow_within_db of the best) if it gains ChoiceOptions::soft_gain_db on the first of the
 // others within tolerance.
 const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options = {});
 
-// Those that take at most so long; where all take longer, the quickest.
-std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidates, double most_ms);
+// Returns those that take at most `most_ms`; if all take longer, the quickest.
+std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms);
 
-// `fields` and `proxies`: in order of preference, the simplest proxy first. First every proxy is tried with
-// the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever
+// `fields` and `proxies` are in order of preference, the simplest proxy first. First every proxy is tried
+// with the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever
 // proxy was chosen), because geometry matters more than weights. With too few views to leave some out, the
 // choice is the DefaultField(), if it is among the fields, and the last proxy, which has the most geometry.
-// Lumigraph weights are also used where the viewpoints span no surface.
+// Lumigraph weights are also used if the viewpoints span no surface.
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options = {});
 
-// The plane that faces the virtual camera at the share of the subject's distance at which left-out views are
-// shown best (`choice` says how many, and how large). With too few views to leave some out it is the plane
-// through the subject.
+// Fits the plane that faces the virtual camera, at the share of the subject's distance at which left-out
+// views are shown best (`choice` says how many, and how large). With too few views to leave some out it is
+// the plane through the subject.
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
                                       RendererKind renderer, const ChoiceOptions& choice = {});
 
-// Proxies by names of the command line: those of ProxyFromName(), and kFittedPlane.
+// Makes a proxy by its name on the command line: those of ProxyFromName(), and kFittedPlane.
 std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::string& proxy,
                                          const FieldOptions& field, const std::filesystem::path& light_field,
                                          RendererKind renderer);
 
-// The proxies of `proxy`, a name of the command line: that one; of "auto" the plane and the light field's own
-// planes, points and mesh, and where it has neither, a fitted plane.
+// Returns the proxies of `proxy`, a name of the command line: that one; for "auto" the plane and the light
+// field's own planes, points and mesh, and if it has neither, a fitted plane.
 std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
                                                        const FieldOptions& field,
                                                        const std::filesystem::path& light_field,
                                                        RendererKind renderer);
 
-// The choice by names of the command line, among these proxies. "auto" lets the evidence choose among
-// subdivision (of `details`' level), linear, lumigraph weights and, over depth maps, the soft field, narrow
-// and wide. Subdivision comes first because it is the calmest in motion, which left-out views do not show;
-// then what costs less.
+// Chooses by names of the command line among these proxies. "auto" compares subdivision (of `details`'
+// level), linear, lumigraph weights and, over depth maps, the soft field, narrow and wide. Subdivision comes
+// first because it is the calmest in motion, which left-out views do not show; then cheaper ones.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                     const ChoiceOptions& options = {});

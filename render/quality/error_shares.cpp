@@ -8,7 +8,7 @@
 namespace ulf::render {
 namespace {
 
-// Guessed, all of them; they say how the table is divided and change no picture.
+// All of these are guessed; they divide the table and change no picture.
 constexpr int kShareWindowPx =
     7;  // blur and displacement are judged within this square; light within twice its side
 constexpr double kMostLeftShare =
@@ -22,7 +22,7 @@ constexpr double kDisplacementStepPx = 0.5;  // displacements up to a pixel in e
 
 cv::Mat Square(int reach_px) { return cv::Mat::ones(2 * reach_px + 1, 2 * reach_px + 1, CV_8U); }
 
-// CV_8U, 255 near jumps of inverse depth.
+// Returns CV_8U, 255 near jumps of inverse depth.
 cv::Mat DepthEdges(const cv::Mat& inverse_depth) {
   cv::Mat most, least;
   cv::dilate(inverse_depth, most, Square(kEdgePx));
@@ -30,7 +30,7 @@ cv::Mat DepthEdges(const cv::Mat& inverse_depth) {
   return most - least > kJump * most;
 }
 
-// CV_8U, 255 on and beside what is near and narrow: an opening removes it from the inverse depth.
+// Returns CV_8U, 255 on and beside near, narrow objects: an opening removes them from the inverse depth.
 cv::Mat ThinParts(const cv::Mat& inverse_depth) {
   cv::Mat opened, thin;
   cv::morphologyEx(inverse_depth, opened, cv::MORPH_OPEN, Square(kThinPx / 2));
@@ -38,7 +38,7 @@ cv::Mat ThinParts(const cv::Mat& inverse_depth) {
   return thin;
 }
 
-// The photograph's explanations of the rendering, compared with the error that is there.
+// Compares the photograph's explanations of the rendering with the actual error.
 class Explanations {
  public:
   Explanations(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid)
@@ -60,11 +60,11 @@ class Explanations {
     ExplainByLight();
   }
 
-  // CV_8U, of ErrorKind.
+  // Returns CV_8U, of ErrorKind.
   const cv::Mat& Kinds() const { return kinds_; }
 
  private:
-  // CV_32F: the mean over a square of the squares, summed over the channels, of valid pixels.
+  // Returns CV_32F: the mean over a square of the squares, summed over the channels, of valid pixels.
   cv::Mat MeanSquare(const cv::Mat& difference, int side_px) const {
     std::vector<cv::Mat> channels;
     cv::split(difference.mul(difference), channels);
@@ -80,7 +80,7 @@ class Explanations {
     return displaced;
   }
 
-  // An offset of each channel that is constant over the window leaves the variance of the difference.
+  // A constant offset of each channel over the window leaves the variance of the difference.
   void ExplainByLight() {
     const int side_px = 2 * kShareWindowPx;
     const cv::Mat difference = rendered_ - photograph_;

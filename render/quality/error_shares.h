@@ -1,5 +1,5 @@
-// Where a picture is wrong: its squared error, shared out among kinds of pixels. Each pixel is of the first
-// kind that fits; of blur, displacement and light, the one that explains most.
+// Splits the squared error of a picture among kinds of pixels. Each pixel is of the first kind that fits; of
+// blur, displacement and light, the one that explains most.
 #pragma once
 
 #include <array>
@@ -22,12 +22,12 @@ inline constexpr std::array<std::string_view, kErrorKinds> kErrorKindNames{
     "unseen", "thin parts", "depth edges", "blurred", "displaced", "light", "other"};
 
 struct ErrorShares {
-  std::array<double, kErrorKinds> of_error{};   // squared, by ErrorKind; sum to 1, or are 0 without any error
-  std::array<double, kErrorKinds> of_pixels{};  // sum to 1
-  double of_worst_hundredth = 0;                // of all error, in the hundredth of the pixels that is worst
+  std::array<double, kErrorKinds> of_error{};  // squared, by ErrorKind; they sum to 1, or are 0 without error
+  std::array<double, kErrorKinds> of_pixels{};  // they sum to 1
+  double of_worst_hundredth = 0;                // share of all error in the worst hundredth of the pixels
 };
 
-// Pictures in 8-bit sRGB; `valid` CV_8U; `depth` CV_32F; `confidence` CV_32F as Rendering has it.
+// Pictures are 8-bit sRGB; `valid` is CV_8U, `depth` CV_32F, `confidence` CV_32F as in Rendering.
 ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
                         const cv::Mat& depth, const cv::Mat& confidence);
 

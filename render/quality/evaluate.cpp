@@ -15,7 +15,7 @@
 namespace ulf::render {
 namespace {
 
-// Views whose vertex lies on the rim, or that have no vertex.
+// Returns views whose vertex lies on the rim, or that have no vertex.
 std::vector<bool> OnRim(const RenderScene& scene) {
   std::vector<bool> rim(scene.views.size(), scene.mesh.span == Span::kSurface);
   for (std::size_t v = 0; v < scene.mesh.vertices.size(); ++v)
@@ -60,7 +60,7 @@ void Crop(Truth& truth, int window_px) {
   truth.photograph = {truth.photograph.srgb8(window).clone(), truth.photograph.valid(window).clone()};
 }
 
-// Light as the view's camera would have recorded it.
+// Converts light to that which the view's camera would have recorded.
 cv::Mat AsRecorded(const SceneView& view, const CameraModel& pinhole, const cv::Mat& linear) {
   if (view.correction == LightCorrection{}) return linear / view.scale + cv::Scalar::all(view.black);
   cv::Mat recorded(linear.size(), CV_32FC3);
@@ -77,7 +77,7 @@ cv::Mat AsRecorded(const SceneView& view, const CameraModel& pinhole, const cv::
 ViewScore Score(Renderer& renderer, const Truth& truth,
                 const std::function<void(const ComparedPicture&)>& look) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
-  // Compare at the photograph's own exposure.
+  // Compares at the photograph's own exposure.
   const cv::Mat rendered = Srgb8FromLinear(
       AsRecorded(*truth.view, truth.camera, WithNarrowGapsClosed(picture.linear, picture.drawn)));
   ViewScore score{.view_id = truth.view->id, .on_rim = truth.on_rim};
@@ -165,7 +165,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   for (const auto& [proxy, field] : combinations) {
     if (renderer->scene().proxy != proxy) renderer->SetProxy(proxy);
     renderer->SetField(field);
-    // Drivers compile shaders at the first picture: do not time it.
+    // Drivers compile shaders at the first picture, so it is not timed.
     renderer->Render(truths.front().camera, truths.front().view->cam_from_world);
     FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
     std::vector<double> times;

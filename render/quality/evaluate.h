@@ -32,15 +32,15 @@ struct EvaluateOptions {
   int every = 8;
   std::vector<int> left_out = {};  // indices of views, ascending; empty: every `every`-th
   std::vector<FieldOptions> fields = {};
-  // Each proxy is combined with each field; empty: the scene's own proxy. Their geometry should not come from
-  // the left-out views.
+  // Each proxy is combined with each field; empty means the scene's own proxy. Their geometry should not come
+  // from the left-out views.
   std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
-  int window_px = 0;         // only the middle of each picture, at most so wide and high; 0: all of it
+  int window_px = 0;         // size limit of the evaluated middle of each picture; 0: all of it
   std::function<void(const ComparedPicture&)> look = {};
-  // Called before each picture, and at the end, with the share that is done, 0 to 1; what it throws ends
-  // the evaluation.
+  // Called before each picture, and at the end, with the share that is done, 0 to 1; what it throws ends the
+  // evaluation.
   std::function<void(double share)> between = {};
 };
 
@@ -58,38 +58,38 @@ struct MeanScore {
 };
 
 struct FieldScore {
-  FieldOptions asked, used;  // they differ where the viewpoints do not allow the field that was asked for
+  FieldOptions asked, used;  // they differ if the viewpoints do not allow the asked field
   std::string proxy;
   MeanScore inside = {}, rim = {}, all = {};
   double ms_per_frame = 0;  // median
   long filled_px = 0, empty_px = 0;
   std::vector<ViewScore> views = {};
 
-  // The mean of the views inside the hull; of all views where none is inside.
+  // Returns the mean of the views inside the hull; of all views if none is inside.
   const MeanScore& Main() const { return inside.views > 0 ? inside : all; }
 };
 
 struct EvaluateSummary {
-  int views = 0;              // all
-  int held_out = 0;           // of them
-  int width = 0, height = 0;  // of the first held-out view as rendered
+  int views = 0;              // number of all views
+  int held_out = 0;           // number of left-out views
+  int width = 0, height = 0;  // px of the first left-out view as rendered
   std::string renderer = {};
-  std::string viewpoints = {};  // ViewpointMesh::Description() of the views that were used
+  std::string viewpoints = {};  // ViewpointMesh::Description() of the used views
   std::vector<FieldScore> results = {};
 };
 
-// `scene`: with all views. Throws Refusal for an `every` below 2, Error for fewer than two views.
+// `scene` has all views. Throws Refusal for an `every` below 2, Error for fewer than two views.
 EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& options,
                          Progress* progress = nullptr);
 
-// The photograph as a pinhole camera would have taken it (CameraModel::WithoutDistortion, same size).
+// The photograph resampled to a pinhole camera (CameraModel::WithoutDistortion, same size).
 struct UndistortedPhotograph {
   cv::Mat srgb8;
   cv::Mat valid;  // CV_8U, 0 where the photograph has no light for a pixel
 };
 UndistortedPhotograph Undistort(const SceneView& view);
 
-// CV_8U, 255 where the ray of a pixel meets the subject's sphere.
+// Returns CV_8U, 255 where the ray of a pixel meets the subject's sphere.
 cv::Mat SubjectDisc(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject);
 
 }  // namespace ulf::render

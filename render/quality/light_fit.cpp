@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double kStop = M_LN2;
 
-// Root of the weighted mean square of the log of light, in which an outlier counts as `most`.
+// Returns the root of the weighted mean square of the log of light, in which an outlier counts as `most`.
 double RootMeanSquare(const std::vector<HeldOutError>& errors, double most) {
   double sum = 0, total = 0;
   for (const auto& [over_error, error] : errors) {
@@ -32,7 +32,7 @@ double RootMeanSquare(const std::vector<HeldOutError>& errors, double most) {
   return total > 0 ? std::sqrt(sum / total) : 0;
 }
 
-// A polynomial that leaves a corner hardly any light, or much more than the middle has, is no lens.
+// A polynomial that leaves a corner hardly any light, or much more than the middle, describes no lens.
 bool IsLens(const Vector2d& falloff, double most_r2) {
   constexpr double kLeast = 0.1, kMost = 2;
   constexpr int kSteps = 32;
@@ -51,8 +51,8 @@ double CornerR2(const CameraModel& camera) {
 
 using CenterAndGain = std::pair<Vector3d, cv::Vec3f>;
 
-// The log gain of a view at a place, from those of the nearest views, the nearer the more; `without`: of
-// which one is left out, if 0 or more.
+// Returns the log gain of a view at a place, from those of the nearest views, weighted by nearness; `without`
+// is the index of a view to leave out, if 0 or more.
 cv::Vec3d LogGainAmong(const std::vector<CenterAndGain>& views, const Vector3d& center, int without) {
   constexpr std::size_t kNearest = 4;
   std::vector<std::pair<double, std::size_t>> by_distance;
@@ -71,7 +71,7 @@ cv::Vec3d LogGainAmong(const std::vector<CenterAndGain>& views, const Vector3d& 
   return total > 0 ? sum / total : sum;
 }
 
-// Whether the views' gains are predicted better by their neighbours than by their mean.
+// Returns whether the views' gains are predicted better by their neighbours than by their mean.
 bool NeighboursTellGains(const std::vector<CenterAndGain>& views) {
   constexpr double kClearly = 0.8;  // of the mean square error. Guessed.
   double by_neighbours = 0, by_mean = 0;
@@ -130,10 +130,10 @@ LightFit FitLight(const RenderScene& scene) {
   std::vector<std::vector<HeldOutError>> errors;
   for (const LightModel model : models) {
     const LightSolution solution = SolveLight(samples, views, camera_count, model);
-    if (!has_lenses(solution)) break;  // of the richest
+    if (!has_lenses(solution)) break;  // for the richest model
     errors.push_back(HeldOutErrors(samples, solution));
   }
-  // What is farther off than three standard deviations under the richest model is an outlier under each.
+  // Residuals above three standard deviations under the richest model are outliers under each.
   std::vector<double> sizes;
   for (const auto& [over_error, error] : errors.back()) sizes.push_back(std::abs(over_error));
   const double most = 3 * 1.4826 * Median(std::move(sizes));
@@ -150,7 +150,7 @@ LightFit FitLight(const RenderScene& scene) {
                                                         : "no lens has the fall-off that was found",
                                         i == chosen});
   if (fit.model == LightModel::kAsRecorded) return fit;
-  for (LightSample& sample : samples) sample.held_out = false;  // they have done their work
+  for (LightSample& sample : samples) sample.held_out = false;  // they are used from here on
   const LightSolution solution = SolveLight(samples, views, camera_count, fit.model);
   for (const auto& gains : solution.log_gain) {
     const auto [least, greatest] = std::ranges::minmax(gains);

@@ -1,15 +1,14 @@
-// How bright each photograph is beside the others, and how much darker a lens leaves its corners, for all
-// views together: imported sets say nothing of exposure, and a phone changes it from picture to picture.
+// Estimates the brightness of each photograph relative to the others, and the lens' vignetting, for all views
+// together: imported sets do not record exposure, and a phone changes it from picture to picture.
 //
-// Points of the proxy's surface that several views see should send the same light to all of them.
-// Where they do not,
+// Points of the proxy's surface that several views see should send the same light to all of them. The model
 //
 //   log light(view, channel) = log light(point, channel) + gain(view, channel) + log(1 + a r^2 + b r^4)
 //
 // is solved for the gains, whose mean over the views is 0 in each channel, and for a and b of each camera (r:
-// LightCorrection). Highlights, what moved and what the proxy has wrong are outliers: weights are those of
-// the absolute deviation first, then Geman and McClure's. Points that took no part decide how much of the
-// model is needed: nothing, gains, or gains and fall-off.
+// LightCorrection). Highlights, moving things and errors of the proxy are outliers: weights are those of the
+// absolute deviation first, then Geman and McClure's. Held-out points decide how much of the model is needed:
+// nothing, gains, or gains and fall-off.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,21 +31,21 @@ struct LightFit {
   std::map<int, cv::Vec3f> gains = {};                                 // B G R, by SceneView::id
   std::vector<std::pair<CameraModel, Eigen::Vector2f>> falloffs = {};  // a and b
   std::size_t points = 0;
-  double stops = 0;         // between the darkest and the brightest view, in the channel where that is most
-  double corner_stops = 0;  // by which corners are darker, most of all cameras
+  double stops = 0;  // between the darkest and the brightest view, in the channel with the largest range
+  double corner_stops = 0;  // darkening of the corners, the largest of all cameras
   ModelChoice explained = {};
 
-  std::string Words() const;  // what was found, in a clause
+  std::string Words() const;  // describes the result in a clause
 };
 
-// `scene`: over a proxy with triangles, with its shadow maps (WithProxy). A proxy without triangles, or one
-// on which views have no points in common, leaves everything as recorded.
+// `scene` has a proxy with triangles and its shadow maps (WithProxy). A proxy without triangles, or one on
+// which views have no points in common, leaves everything as recorded.
 LightFit FitLight(const RenderScene& scene);
 
-// The scene with the corrections. A view that was not fitted, such as one that is left out and compared, has
-// the fall-off of its camera where another view has the same one, and a gain of 1: how it was exposed cannot
-// be known. An automatic exposure follows what the camera sees, though: where the fitted views' gains follow
-// from their neighbours' (each predicted without itself), so does this one.
+// Returns the scene with the corrections. A view that was not fitted, such as a left-out one, has the
+// fall-off of its camera if another view has the same one, and a gain of 1, because its exposure is unknown.
+// An automatic exposure follows the picture, though: if the fitted views' gains follow from their neighbours'
+// (each predicted without itself), this one is predicted so, too.
 std::shared_ptr<const RenderScene> WithLight(const RenderScene& scene, const LightFit& fit);
 
 }  // namespace ulf::render

@@ -15,17 +15,16 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kComparedSizePx =
-    480;  // longer side of the pictures that are compared, at most: as proxies are made
+constexpr int kComparedSizePx = 480;  // px, limit of the longer side of compared pictures, as in stereo
 constexpr int kPointsPerView =
     400;                            // tried; their number sets the error, which falls with its root. Guessed.
 constexpr int kMostPoints = 40000;  // in all: their number sets the time. Guessed.
 constexpr int kViewsPerPoint = 8;   // at most, of those that see it. Guessed.
-constexpr int kLightSampleMostAsked = 64;  // views that are asked whether they see a point. Guessed.
-// Light outside of these is not compared: clipped, or mostly noise. Shares of white. Guessed.
+constexpr int kLightSampleMostAsked = 64;  // views that are tested for visibility of a point. Guessed.
+// Darker or brighter light is not compared: it is clipped, or mostly noise. Shares of white. Guessed.
 constexpr float kLeastLight = 0.01f, kMostLight = 0.95f;
-// Of the log of light: what points differ by where the picture is smooth; where it is not, what a
-// misplacement by a pixel changes counts as well. Guessed.
+// Expected difference of the log of light in smooth areas; elsewhere the change by a misalignment of a pixel
+// is added. Guessed.
 constexpr double kSmoothError = 0.02;
 
 using Eigen::Vector2d;
@@ -36,11 +35,11 @@ constexpr int kHeldOutEvery = 5;  // points
 // The level of a photograph whose pixels are compared.
 struct SmallPicture {
   cv::Mat pixels;
-  double pixel = 1;  // of the level, in pixels of the view's camera
+  double pixel = 1;  // size of a pixel of the level, in px of the view's camera
 };
 
-// Log light of B G R at a point of a photograph, and what it changes by over a pixel; none where a channel is
-// clipped, nearly black, or not there.
+// Log light of B G R at a point of a photograph, and its change over a pixel; none if a channel is clipped,
+// nearly black, or missing.
 struct LogLight {
   std::array<double, 3> value{}, slope{};
   std::array<bool, 3> counts{};
@@ -70,7 +69,7 @@ std::optional<LogLight> LogLightAt(const SceneView& view, const SmallPicture& pi
   return light;
 }
 
-// Where the proxy's depth bends sharply about a pixel there may be an edge.
+// A sharp bend of the proxy's depth about a pixel indicates an edge.
 bool IsAtEdge(const cv::Mat& inverse_depth, int x, int y) {
   constexpr float kBend = 0.02f;  // of the inverse depth, which is linear over a plane. Guessed.
   const float here = inverse_depth.at<float>(y, x);
@@ -82,7 +81,7 @@ bool IsAtEdge(const cv::Mat& inverse_depth, int x, int y) {
   return false;
 }
 
-// Points of the surface that a view sees, spread evenly over its picture.
+// Returns points of the surface that a view sees, spread evenly over its picture.
 std::vector<Vector3d> PointsOf(const RenderScene& scene, const SceneView& view, int tries) {
   constexpr int kDepthPx = 240;  // longer side of the depth map
   const CameraModel flat = view.camera.WithoutDistortion();
@@ -94,7 +93,7 @@ std::vector<Vector3d> PointsOf(const RenderScene& scene, const SceneView& view, 
   if (!triangles) return points;
   const cv::Mat inverse_depth = DrawInverseDepth(*triangles, camera, view.cam_from_world);
   const Rigid3 world_from_cam = view.cam_from_world.Inverse();
-  // Roberts' sequence: even for any number of points.
+  // Roberts' sequence is even for any number of points.
   constexpr double kX = 0.7548776662466927, kY = 0.5698402909980532;
   const auto pixel = [](double share, int size) {
     return 1 + static_cast<int>((share - std::floor(share)) * (size - 2));
@@ -108,13 +107,13 @@ std::vector<Vector3d> PointsOf(const RenderScene& scene, const SceneView& view, 
   return points;
 }
 
-// A point as the views see it: a sample for each channel in which no view is clipped or nearly black.
-// If single views were left out for that, a limit would cut the bright views of one point and the dark
-// ones of the next.
+// Returns a point's light in the views: a sample for each channel in which no view is clipped or nearly
+// black. Leaving out single views for that would bias: a limit would cut the bright views of one point and
+// the dark ones of the next.
 std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<SmallPicture>& pictures,
                                    const std::vector<int>& camera_of, int source, const Vector3d& point,
                                    std::mt19937& random) {
-  constexpr double kSeen = 0.999;  // neither at an edge of the proxy nor at that of the image
+  constexpr double kSeen = 0.999;  // not at an edge of the proxy or the image
   std::array<LightSample, 3> samples;
   std::array<bool, 3> counts{true, true, true};
   std::uniform_int_distribution<int> any(0, static_cast<int>(scene.views.size()) - 1);
@@ -122,14 +121,14 @@ std::vector<LightSample> SamplesOf(const RenderScene& scene, const std::vector<S
   const int first = any(random);
   std::vector<int> asked;
   for (int i = 0; i < std::min(kLightSampleMostAsked, static_cast<int>(scene.views.size())); ++i) {
-    // All in turn from a random one on, or random ones.
+    // Takes all in turn from a random one on, or random ones.
     const int index = i == 0     ? source
                       : asks_all ? (first + i) % static_cast<int>(scene.views.size())
                                  : any(random);
     if (std::ranges::count(asked, index) > 0) continue;
     asked.push_back(index);
     const SceneView& view = scene.views[At(index)];
-    const auto seen = view.See(point);
+    const auto seen = view.ProjectVisible(point);
     if (!seen || seen->feather < kSeen) continue;
     const auto light = LogLightAt(view, pictures[At(index)], seen->img);
     if (!light) continue;

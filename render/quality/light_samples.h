@@ -1,4 +1,4 @@
-// Points of the proxy's surface as the views that see them have recorded them.
+// Samples points of the proxy's surface as the views that see them have recorded them.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,10 +10,10 @@
 
 namespace ulf::render {
 
-Eigen::Vector2d HalfDiagonal(const CameraModel& camera);  // pixels
+Eigen::Vector2d HalfDiagonal(const CameraModel& camera);  // px
 
-// A fifth of the points is held out. `camera_of`: of each view; `points`: how many there are. The same
-// whatever the number of threads; none over a proxy without triangles.
+// A fifth of the points is held out. `camera_of` has each view's camera; `points` receives the number of
+// points. The result does not depend on the number of threads; it is empty over a proxy without triangles.
 std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector<int>& camera_of,
                                      std::size_t& points);
 

@@ -23,14 +23,14 @@ double MiddleOf(std::vector<double>& values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-// The photograph's log light without what the solution explains.
+// Returns the photograph's log light without the explained part.
 double Corrected(const LightSolution& solution, int channel, const LightObservation& seen) {
   return seen.log_light - solution.log_gain[At(channel)][At(seen.view)] -
          std::log(FalloffOf(solution.falloff[At(seen.camera)], seen.r2));
 }
 
-// Gauss-Newton steps on weighted squares. A point's own light is eliminated: what is left of an observation
-// is its difference from the point's weighted mean.
+// Solves by Gauss-Newton steps on weighted squares. A point's own light is eliminated: an observation's
+// residual is its difference from the point's weighted mean.
 class Normal {
  public:
   Normal(const std::vector<LightSample>& samples, int views, int cameras, LightModel model)
@@ -46,8 +46,7 @@ class Normal {
 
   const LightSolution& solution() const { return solution_; }
 
-  // Of every observation from its point's weighted mean, over its expected error; from the
-  // middle one at first.
+  // Computes residuals from the point's weighted mean, over the expected error; from the median at first.
   void Residuals(bool first) {
     std::size_t entry = 0;
     std::vector<double> values;
@@ -75,7 +74,7 @@ class Normal {
     return 1.4826 * Median(std::move(sizes));
   }
 
-  // `weight` of a residual over its expected error.
+  // `weight` is a function of a residual over its expected error.
   template <typename Weight>
   void Reweigh(const Weight& weight) {
     std::size_t entry = 0;
@@ -124,12 +123,12 @@ class Normal {
   double least_error = 1;
 
  private:
-  // Of so many perfect observations that say: no gain, no fall-off. They hold what nobody compares. The shape
-  // of a fall-off hangs by small differences, and must not be bent.
+  // Weights of the prior (no gain, no fall-off) in numbers of perfect observations, which determines
+  // unobserved unknowns. The fall-off follows from small differences, and needs a weak one.
   static constexpr double kPriorOfGain = 1, kPriorOfFalloff = 1e-3;
   double PriorOf(std::size_t i) const { return i < 3 * At(views_) ? kPriorOfGain : kPriorOfFalloff; }
 
-  struct Row {  // derivatives of an observation; the first one is 1
+  struct Row {  // derivatives of an observation; the first is 1
     std::array<std::size_t, 3> at{};
     std::array<double, 3> value{1, 0, 0};
   };
@@ -141,7 +140,7 @@ class Normal {
     return solution_.falloff[i / 2][static_cast<Eigen::Index>(i % 2)];
   }
 
-  // Without fall-off the fall-off's derivatives are nothing.
+  // Without fall-off its derivatives are zero.
   Row RowOf(int channel, const LightObservation& seen) const {
     Row row;
     row.at[0] = At(channel) * At(views_) + At(seen.view);
@@ -153,8 +152,7 @@ class Normal {
     return row;
   }
 
-  // Once a step: they hang on the solution alone, and each is used in every one of the solver's
-  // multiplications.
+  // Computed once a step, because each is used in every multiplication of the solver.
   void FindRows() {
     rows_.clear();
     rows_.reserve(entries_);
@@ -163,7 +161,7 @@ class Normal {
         for (const LightObservation& seen : sample.seen) rows_.push_back(RowOf(sample.channel, seen));
   }
 
-  // The normal matrix times x.
+  // Multiplies by the normal matrix.
   void Multiply(const std::vector<double>& x, std::vector<double>& product) const {
     for (std::size_t i = 0; i < count_; ++i) product[i] = PriorOf(i) * x[i];
     std::size_t entry = 0;
@@ -188,7 +186,7 @@ class Normal {
     }
   }
 
-  // Conjugate gradients: the matrix of many views would be large, and is never needed.
+  // Conjugate gradients avoid the matrix, which would be large for many views.
   std::vector<double> Solve(const std::vector<double>& right, const std::vector<double>& diagonal) const {
     constexpr int kMostSteps = 200;
     constexpr double kEnough = 1e-5;  // of the first residual
@@ -239,7 +237,7 @@ LightSolution SolveLight(const std::vector<LightSample>& samples, int views, int
   for (const LightSample& sample : samples)
     for (const LightObservation& seen : sample.seen)
       normal.least_error = std::min(normal.least_error, seen.error);
-  // Absolute deviations find the way from far, Geman and McClure's weights forget what is far off.
+  // Absolute deviations converge from far; Geman and McClure's weights then ignore outliers.
   constexpr int kAbsolute = 12, kRedescending = 12;
   constexpr double kEnough = 1e-5, kLeastScale = 1e-3, kTimesScale = 2.5;
   for (int i = 0; i < kAbsolute; ++i) {

@@ -1,5 +1,5 @@
-// Gains of views and fall-off of lenses out of what several views show of the same points (light_fit.h has
-// the model): values in, values out, no photograph.
+// Solves for gains of views and fall-off of lenses from several views' light at the same points (light_fit.h
+// has the model), without photographs.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,12 +12,12 @@ enum class LightModel { kAsRecorded, kGains, kGainsAndFalloff };
 
 struct LightObservation {
   int view = 0, camera = 0;
-  double r2 = 0;         // LightCorrection's r, squared
-  double log_light = 0;  // as the photograph has it
-  double error = 1;      // expected, of log_light
+  double r2 = 0;         // square of LightCorrection's r
+  double log_light = 0;  // logarithm of the photograph's light
+  double error = 1;      // expected error of log_light
 };
 
-// A point in one channel.
+// The observations of a point in one channel.
 struct LightSample {
   int channel = 0;
   bool held_out = false;  // takes no part in the solution
@@ -25,7 +25,7 @@ struct LightSample {
 };
 
 struct LightSolution {
-  std::array<std::vector<double>, 3> log_gain;  // by channel and view; the mean over the views is 0
+  std::array<std::vector<double>, 3> log_gain;  // by channel and view; their mean over the views is 0
   std::vector<Eigen::Vector2d> falloff;         // by camera: a and b
 };
 
@@ -33,8 +33,8 @@ double FalloffOf(const Eigen::Vector2d& falloff, double r2);  // 1 + a r^2 + b r
 
 LightSolution SolveLight(const std::vector<LightSample>& samples, int views, int cameras, LightModel model);
 
-// Of the held-out points' observations: the difference from the point's middle one, as the solution
-// corrects them.
+// Returns, for each observation of held-out points, the difference from the point's median observation after
+// correction.
 struct HeldOutError {
   double over_expected = 0, expected = 1;
 };

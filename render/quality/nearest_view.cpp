@@ -11,7 +11,7 @@
 namespace ulf::render {
 namespace {
 
-// Display values with the common exposure, for each display value of a view.
+// Maps each display value of a view to that at the common exposure.
 cv::Mat ExposureTable(const SceneView& view) {
   cv::Mat table(1, 256, CV_8UC1);
   for (int i = 0; i < 256; ++i) {

@@ -1,7 +1,7 @@
-// The cheapest renderer of a light field (thesis, section 4, the phone prototype): it shows the photograph
-// whose direction from the subject is nearest to the virtual camera's, projected onto the plane through the
-// subject that faces the camera. A picture is one homography, without OpenGL; where the nearest photograph
-// changes there is a jump. FieldKind::kNearest chooses a view for each pixel, which costs more.
+// The cheapest renderer of a light field (thesis, section 4, the phone prototype) shows the photograph whose
+// direction from the subject is nearest to the virtual camera's, projected onto the plane through the subject
+// that faces the camera. A picture is one homography, without OpenGL; it jumps when the nearest photograph
+// changes. FieldKind::kNearest chooses a view for each pixel, which costs more.
 #pragma once
 
 #include <memory>
@@ -18,9 +18,9 @@ class NearestViewRenderer {
   // (SceneOptions::size_limit_px keeps the copies small).
   explicit NearestViewRenderer(const RenderScene& scene, Progress* progress = nullptr);
 
-  // Index into the scene's views.
+  // Returns an index into the scene's views.
   int Nearest(const Rigid3& cam_from_world) const;
-  // 8-bit sRGB, black where the photograph ends. `camera` must be free of distortion. Returns the view shown.
+  // Draws 8-bit sRGB, black beyond the photograph. `camera` must be undistorted. Returns the view shown.
   int Draw(const CameraModel& camera, const Rigid3& cam_from_world, cv::Mat& srgb8) const;
 
  private:

@@ -116,7 +116,7 @@ ProtocolSplit SplitByProtocol(const LightField& light_field, const std::string& 
   return split;
 }
 
-LightField OnlyViews(const LightField& light_field, const std::vector<int>& views) {
+LightField SubsetOfViews(const LightField& light_field, const std::vector<int>& views) {
   LightField only = light_field;
   only.views.clear();
   std::map<int, const View*> by_id;
@@ -145,7 +145,7 @@ LightField OnlyViews(const LightField& light_field, const std::vector<int>& view
 }
 
 PaperQuality CompareAsPapers(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid) {
-  // Windows at the edge of what is left out see no difference beyond it.
+  // Windows at the edge of the excluded area see no difference beyond it.
   cv::Mat filled = photograph.clone();
   rendered.copyTo(filled, valid);
   const Quality ours = CompareImages(filled, photograph, valid);

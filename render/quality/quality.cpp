@@ -6,7 +6,7 @@
 namespace ulf::render {
 namespace {
 
-// Of Wang et al. 2004, section III B.
+// The constants are those of Wang et al. 2004, section III B.
 constexpr int kWindow = 11;
 constexpr double kSigma = 1.5, kLuminance = 0.01, kContrast = 0.03;
 
@@ -16,8 +16,8 @@ cv::Mat Blurred(const cv::Mat& image, int border = cv::BORDER_REFLECT_101) {
   return result;
 }
 
-// Per pixel and channel, CV_64FC3. `mean` is that of a window; `covariance_factor`: of a sample's covariance
-// over that of the window.
+// Returns SSIM per pixel and channel, CV_64FC3. `mean` is that of a window; `covariance_factor` converts the
+// window's covariance to a sample's.
 template <typename MeanOf>
 cv::Mat SsimMap(const cv::Mat& a8, const cv::Mat& b8, const MeanOf& mean, double covariance_factor = 1) {
   const double c1 = std::pow(kLuminance * 255, 2), c2 = std::pow(kContrast * 255, 2);

@@ -1,7 +1,7 @@
-// Renders what turned on a turntable, without what stood still behind it.
+// Renders the subject of a turntable without the still background.
 //
 // The masks of the views are rendered as if they were photographs, with the same field over the same proxy:
-// what they blend to is how much of each pixel shows what turned (Rendering::alpha). A photograph's masked
+// their blend is the share of each pixel that shows the subject (Rendering::alpha). A photograph's masked
 // pixels give no light, so that no colour of the background comes into the pictures.
 #pragma once
 
@@ -12,8 +12,9 @@
 
 namespace ulf::render {
 
-// Where the views' masks agree but for so much, a pixel is on one side of the outline. Guessed: geometry that
-// is off by a pixel at the rim makes views disagree there, and a mean would leave a veil.
+// If the blend of the masks is below or above these shares, the pixel counts as wholly outside or inside.
+// Guessed: geometry that is off by a pixel at the rim makes views disagree there, and a mean would leave a
+// veil.
 constexpr float kOutsideShare = 0.3f, kInsideShare = 0.7f;
 
 class CutOutRenderer : public Renderer {

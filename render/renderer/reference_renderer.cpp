@@ -44,11 +44,11 @@ struct FrameSetup {
   Rigid3 world_from_cam;
   Vector3d virtual_center;
   bool show_field;
-  std::vector<int> level;  // of each view
+  std::vector<int> level;  // by view
   std::vector<int> views_by_distance;
 };
 
-// Light on the common scale of all views, and the share of it that the photograph has there.
+// Returns light on the common scale of all views, and the share of it that the photograph has there.
 cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
   const SceneView& view = setup.scene.views[At(index)];
   if (setup.show_field) {
@@ -75,17 +75,17 @@ double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vect
                   std::vector<Contribution>& contributions) {
   double total = 0;
   for (const auto& [index, weight] : sample.weights)
-    if (const auto seen = setup.scene.views[At(index)].See(point))
+    if (const auto seen = setup.scene.views[At(index)].ProjectVisible(point))
       Contribute(setup, index, seen->img, weight * seen->feather, contributions);
   for (const Contribution& c : contributions) total += c.weight;
   return total;
 }
 
-// The `count` nearest views that see the point and have light there.
+// Returns the `count` nearest views that see the point and have light there.
 std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, int count) {
   std::vector<int> views;
   for (const int index : setup.views_by_distance) {
-    const auto seen = setup.scene.views[At(index)].See(point);
+    const auto seen = setup.scene.views[At(index)].ProjectVisible(point);
     if (!seen || !(LightOf(setup, index, seen->img)[3] > 0)) continue;
     views.push_back(index);
     if (static_cast<int>(views.size()) == count) break;
@@ -93,17 +93,17 @@ std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, 
   return views;
 }
 
-// The nearest view that has the point in its image, even though the proxy hides the point from it.
+// Uses the nearest view that has the point in its image, even though the proxy hides the point from it.
 void FillFromHidden(const FrameSetup& setup, const Vector3d& point,
                     std::vector<Contribution>& contributions) {
   for (const int index : setup.views_by_distance) {
-    if (const auto framed = setup.scene.views[At(index)].Frame(point))
+    if (const auto framed = setup.scene.views[At(index)].Project(point))
       Contribute(setup, index, framed->img, 1, contributions);
     if (!contributions.empty()) return;
   }
 }
 
-// `count` 1: the first view that has light; else lumigraph weights.
+// With `count` 1 it uses the first view that has light, otherwise lumigraph weights.
 void Fill(const FrameSetup& setup, const Vector3d& point, int count,
           std::vector<Contribution>& contributions) {
   const std::vector<int> views = NearestThatSee(setup, point, count > 1 ? count + 1 : 1);
@@ -116,7 +116,7 @@ void Fill(const FrameSetup& setup, const Vector3d& point, int count,
                                         : 1});
   if (count > 1) weights = LumigraphWeights(std::move(weights), At(count));
   for (const auto& [index, weight] : weights) {
-    const auto seen = setup.scene.views[At(index)].See(point);
+    const auto seen = setup.scene.views[At(index)].ProjectVisible(point);
     if (seen) Contribute(setup, index, seen->img, weight * seen->feather, contributions);
     if (count == 1 && !contributions.empty()) return;
   }
@@ -129,7 +129,7 @@ void Scale(std::span<Contribution> contributions, double sum) {
   for (Contribution& c : contributions) c.weight *= sum / total;
 }
 
-// The cone around a tile's rays.
+// Returns the cone around a tile's rays.
 std::pair<Vector3d, double> ConeOf(const CameraModel& camera, const cv::Rect& tile) {
   const Vector3d axis =
       PinholeRay(camera, Vector2d(tile.x + 0.5 * tile.width, tile.y + 0.5 * tile.height)).normalized();
@@ -182,9 +182,9 @@ void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
         std::make_shared<MeshField>(scene_, options_.field.level, options_.field.rules));
 }
 
-std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const CameraModel& camera,
-                                                            const Rigid3& cam_from_world,
-                                                            const cv::Mat& depth) const {
+std::unique_ptr<PlacedField> ReferenceRenderer::FieldFrom(const CameraModel& camera,
+                                                          const Rigid3& cam_from_world,
+                                                          const cv::Mat& depth) const {
   if (options_.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field_) return aperture_field_->From(cam_from_world, *options_.aperture);
   if (options_.field.kind != FieldKind::kLumigraph) return field_->From(cam_from_world.OriginInSource());
@@ -242,10 +242,10 @@ void ForEachPixelOf(const cv::Rect& tile, const FrameSetup& setup, const cv::Mat
 }
 
 template <typename Shade>
-void ForEachPixelOfField(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth,
+void ForEachPixelOfField(const FrameSetup& setup, const PlacedField& field, const cv::Mat& depth,
                          const Filling& filling, const Shade& shade) {
   const CameraModel& camera = setup.camera;
-  constexpr int kTile = 16;  // pixels: their rays share the field's candidates
+  constexpr int kTile = 16;  // px; the rays of a tile share the field's candidates
   FieldSample sample;
   for (int top = 0; top < camera.height; top += kTile)
     for (int left = 0; left < camera.width; left += kTile) {
@@ -264,7 +264,7 @@ void ForEachPixelOfField(const FrameSetup& setup, const FieldFromHere& field, co
     }
 }
 
-// The soft field goes through views, not through weights of a point.
+// The soft field iterates over views, not over weights of a point.
 template <typename Shade>
 void ForEachSoftPixel(const FrameSetup& setup, const Rigid3& cam_from_world, const cv::Mat& depth,
                       const Filling& filling, double soft_width, const Shade& shade) {
@@ -285,9 +285,9 @@ void ForEachSoftPixel(const FrameSetup& setup, const Rigid3& cam_from_world, con
   }
 }
 
-// `field`: null: the soft field.
+// A null `field` means the soft field.
 template <typename Shade>
-void ForEachPixel(const FrameSetup& setup, const FieldFromHere* field, const Rigid3& cam_from_world,
+void ForEachPixel(const FrameSetup& setup, const PlacedField* field, const Rigid3& cam_from_world,
                   const cv::Mat& depth, const Filling& filling, double soft_width, const Shade& shade) {
   if (field)
     ForEachPixelOfField(setup, *field, depth, filling, shade);
@@ -309,7 +309,7 @@ class WeightLayers {
     }
   }
   cv::Mat NewLayer() {
-    // Encoding it takes as much again.
+    // Encoding needs the same amount again.
     if (AvailableMemory() < 2 * sizeof(cv::float16_t) * static_cast<std::uint64_t>(size_.area()))
       throw Error(
           "the weights of single views in a picture of {}x{} do not fit into memory; render it smaller, or "
@@ -332,7 +332,7 @@ class WeightLayers {
 
 }  // namespace
 
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere* field,
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const PlacedField* field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options) {
   WeightLayers layers(scene, depth.size());

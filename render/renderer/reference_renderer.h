@@ -21,9 +21,9 @@ class ReferenceRenderer : public Renderer {
   const RenderScene& scene() const override { return *scene_; }
 
  private:
-  // Null: the soft field.
-  std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world,
-                                           const cv::Mat& depth) const;
+  // Returns null for the soft field.
+  std::unique_ptr<PlacedField> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world,
+                                         const cv::Mat& depth) const;
 
   std::shared_ptr<const RenderScene> scene_;    // with its own proxy
   std::shared_ptr<const RenderScene> focused_;  // with the focal plane; null without an aperture
@@ -32,13 +32,13 @@ class ReferenceRenderer : public Renderer {
   std::unique_ptr<ApertureField> aperture_field_;  // null without an aperture or a mesh
 };
 
-// Rendering::weights of a field (null: the soft field); `depth` as from Proxy::Depth().
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere* field,
+// Returns Rendering::weights of a field (null: the soft field); `depth` comes from Proxy::Depth().
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const PlacedField* field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options);
 
-// Bilinear between pixel centres, edges repeated, in linear light: B G R and the share of the four pixels
-// that has light at all. `img`: in pixels of the view's camera, for every level.
+// Interpolates bilinearly between pixel centres, edges repeated, in linear light: B G R and the share of the
+// four pixels that has light. `img` is in pixels of the view's camera, for every level.
 cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
 }  // namespace ulf::render

@@ -1,6 +1,6 @@
-// Renders a light field: photographs in, a picture from any place out. One interface has two implementations:
-// the reference renderer on the processor, which defines the result, and OpenGL without a window
-// (render/gl/gl_renderer.h), which is fast and must agree with it.
+// Renders a light field from any viewpoint. One interface has two implementations: the reference renderer on
+// the processor, which defines the result, and OpenGL without a window (render/gl/gl_renderer.h), which is
+// fast and must agree with it.
 //
 //   auto scene = LoadScene(ReadLightField(dir), {});
 //   auto renderer = MakeRenderer(scene, {});  // render/gl/gl_renderer.h
@@ -9,10 +9,10 @@
 //
 // For each pixel the proxy gives the point P, and the blending field gives the weights of the views. A view
 // that does not see P loses its weight, gradually over kFeatherShare at the edge of its image. The remaining
-// weights are normalised and the views blended in linear light. Where less than half of the weight remains,
-// lumigraph weights of the nearest views that see P fill up the rest, so that there is no visible edge; where
-// nothing remains they fill the whole pixel, which is counted. Where no view sees P, the nearest view that
-// has P in its image is used; else the pixel is empty (black, counted).
+// weights are normalised and the views blended in linear light. If less than half of the weight remains,
+// lumigraph weights of the nearest views that see P fill up the rest, so that there is no visible edge; if
+// nothing remains they fill the whole pixel, which is counted. If no view sees P, the nearest view that has P
+// in its image is used; otherwise the pixel is empty (black, counted).
 #pragma once
 
 #include <memory>
@@ -36,15 +36,15 @@ enum class RendererKind { kGl, kReference };
 struct RenderOptions {
   FieldOptions field = {};
   RendererKind renderer = RendererKind::kGl;
-  bool fill = true;         // where the field's own views hardly see the point, other views fill the pixel
-  bool show_field = false;  // a colour for each view in place of its photograph (thesis, figure 5-1)
-  bool depth = false;       // make Rendering::depth
-  bool weights = false;     // make Rendering::weights, which takes as long as the reference renderer
-  // For photographs in graphics memory; 0: three quarters of what the driver says is free, or 2048. A picture
+  bool fill = true;         // other views fill pixels that the field's own views hardly see
+  bool show_field = false;  // show a colour for each view as its photograph (thesis, figure 5-1)
+  bool depth = false;       // fill Rendering::depth
+  bool weights = false;     // fill Rendering::weights, which takes as long as the reference renderer
+  // Memory for photographs on the GPU; 0: three quarters of what the driver says is free, or 2048. A picture
   // that needs more is drawn in several passes.
   double gpu_memory_mb = 0;
-  // Wait for photographs that are not read yet. Otherwise a picture is drawn from those that are there
-  // (coarser levels, fewer views), and gets better from picture to picture, until loading() returns false.
+  // Wait for photographs that are not read yet. Otherwise a picture is drawn from the loaded ones (coarser
+  // levels, fewer views), and improves from picture to picture, until loading() returns false.
   bool complete = true;
   std::optional<Aperture> aperture = {};  // SetAperture()
 };
@@ -58,14 +58,13 @@ struct ViewWeights {
 struct Rendering {
   cv::Mat linear;  // CV_32FC3, B G R, linear light of the median exposure
   // CV_32F, 0 to 1: the weight of the views that really see the point; times kExtrapolatedConfidence outside
-  // the hull of the viewpoints, less in wide triangles; 0 where filled or empty.
+  // the hull of the viewpoints, less in wide triangles; 0 if filled or empty.
   cv::Mat confidence;
   cv::Mat drawn;  // CV_8U, 255 where any view gives light
-  cv::Mat
-      alpha;  // CV_32F, the share of a pixel that shows the subject (CutOutRenderer); empty: all of it does
+  cv::Mat alpha;  // CV_32F, the subject's share of a pixel (CutOutRenderer); empty: 1
   cv::Mat depth;  // CV_32F, the proxy's depth along the optical axis, world units; empty unless requested
-  // Of the views that give light to any pixel, in order of id; they sum to one where there is light. Empty
-  // unless requested.
+  // The weights of the views that give light to any pixel, in order of id; they sum to one where there is
+  // light. Empty unless requested.
   std::vector<ViewWeights> weights;
   long filled_px = 0;  // pixels that none of the field's own views sees, filled by other views
   long empty_px = 0;   // pixels that no view sees
@@ -82,35 +81,34 @@ class Renderer {
   // Changes the proxy; the photographs stay in memory.
   virtual void SetProxy(std::shared_ptr<const Proxy> proxy) = 0;
   // With an aperture the focal plane replaces the scene's proxy; without one the scene's proxy is used again.
-  // Fields without a mesh of viewpoints have no rings that could be widened: of them only the proxy changes.
+  // Fields without a viewpoint mesh have no rings to widen: only their proxy changes.
   virtual void SetAperture(const std::optional<Aperture>& aperture) = 0;
-  // Starts to read the photographs of a picture that is expected next.
+  // Starts to read the photographs of the expected next picture.
   virtual void Prefetch(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) {}
-  // Whether the last picture lacked photographs that are still being read (RenderOptions::complete).
+  // Returns whether the last picture lacked photographs that are still being read (RenderOptions::complete).
   virtual bool loading() const { return false; }
-  // The field in use: FieldThatServes() of the one that was set.
+  // Returns the field in use: FieldThatServes() of the one that was set.
   virtual FieldOptions field() const = 0;
   virtual std::string Name() const = 0;  // "reference", or "gl" with the device's name
-  // With the scene's own proxy, even while there is an aperture.
+  // Returns the scene with its own proxy, even while there is an aperture.
   virtual const RenderScene& scene() const = 0;
 };
 
-// Where the weights of the views that see a pixel's point sum to less, no view sees it. Guessed.
+// If the weights of the views that see a pixel's point sum to less, no view sees it. Guessed.
 inline constexpr double kLeastWeight = 1e-4;
 
-// How pixels that their field's own views hardly see are filled by other views.
+// Says how other views fill pixels that their field's own views hardly see.
 struct Filling {
   double whole = kLeastWeight;  // below this sum of weights a pixel is filled up
-  int views = 0;                // that fill it; 0: pixels are not filled
+  int views = 0;                // number of filling views; 0: pixels are not filled
 };
-// Sum of weights below which other views fill up a pixel, for fields of several views. Guessed; with
-// lumigraph weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of the
-// proxy.
+// For fields of several views, other views fill up a pixel below this sum of weights. Guessed; with lumigraph
+// weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of the proxy.
 inline constexpr double kWholeWeight = 0.5;
-// Views that fill a pixel, by lumigraph weights. Guessed.
+// Number of views that fill a pixel, by lumigraph weights. Guessed.
 inline constexpr int kFillingViews = 4;
-// The nearest view must remain a single view, and the blur of a wide aperture consists of all its views:
-// these pixels are filled only where no own view sees the point.
+// Pixels are filled only if no own view sees the point for the nearest-view field, which must remain a single
+// view, and for a wide aperture, whose blur consists of all its views.
 inline Filling FillingOf(const RenderOptions& options) {
   if (options.field.kind == FieldKind::kNearest) return {kLeastWeight, 1};
   if (!options.fill) return {};

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The pixel of a map that shows the point; none outside the map.
+// Returns the pixel of a map that shows the point; none outside the map.
 std::optional<cv::Point> PixelOf(const ViewDepthMap& map, const Vector3d& in_view) {
   if (!(in_view.z() > 0)) return std::nullopt;
   const double x = std::floor(map.camera.fx * in_view.x() / in_view.z() + map.camera.cx);
@@ -26,7 +26,7 @@ std::optional<cv::Point> PixelOf(const ViewDepthMap& map, const Vector3d& in_vie
   return cv::Point(static_cast<int>(x), static_cast<int>(y));
 }
 
-// The map's inverse depth where it shows the point; none where it has none.
+// Returns the map's inverse depth at the point; none if unknown.
 std::optional<double> InverseDepthAt(const ViewDepthMap& map, const Vector3d& in_view) {
   const auto at = PixelOf(map, in_view);
   if (!at) return std::nullopt;
@@ -62,7 +62,7 @@ SoftPixel::Choice SoftPixel::Choose(const Vector3d& point, std::span<const int> 
   std::vector<Chosen>& chosen = choice.views;
   for (const int view : views) {
     const SceneView& candidate = scene_.views[At(view)];
-    if (!candidate.Frame(point)) continue;
+    if (!candidate.Project(point)) continue;
     const Vector3d to_view = (candidate.center_in_world - point).normalized();
     chosen.push_back({view,
                       LumigraphPenalty(point, virtual_center_, candidate.center_in_world,
@@ -79,8 +79,8 @@ SoftPixel::Choice SoftPixel::Choose(const Vector3d& point, std::span<const int> 
       std::max(penalties[std::min<std::size_t>(3, penalties.size() - 1)], kLumigraphZeroPenalty);
   const double width = choice.width = width_ * fourth;
   const auto gaussian = [&](double penalty) { return std::exp(-0.5 * penalty * penalty / (width * width)); };
-  // The farthest of many views fades to nothing, since at the next pixel it may not be among them.
-  // Where all are alike they have equal weights.
+  // The farthest of many views fades to zero, since at the next pixel it may not be among them. If all are
+  // alike they have equal weights.
   const double nothing = std::min(
       std::max(constants_.least_weight, chosen.size() == kSoftViews ? gaussian(penalties.back()) : 0),
       constants_.most_taken * gaussian(penalties.front()));
@@ -89,8 +89,8 @@ SoftPixel::Choice SoftPixel::Choose(const Vector3d& point, std::span<const int> 
     one.weight = std::max(0.0, gaussian(one.penalty) - nothing) * (1 + own * own);
   }
   std::erase_if(chosen, [](const Chosen& one) { return !(one.weight > 0); });
-  // By penalty, which differs from pixel to pixel: in order of distance a view would begin or cease to
-  // propose in all of the picture at once, which is seen.
+  // The order is by penalty, which differs from pixel to pixel: by distance a view would begin or cease to
+  // propose in the whole picture at once, visibly.
   std::ranges::stable_sort(chosen, {}, &Chosen::penalty);
   return choice;
 }
@@ -131,7 +131,7 @@ std::vector<double> SoftPixel::Candidates(const Vector3d& ray, double inverse_de
   return candidates;
 }
 
-// Weights of a local linear regression at the virtual camera's direction, with a ridge.
+// Computes weights of a local linear regression at the virtual camera's direction, with a ridge.
 void SoftPixel::Balance(std::vector<Sample>& samples, double width) const {
   double sum = 0;
   Eigen::Vector2d aside = Eigen::Vector2d::Zero();
@@ -155,7 +155,7 @@ double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const Choice&
   samples.clear();
   for (const auto& [index, penalty, weight, aside] : chosen.views) {
     const SceneView& view = scene_.views[At(index)];
-    const auto framed = view.Frame(point_in_world);
+    const auto framed = view.Project(point_in_world);
     if (!framed) continue;
     double seen = 1;
     if (view.depth_map) {
@@ -228,7 +228,7 @@ double SoftPixel::Blend(const Vector3d& ray, double depth, std::span<const int> 
   const Choice chosen = Choose(world_from_cam_ * (ray * depth), views);
   if (chosen.views.empty()) return 0;
   const std::vector<double> candidates = Candidates(ray, 1 / depth, chosen.views);
-  // Belief that is left for what is farther; a candidate that nobody believes still shows where all are such.
+  // Remaining belief for farther candidates; a candidate without belief still shows if all are such.
   constexpr double kOpaque = 0.001, kLeastBelief = 1e-6;
   double left = 1, sum = 0, seen = 0;
   std::vector<Sample> samples;

@@ -1,6 +1,6 @@
-// The soft field's pixel: which surfaces there may be along its ray, how far each is believed, and what each
-// of them shows (after Penner and Zhang 2017, "Soft 3D reconstruction for view synthesis"; here without
-// volumes of votes: each pixel asks the views' depth maps). The OpenGL renderer computes the same
+// Computes the soft field's pixel: the candidate surfaces along its ray, the belief in each, and their
+// colours (after Penner and Zhang 2017, "Soft 3D reconstruction for view synthesis"; here each pixel reads
+// the views' depth maps, without volumes of votes). The OpenGL renderer computes the same
 // (render/gl/shaders/soft.frag).
 //
 //   1. The views are the nearest kSoftViews that have the proxy's point in their images, with the penalty of
@@ -20,8 +20,7 @@
 //      photograph that is off by an edge, a highlight or a passer-by is.
 //   5. Candidates are laid over each other from near to far, each as opaque as it is believed.
 //
-// Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps say
-// what views see.
+// Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps tell visibility.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,15 +38,15 @@ inline constexpr int kSoftViews = 16, kSoftProposers = 8;
 
 // Settled on fern of LLFF and fox_half (docs/rendering.md, Soft geometry); the same in the shader.
 struct SoftConstants {
-  double least_weight = 0.05;  // of the Gaussian: a view that has less has nothing
-  double most_taken = 0.9;     // of the nearest view's Gaussian, by what all views lose
-  double own_share = 0.1;      // a view nearer than this share of the fourth penalty begins to take all
-  int search_steps = 3;        // of a map's depth along the ray
-  double search_end = 2;       // a search that still moves by more of the map's steps has failed
-  double merged = 1;           // candidates nearer to each other, in steps, are one
+  double least_weight = 0.05;  // of the Gaussian: a view with less has no weight
+  double most_taken = 0.9;     // of the nearest view's Gaussian; all views lose this much
+  double own_share = 0.1;      // share of the fourth penalty below which a view begins to take all
+  int search_steps = 3;        // along the ray, in a map's depth
+  double search_end = 2;       // a search whose last step exceeds this, in steps of the map, has failed
+  double merged = 1;           // nearer candidates, in steps, are merged
   double vote = 2;             // standard deviation of a vote, in steps
-  double occluded = 4;         // a map that many steps before a point hides it
-  double least_seen = 0.003;   // of a hidden view, where no view sees the point
+  double occluded = 4;         // a map that is this many steps before a point hides it
+  double least_seen = 0.003;   // of a hidden view, if no view sees the point
   double balanced = 1;         // ridge of the balance, in the squared width of the weights
   double agreeing = 0.2;       // standard deviation of colours on a right surface, in the root of light
   double robust = 0.2;         // difference from the mean that halves a view's weight, in the root of light
@@ -63,14 +62,14 @@ struct Contribution {
 
 class SoftPixel {
  public:
-  // `light_of(view, img)`: light on the common scale, and the share of it that the photograph has there.
+  // `light_of(view, img)` is light on the common scale, and the share of it that the photograph has there.
   using LightOf = std::function<cv::Vec4f(int view, const Eigen::Vector2d& img)>;
-  // `width`: FieldOptions::soft_width.
+  // `width` is FieldOptions::soft_width.
   SoftPixel(const RenderScene& scene, const Rigid3& cam_from_world, double width, LightOf light_of);
 
-  // `ray_in_cam`: of depth 1; `depth`: the proxy's; `views`: in the order of their distance. Sets the
-  // contributions, and returns their sum of weights: the share of the light that photographs have, times what
-  // the best view sees.
+  // `ray_in_cam` has depth 1; `depth` is the proxy's; `views` are in order of distance. Sets the
+  // contributions, and returns their sum of weights: the share of light in the photographs, times the best
+  // view's visibility.
   double Blend(const Eigen::Vector3d& ray_in_cam, double depth, std::span<const int> views,
                std::vector<Contribution>& contributions) const;
 
@@ -78,11 +77,11 @@ class SoftPixel {
   struct Chosen {
     int view;
     double penalty, weight;
-    Eigen::Vector2d aside;  // how far its direction is beside the virtual camera's, seen from the point
+    Eigen::Vector2d aside;  // direction relative to the virtual camera's, seen from the point
   };
   struct Choice {
     std::vector<Chosen> views;
-    double width = 0;  // of their weights, as a penalty
+    double width = 0;  // of the weights, as a penalty
   };
   struct Sample {
     int view;
@@ -106,7 +105,8 @@ class SoftPixel {
   SoftConstants constants_;
 };
 
-// For each tile of the picture the views that its pixels go through, nearest to the virtual camera first.
+// Returns for each tile of the picture the views that its pixels examine, nearest to the virtual camera
+// first.
 ViewTiles SoftViewsOfTiles(ViewTiler& tiler, const RenderScene& scene, const CameraModel& camera,
                            const Rigid3& cam_from_world);
 

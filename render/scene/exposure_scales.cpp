@@ -14,13 +14,14 @@
 namespace ulf::render {
 namespace {
 
-// Points that a view must share with views of known exposure, and of how many of these at most. Guessed.
+// Least number of points that a view must share with views of known exposure, and limit of these views.
+// Guessed.
 constexpr std::size_t kExposureScaleLeastPoints = 12, kMostViews = 6;
 constexpr LightAtPointsOptions kExposureScaleLight = {};
-// Refused where half of the ratios differ from their median by more than this, of their logarithm. Guessed.
+// Refused if half of the ratios differ from their median by more than this, of their logarithm. Guessed.
 constexpr double kMostDeviation = 0.3;
 
-// None where the view does not say; `has_times`, `has_apertures`: whether any view does.
+// Returns none if the view has no exposure; `has_times`, `has_apertures` say whether any view has them.
 std::optional<double> ToldExposure(const View& view, bool has_times, bool has_apertures) {
   if (has_times && !(view.exposure_s > 0)) return std::nullopt;
   if (has_apertures && !view.f_number) return std::nullopt;
@@ -33,7 +34,7 @@ std::optional<LightAtPoints> LightOf(const LightField& light_field, const View& 
                                      const LightAtPointsOptions& options) {
   try {
     return LightAtPoints(light_field, view, options);
-  } catch (const Error& error) {  // whoever renders it reports the damage
+  } catch (const Error& error) {  // its renderer reports the damage
     return std::nullopt;
   }
 }
@@ -83,7 +84,7 @@ ExposureScales ScalesOf(const LightField& light_field) {
   const bool has_times = std::ranges::any_of(views, [](const View& view) { return view.exposure_s > 0; });
   const bool has_apertures =
       std::ranges::any_of(views, [](const View& view) { return view.f_number.has_value(); });
-  std::map<int, double> known;  // by the view's id
+  std::map<int, double> known;  // by view id
   std::vector<double> exposures;
   for (const View& view : views)
     if (const auto told = ToldExposure(view, has_times, has_apertures)) {

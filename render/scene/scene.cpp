@@ -18,9 +18,9 @@
 namespace ulf::render {
 namespace {
 
-// Whether each view's clipped pixels are worth less than what others show there: those that were exposed for
-// less light know more of it. Of views of one exposure none is: a place that clips in one of them and not in
-// another looks different from there, and the highlight belongs to the picture.
+// Returns whether other views show more light at each view's clipped pixels, because they were exposed less.
+// It is false for views of one exposure: a place that clips in one of them and not in another looks different
+// from there, and the highlight belongs to the picture.
 std::vector<bool> ClipsLower(const std::vector<float>& scales, float least_ratio) {
   const float most = scales.empty() ? 1 : *std::ranges::max_element(scales);
   std::vector<bool> lower;
@@ -48,9 +48,9 @@ void ReportExposures(const LightField& light_field, const ExposureScales& scales
         Parameter("light"));
 }
 
-// kAuto: where 8 bits would lose light, because a master or a photograph holds more, a flat field is divided
-// out, or exposures differ so much that photographs are brightened; and for masks, because only the linear
-// form has pixels without light.
+// Decides kAuto: linear if 8 bits would lose light, because a master or a photograph holds more, a flat field
+// is divided out, or exposures differ so much that photographs are brightened; and for masks, because only
+// the linear form has pixels without light.
 bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales,
                  const SceneOptions& options) {
   if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
@@ -102,15 +102,15 @@ cv::Mat SceneView::Srgb8() const {
   return Srgb8FromLinear(bgr);
 }
 
-std::optional<Seen> SceneView::See(const Eigen::Vector3d& point_in_world) const {
-  auto seen = Frame(point_in_world);
+std::optional<Seen> SceneView::ProjectVisible(const Eigen::Vector3d& point_in_world) const {
+  auto seen = Project(point_in_world);
   if (!seen || !shadow_map) return seen;
   seen->feather *= shadow_map->Get().Visibility(cam_from_world * point_in_world);
   if (seen->feather <= 0) return std::nullopt;
   return seen;
 }
 
-std::optional<Seen> SceneView::Frame(const Eigen::Vector3d& point_in_world) const {
+std::optional<Seen> SceneView::Project(const Eigen::Vector3d& point_in_world) const {
   const auto img = camera.ImgFromCam(cam_from_world * point_in_world);
   if (!img) return std::nullopt;
   const double to_edge = std::min({img->x(), img->y(), camera.width - img->x(), camera.height - img->y()});
@@ -167,7 +167,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
     const View& view = light_field.views[i];
     SceneView& out = scene->views.emplace_back();
     out.id = view.id;
-    out.photograph = scene->store->Of(i);
+    out.photograph = scene->store->PhotographOf(i);
     out.camera =
         light_field.CameraOf(view).ScaledTo(out.photograph->size().width, out.photograph->size().height);
     out.cam_from_world = view.cam_from_world;

@@ -21,21 +21,20 @@ constexpr int kViewTilerLeastTilePx = 32;
 constexpr int kTilesAcross = 32;
 // A tile with no more views is not split. Guessed.
 constexpr std::size_t kFewViews = 4;
-// Images are taken as larger or smaller by this share of their size: the edges of distorted images are
+// Images are assumed larger or smaller by this share of their size, because the edges of distorted images are
 // sampled. Guessed.
 constexpr double kViewTilerMargin = 0.02;
-// Of a unit ray: views with a ray whose z is smaller are not tested by half-spaces but kept everywhere.
-// Guessed.
+// Views with a unit ray of smaller z are not tested by half-spaces but kept everywhere. Guessed.
 constexpr double kViewTilerLeastForward = 0.1;
 
-// A linear function of a point in the camera's frame, divided by the point's depth, as a function of the
-// picture's (x, y, 1, 1 / depth).
+// Converts a linear function of a point in the camera's frame, divided by the point's depth, to a function of
+// the picture's (x, y, 1, 1 / depth).
 Vector4d OfPixel(const Eigen::RowVector3d& of_ray, double of_nearness, const CameraModel& camera) {
   const double x = of_ray.x() / camera.fx, y = of_ray.y() / camera.fy;
   return {x, y, of_ray.z() - x * camera.cx - y * camera.cy, of_nearness};
 }
 
-// A point is inside where all are positive.
+// A point is inside if all are positive.
 using HalfSpaces = std::array<Vector4d, 5>;
 
 struct Candidate {
@@ -107,7 +106,7 @@ class Splitter {
   }
 
  private:
-  // Points whose convex hull, in (x, y, 1, 1 / depth), contains everything that the tile shows.
+  // Finds points whose convex hull, in (x, y, 1, 1 / depth), contains everything that the tile shows.
   void FindCorners(const cv::Rect& px) {
     const double least = 1 / picture_.plane.far_depth;
     std::array<Vector4d, 4> on_plane;
@@ -159,7 +158,7 @@ class Splitter {
 }  // namespace
 
 ViewTiler::ViewTiler(const std::vector<SceneView>& views) {
-  // Most views have the same camera as the view before.
+  // Most views have the same camera as the previous one.
   for (std::size_t i = 0; i < views.size(); ++i)
     slopes_.push_back(i > 0 && views[i].camera == views[i - 1].camera ? slopes_.back()
                                                                       : SlopesOf(views[i].camera));

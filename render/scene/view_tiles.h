@@ -1,6 +1,6 @@
-// Which recorded views have which part of a picture in their images. Where a pixel goes through the views
-// until one sees its point, it can skip all others. A view is left out of a tile only when the half-spaces of
-// its image prove that it sees nothing of the tile.
+// Finds the recorded views that have a tile of a picture in their images, so that pixels which search for a
+// view that sees their point can skip all others. A view is left out of a tile only if the half-spaces of its
+// image prove that it sees nothing of the tile.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,30 +20,30 @@ namespace ulf::render {
 struct ViewTiles {
   struct Tile {
     cv::Rect px;
-    int first = 0, end = 0;  // its part of `views`
+    int first = 0, end = 0;  // range in `views`
   };
   std::vector<Tile> tiles;  // cover the picture without overlap
-  std::vector<int> views;   // of each tile, in the order in which its pixels go through them
+  std::vector<int> views;   // by tile, in the order in which pixels examine them
 };
 
 class ViewTiler {
  public:
   explicit ViewTiler(const std::vector<SceneView>& views);
 
-  // What the picture shows: the plane, and points of triangles in front of it or behind it.
+  // The content of the picture: the plane, and points of triangles in front of it or behind it.
   struct Picture {
     CameraModel camera;  // without distortion
     Rigid3 cam_from_world;
     PlaneInCamera plane;
     std::shared_ptr<const TriangleMesh> triangles;
   };
-  // `in_order`: the views in the order in which pixels go through them. `ends`: a pixel is done after
-  // `enough` views with this property that have it in their images.
+  // `in_order` lists the views in the order in which pixels examine them. A pixel is done after `enough`
+  // views for which `ends` is true have it in their images.
   ViewTiles Tile(const std::vector<SceneView>& views, std::span<const int> in_order, const Picture& picture,
                  const std::function<bool(int view)>& ends, int enough = 1);
 
  private:
-  // The range of x/z and y/z over an image; none where the image reaches to the side of the camera.
+  // The range of x/z and y/z over an image; none if the image reaches to the side of the camera.
   struct Slopes {
     Eigen::Vector2d low, high;
   };

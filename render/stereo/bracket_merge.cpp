@@ -23,23 +23,23 @@
 namespace ulf::render {
 namespace {
 
-constexpr double kTrustedRatio = 0.02;  // a told ratio that the pictures contradict by less stands. Guessed
+constexpr double kTrustedRatio = 0.02;      // a smaller contradiction by the pictures is ignored. Guessed
 constexpr double kMostContradiction = 0.5;  // stops. Guessed
-// How far an aligned exposure may lie off: poses that were tracked are right to 0.02 to 0.16 px
-// (sim:lightbox, 5x2EV); the rest is geometry. Settled on seed 1 of sim:lightbox and sim:branch.
+// Assumed misalignment of an aligned exposure: tracked poses are right to 0.02 to 0.16 px (sim:lightbox,
+// 5x2EV); the rest is geometry. Settled on seed 1 of sim:lightbox and sim:branch.
 constexpr double kMisalignedPx = 0.2;
 
 constexpr double kBlurAtEdges =
-    0.25;  // an even blur moves light at an edge by a quarter of its length, on average
+    0.25;  // uniform blur moves light at an edge by a quarter of its length, on average
 
-// A developed raw file has a colour matrix behind it, and what is encoded for a display mostly has.
+// A developed raw file has passed a colour matrix, and so have most display-encoded pictures.
 bool MixesColors(const View& photograph) {
   const std::filesystem::path path =
       photograph.master_path.empty() ? photograph.image_path : photograph.master_path;
   return IsRawFile(path) || photograph.master_transfer.value_or(TransferOfFile(path)) == Transfer::kSrgb;
 }
 
-// The view's own first.
+// Returns the view's own first.
 std::vector<ExposedLight> LightsOf(const LightField& light_field, const std::vector<View>& photographs) {
   std::vector<SensorPicture> pictures;
   for (const View& each : photographs)
@@ -50,7 +50,7 @@ std::vector<ExposedLight> LightsOf(const LightField& light_field, const std::vec
   return ExposedLightsOf(pictures);
 }
 
-// The light that the sensor gets for the same scene, over the reference's.
+// Returns the ratio of the sensor's light for the same scene to the reference's.
 double ToldRatio(const View& photograph, const View& reference) {
   double ratio = photograph.exposure_s * photograph.gain / (reference.exposure_s * reference.gain);
   if (photograph.f_number && reference.f_number)
@@ -58,8 +58,8 @@ double ToldRatio(const View& photograph, const View& reference) {
   return ratio;
 }
 
-// How long the path of what the view shows is in the picture while the exposure lasts: of a photograph in the
-// order of time, by the poses before and after it. Poses are from_view. 0 where times are not known.
+// Returns the length of the subject's path in the picture during the exposure: of a photograph in order of
+// time, by the poses before and after it. Poses are from_view. It is 0 if times are unknown.
 double BlurPx(const std::vector<View>& photographs, std::size_t index, const CameraModel& camera,
               const cv::Mat& depth) {
   const View& exposed = photographs[index];
@@ -135,14 +135,14 @@ MergedView MergeExposuresOf(const LightField& light_field, const View& view, con
   std::vector<View> photographs{view};
   for (const ViewExposure& each : view.exposures) photographs.push_back(PhotographOf(view, each));
   const std::vector<ExposedLight> lights = LightsOf(light_field, photographs);
-  std::vector<AlignedExposure> exposures{AsItLies(lights.front(), 1)};
+  std::vector<AlignedExposure> exposures{WithoutAlignment(lights.front(), 1)};
   const cv::Mat depth = options.align ? DepthOfView(light_field, view, proxy) : cv::Mat();
   for (std::size_t i = 1; i < photographs.size(); ++i) {
     const ViewExposure& each = view.exposures[i - 1];
     const double told = ToldRatio(photographs[i], view);
     AlignedExposure aligned = options.align
                                   ? AlignExposure(lights[i], camera, depth, each.exposure_from_view, told)
-                                  : AsItLies(lights[i], told);
+                                  : WithoutAlignment(lights[i], told);
     const double measured = MeasuredRatio(aligned, exposures.front());
     if (measured > 0 && std::abs(std::log2(measured / told)) > kMostContradiction) {
       result.left_out.push_back(fmt::format(
@@ -183,7 +183,7 @@ std::string MergedExr(const View& view, const MergedView& merged) {
 
 BracketReport MergeBrackets(const std::filesystem::path& dir) {
   BracketReport report;
-  // Before the writer looks at every photograph.
+  // Checked before the writer reads every photograph.
   if (std::ranges::all_of(ReadLightField(dir).views, [](const View& view) { return view.exposures.empty(); }))
     return report;
   LightFieldWriter writer = LightFieldWriter::Resume(dir);

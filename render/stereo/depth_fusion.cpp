@@ -17,7 +17,7 @@ struct Reading {
   double map_depth;    // 0: none
 };
 
-// A view's map at the pixel onto which a point projects.
+// Reads a view's map at the pixel onto which a point projects.
 std::optional<Reading> ReadMap(const ViewDepth& view, const Vector3d& point_in_world) {
   const Vector3d in_cam = view.view.cam_from_world * point_in_world;
   if (!(in_cam.z() > 0)) return std::nullopt;
@@ -51,7 +51,7 @@ cv::Mat Agreed(const std::vector<ViewDepth>& views, std::size_t index, const std
         if (Agree(view, reading->point_depth, reading->map_depth, options.tolerance_planes)) {
           const Vector3d other_point =
               view.view.center_in_world + reading->map_depth * view.view.RayInWorld(reading->x, reading->y);
-          // The depth along the own axis: the other map's pixel is not exactly the same place.
+          // The depth is along the own axis, because the other map's pixel is not exactly the same place.
           const double own_depth = axis.dot(other_point - own.view.center_in_world);
           if (own_depth <= 0) continue;
           sum += 1 / own_depth;
@@ -77,8 +77,8 @@ void Mark(const ViewDepth& view, int x, int y, double depth, const FusionOptions
 
 }  // namespace
 
-void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
-                    const FusionOptions& options) {
+void KeepConsistentDepths(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
+                          const FusionOptions& options) {
   std::vector<cv::Mat> kept(views.size());
   ParallelFor(
       views.size(), [&](std::size_t i) { kept[i] = Agreed(views, i, others[i], options); },

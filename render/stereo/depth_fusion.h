@@ -1,5 +1,6 @@
-// Fuses the depth maps of several views into one set of points. A depth is kept where the maps of other views
-// agree, and becomes their mean. What several views saw becomes one point with a list of these views.
+// Fuses the depth maps of several views into one set of points. A depth is kept if the maps of other views
+// agree, and becomes their mean. A surface point seen by several views becomes one point with a list of these
+// views.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +13,8 @@ namespace ulf::render {
 
 struct ViewDepth {
   StereoView view;
-  cv::Mat depth;          // CV_32F, along the optical axis; 0: none
-  double plane_step = 0;  // of the sweep, in inverse depth: the unit of FusionOptions::tolerance_planes
+  cv::Mat depth;          // CV_32F, along the optical axis, world units; 0: none
+  double plane_step = 0;  // inverse depth between planes of the sweep; scales FusionOptions::tolerance_planes
 };
 
 struct FusedPoint {
@@ -24,18 +25,18 @@ struct FusedPoint {
 };
 
 struct FusionOptions {
-  int agreeing_views = 2;         // a depth with fewer other maps that agree is dropped. Guessed.
+  int agreeing_views = 2;         // a depth needs this many other maps that agree. Guessed.
   double tolerance_planes = 1.0;  // two maps agree up to this difference, in planes of the sweep. Guessed.
-  int spacing_px = 2;             // points of one view are at least this far apart, in its pixels. Guessed.
+  int spacing_px = 2;             // px of its view: least distance of points of one view. Guessed.
   bool in_this_thread = false;    // otherwise on all processors
 };
 
 // Sets depths that too few other maps confirm to 0, and the others to the mean of the maps that agree.
-// `others[i]`: the views whose maps are compared with that of view i.
-void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
-                    const FusionOptions& options);
+// `others[i]` are the views whose maps are compared with that of view i.
+void KeepConsistentDepths(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
+                          const FusionOptions& options);
 
-// Points of the maps after KeepWhatAgrees(), view by view.
+// Returns the points of the maps after KeepConsistentDepths(), view by view.
 std::vector<FusedPoint> FusePoints(const std::vector<ViewDepth>& views,
                                    const std::vector<std::vector<int>>& others, const FusionOptions& options);
 

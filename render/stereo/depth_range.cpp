@@ -9,7 +9,8 @@ namespace {
 // Depths of the first sweep with a larger agreement (DepthMap::agreement) count. Guessed.
 constexpr float kSure = 0.6f;
 
-// How many pixels the middle of the view's image moves in a neighbour's image over the range of depths.
+// Returns how many pixels the middle of the view's image moves in a neighbour's image over the range of
+// depths.
 double PathLengthPx(const StereoView& view, const StereoView& neighbour, double nearest, double farthest) {
   const Eigen::Vector3d ray = view.RayInWorld(view.camera.width / 2, view.camera.height / 2);
   const auto at = [&](double depth) {
@@ -33,7 +34,7 @@ InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<con
 
 double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                         double distance) {
-  constexpr double kSmallStep = 1e-3;  // of the distance: the change is taken as linear
+  constexpr double kSmallStep = 1e-3;  // of the distance: the change is assumed linear
   const double step = kSmallStep * distance;
   double widest = 0;
   for (const StereoView* neighbour : neighbours)

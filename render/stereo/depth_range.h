@@ -1,4 +1,4 @@
-// The range of depths over which a view's planes are swept.
+// Finds the range of depths over which a view's planes are swept.
 #pragma once
 
 #include <atomic>
@@ -9,39 +9,39 @@
 namespace ulf::render {
 
 struct DepthRangeOptions {
-  // The longer side of the first sweep's views, at most, and never more than half of the views'. Guessed.
+  // Limit of the longer side of the first sweep's views, which is never more than half of the views'.
+  // Guessed.
   int size_px = 320;
   // SweepOptions::coarse_from_px of the first sweep. Settled on fern of LLFF and fox_half.
   int coarse_from_px = 160;
   // The first sweep's range, in distances to the subject. Guessed.
   double nearest = 0.2, farthest = 100;
-  // The first sweep must give at least this many depths that count, else its own range is used. Guessed.
+  // The first sweep must give at least this many valid depths, otherwise its own range is used. Guessed.
   std::size_t fewest = 100;
   // Share of these depths that is cut off at either end, as outliers. Guessed.
   double left_out = 0.005;
   // The range is extended at either end by this share of itself, and this share of the largest inverse depth.
   // Guessed.
   double margin = 0.1, margin_of_most = 0.02;
-  const std::atomic<bool>* given_up =
-      nullptr;  // once true, FindRange() returns soon, and its own first range
+  const std::atomic<bool>* given_up = nullptr;  // once true, FindRange() soon returns its first range
 };
 
-// The range for a view. A first sweep at a small size over a wide range finds the depths; the planes of the
-// result are so close together that from plane to plane a point moves by about one pixel in the neighbour
-// where it moves most.
+// Returns the range for a view. A first sweep at a small size over a wide range finds the depths; the planes
+// of the result are spaced so that from plane to plane a point moves by about one pixel in the neighbour with
+// the largest motion.
 InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                             double subject_distance, const DepthRangeOptions& options = {});
 
 // Limits of InverseDepthRange::planes: fewer give no minimum, more take too long. Guessed.
 inline constexpr int kFewestPlanes = 16, kMostPlanes = 256;
 
-// The range from `nearest` to `farthest` (world units) with planes one pixel apart in the neighbour with the
-// longest path.
+// Returns the range from `nearest` to `farthest` (world units) with planes one pixel apart in the neighbour
+// with the longest path.
 InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                    double nearest, double farthest);
 
-// The change of depth at `distance` that moves a point by one pixel in the neighbour where it moves most;
-// infinite where it moves in none.
+// Returns the change of depth at `distance` that moves a point by one pixel in the neighbour where it moves
+// most; infinite if it moves in none.
 double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                         double distance);
 

@@ -33,7 +33,7 @@ class GreyLayers {
       glTextureSubImage3D(texture_, 0, 0, 0, static_cast<GLint>(i), grey.cols, grey.rows, 1, GL_RED, GL_FLOAT,
                           grey.data);
     }
-    // Without filtering: an image smaller than the texture must not blend with the texels beside it.
+    // Sampling is unfiltered: an image smaller than the texture must not blend with the texels beside it.
     SetSampling(texture_, GL_NEAREST);
     try {
       CheckGl("uploading the pictures to compare", SmallerPictures);
@@ -118,8 +118,8 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
   program_.Set("quads", quads);
   for (int first = 0; first < volume.height(); first += band) {
     const int end = std::min(first + band, volume.height());
-    // Anew for each band: on NVIDIA's driver 580 a buffer that was read back gave wrong costs
-    // the second time.
+    // The buffer is allocated anew for each band: on NVIDIA's driver 580 one that was read back gave wrong
+    // costs the second time.
     costs_.Reserve(At(end - first) * row_bytes);
     CheckGl("making room for what is compared", SmallerPictures);  // before a shader writes into it
     costs_.BindStorage(3);

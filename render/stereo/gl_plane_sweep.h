@@ -1,5 +1,6 @@
-// The sweep's matching costs by OpenGL: the same as those of MatchingCosts(), the reference, up to one unit
-// of their eight bits. Meant for a GPU; a software rasteriser takes longer than the loops on the processor.
+// Computes the sweep's matching costs by OpenGL: they equal those of MatchingCosts(), the reference, up to
+// one unit of their eight bits. It is meant for a GPU; a software rasteriser takes longer than the loops on
+// the processor.
 #pragma once
 
 #include <string>
@@ -12,17 +13,17 @@ namespace ulf::render {
 
 class GlPlaneSweep {
  public:
-  // Throws Error where there is no OpenGL. `band_bytes`: of costs that are computed at a time.
+  // Throws Error if there is no OpenGL. `band_bytes` is the memory of costs that are computed at a time.
   explicit GlPlaneSweep(std::size_t band_bytes = kBandBytes) : band_bytes_(band_bytes) {}
   ~GlPlaneSweep();
 
-  // Only in the thread that made it.
+  // Call it only in the thread that made the object.
   CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                            const InverseDepthRange& range, const SweepOptions& options = {});
   const std::string& device() const { return context_.device(); }
 
  private:
-  static constexpr std::size_t kBandBytes = 64 << 20;  // a driver ends what takes it too long. Guessed.
+  static constexpr std::size_t kBandBytes = 64 << 20;  // a driver kills passes that take too long. Guessed.
   struct Shape {
     int radius = 0, neighbours = 0;
     bool operator==(const Shape&) const = default;

@@ -15,25 +15,25 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kNeighbours = 6;  // with which a view is compared. Guessed.
-// Neighbours stand around a view where the mean of the directions to them is shorter than this; 1: all on one
-// side. Guessed.
+constexpr int kNeighbours = 6;  // of a view in the sweep. Guessed.
+// Neighbours surround a view if the mean of the directions to them is shorter than this; 1: all on one side.
+// Guessed.
 constexpr double kMostOneSided = 0.7;
-// A map is made anew when corrected poses move what it shows by more, in pixels of its image. Guessed.
+// A map is made anew if corrected poses move its points by more, in px of its image. Guessed.
 constexpr double kStalePx = 1.0;
 
-// How RangeOfKnown() finds a range.
-constexpr int kGridX = 8, kGridY = 6;  // parts of the image
-constexpr double kLeastParts = 0.7;    // share of the parts that known depths must reach. Guessed.
-constexpr int kStepPx = 5;             // of the known maps, from one depth that is looked at to the next
+// Constants of RangeOfKnown():
+constexpr int kGridX = 8, kGridY = 6;         // parts of the image
+constexpr double kLeastParts = 0.7;           // share of the parts that known depths must reach. Guessed.
+constexpr int kStepPx = 5;                    // step between the read depths of the known maps
 constexpr double kKnownRangeLeftOut = 0.005;  // as DepthRangeOptions
 constexpr double kKnownRangeMargin = 0.15, kMarginOfMost = 0.02;
 
 using Eigen::Vector3d;
 
 constexpr std::size_t kMapsAskedForRange = 4;  // nearest ones. Guessed.
-// By MakeMissingMaps(); the number of processors must not decide, because a map's range is that
-// of earlier ones.
+// For MakeMissingMaps(); independent of the number of processors, because a map's range is that of earlier
+// ones.
 constexpr std::size_t kMapsAtOnce = 8;
 
 }  // namespace
@@ -50,7 +50,7 @@ std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
         if (!(depth > 0)) continue;
         const Vector3d point = map->view.center_in_world + depth * map->view.RayInWorld(x, y);
         const Vector3d in_cam = view.cam_from_world * point;
-        const auto img = view.See(point);
+        const auto img = view.Project(point);
         if (!img || !(in_cam.z() > 0)) continue;
         inverse.push_back(1 / in_cam.z());
         const int part_x = std::min(kGridX - 1, static_cast<int>(img->x() * kGridX / view.camera.width));
@@ -129,7 +129,7 @@ void GrowingGeometry::MoveMap(Entry& entry) const {
   std::vector<double> moved_px;
   for (const Baseline& then : entry.baselines)
     if (const Entry* neighbour = Find(then.id)) {
-      // What the map shows in the middle of its image, in the neighbour's frame.
+      // The map's point at the middle of its image, in the neighbour's frame.
       const Rigid3 now = neighbour->view.cam_from_world * entry.view.cam_from_world.Inverse();
       const Vector3d was_there = then.neighbour_from_view * Vector3d(0, 0, distance / scale);
       const Vector3d is_there = now * Vector3d(0, 0, distance);
@@ -236,7 +236,7 @@ int GrowingGeometry::Next(bool all_views_are_here) const {
     const double far = FarFromMaps(entry);
     if (far > least_apart) candidates.emplace_back(-far, static_cast<int>(i));
   }
-  std::ranges::sort(candidates);  // the farthest first; of equal ones that of the smallest id
+  std::ranges::sort(candidates);  // the farthest first; on ties the smallest id
   const std::vector<StereoView> views = Views();
   for (const auto& [far, index] : candidates)
     if (all_views_are_here || StandsAmongNeighbours(entries_[At(index)], views)) return index;
@@ -318,7 +318,7 @@ void GrowingGeometry::MakeMissingMaps(double most_s) {
 int GrowingGeometry::MissingMaps() const {
   if (!subject_ || entries_.size() < 2) return 0;
   int missing = 0;
-  // As if each of them had been made: those that then stand too near to one another are not missing.
+  // Assumes that each of them had been made: those too near to one another then are not missing.
   GrowingGeometry rest(*this);
   for (int index = rest.Next(true); index >= 0; index = rest.Next(true)) {
     rest.entries_[At(index)].map = ViewDepth{rest.entries_[At(index)].view, {}, 0};

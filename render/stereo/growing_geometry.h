@@ -1,11 +1,11 @@
-// Geometry of a light field that is still being captured: one depth map after another, as views come, and a
-// mesh of those that are there at any moment. The steps are those of `ulf proxy` (proxy_builder.h); without
-// threads, so that whoever owns it decides when it may cost time.
+// Builds geometry of a light field during its capture: one depth map after another, as views come, and a mesh
+// of the present maps at any time. The steps are those of `ulf proxy` (proxy_builder.h), without threads, so
+// that the owner decides when it may cost time.
 //
-// A view gets a depth map when it stands apart from the views that have one and enough neighbours are around
+// A view gets a depth map if it stands apart from the views that have one and enough neighbours are around
 // it. Depths are kept in the view's own frame: when poses are corrected, a map moves with its view, is scaled
-// where its baselines are (a loop that closed may change the scale), and is made anew where its neighbours
-// moved by more than that.
+// with its baselines (a loop closure may change the scale), and is made anew if its neighbours moved by more
+// than that.
 #pragma once
 
 #include <atomic>
@@ -22,20 +22,20 @@
 
 namespace ulf::render {
 
-// Finds the depths of what a view has in its image from the depth maps of other views, for a sweep with
-// `neighbours`. None where `known` show too little of its image.
+// Finds the range of depths in a view's image from the depth maps of other views, for a sweep with
+// `neighbours`. Returns none if `known` show too little of its image.
 std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const std::vector<const StereoView*>& neighbours,
                                               const std::vector<const ViewDepth*>& known);
 
 struct GrowingGeometryOptions {
-  int size_px = 320;    // longer side of the photographs that are compared. Guessed: a sixth of 640's time.
-  int depth_maps = 60;  // about; as ProxyOptions::depth_maps
+  int size_px = 320;    // longer side of the compared photographs. Guessed: a sixth of 640's time.
+  int depth_maps = 60;  // approximate number; as ProxyOptions::depth_maps
   // A view waits until this many neighbours stand around it, or until this many views have come after it: at
   // the rim none come on one side. Guessed.
   int neighbours_waited_for = 4, views_waited_for = 15;
-  // Between the directions from the subject of two views with depth maps, radians; twice that when
-  // `depth_maps` are made, three times beyond. Guessed.
+  // Least angle at the subject between two views with depth maps, radians; twice that when `depth_maps` are
+  // made, three times beyond. Guessed.
   double least_apart = Radians(3);
   MapsMeshOptions mesh = {.most_triangles = 150000};
 };
@@ -45,48 +45,48 @@ class GrowingGeometry {
   explicit GrowingGeometry(const GrowingGeometryOptions& options = {});
 
   const GrowingGeometryOptions& options() const { return options_; }
-  // Maps that were made stay; which views get the next ones depends on it.
+  // Existing maps stay; the choice of the next views depends on it.
   void SetSubject(const Subject& subject) { subject_ = subject; }
-  // `id`: View::id. `view`: of options().size_px.
+  // `id` is View::id. `view` has options().size_px.
   void AddView(int id, StereoView view);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
-  // The view gets a map that was made before, under the pose that it has now, in place of one that would be
-  // made. Returns false for a view that is not there, or is compared in another size.
+  // Gives the view a map that was made before, under its present pose, instead of making one. Returns false
+  // for an unknown view, or one of another size.
   bool TakeMap(int id, const CameraModel& camera, const cv::Mat& depth, double plane_step);
 
-  // Makes the depth map that is missed most. `all_views_are_here`: no view waits for neighbours. False: none
-  // is missing, or there is no subject.
+  // Makes the most needed depth map. With `all_views_are_here` no view waits for neighbours. Returns false if
+  // none is needed, or there is no subject.
   bool MakeNextMap(bool all_views_are_here);
 
-  // The same in two steps, for whoever must be able to copy this object at any time: NextMap() takes long and
-  // changes nothing, Keep() takes no time. None: none is missing, or `given_up` became true.
+  // Does the same in two steps, so that this object can be copied at any time: NextMap() takes long and
+  // changes nothing, Keep() takes no time. Returns none if none is needed, or `given_up` became true.
   struct NewMap;
   std::optional<NewMap> NextMap(bool all_views_are_here, const std::atomic<bool>* given_up = nullptr) const;
   void Keep(NewMap map);
 
-  // Makes the maps that are missing, on all processors, until none is or `most_s` have passed. The same views
-  // give the same maps, whatever the number of processors, if there is time for all.
+  // Makes the needed maps, on all processors, until none is left or `most_s` have passed. The same views give
+  // the same maps, whatever the number of processors, if there is time for all.
   void MakeMissingMaps(double most_s);
 
   int views() const { return static_cast<int>(entries_.size()); }
   int maps() const;
-  // How many more MakeNextMap(true) would make.
+  // Returns how many more MakeNextMap(true) would make.
   int MissingMaps() const;
-  // Which maps have been made, moved or dropped so far: a mesh of an older revision is out of date.
+  // Counts changes of the maps (made, moved or dropped): a mesh of an older revision is out of date.
   std::uint64_t revision() const { return revision_; }
-  // The maps, in order of id; cheap, because the pixels are shared.
+  // Returns the maps in order of id; cheap, because the pixels are shared.
   std::vector<ViewDepth> Maps() const;
-  // The same as the soft field wants them, by View::id (mesh_of_maps.h). `mesh`: MeshOfMaps() of Maps().
+  // Returns them for the soft field, by View::id (mesh_of_maps.h). `mesh` is MeshOfMaps() of Maps().
   std::map<int, ViewDepthMap> MapsForRendering(const TriangleMesh& mesh) const;
-  // Where the views that have maps stand, by id.
+  // Returns the poses of the views that have maps, by id.
   std::map<int, Rigid3> MapPoses() const;
-  // Whether a mesh of the maps that stood at `then` no longer fits: one of them is gone, or has moved by more
-  // than this many pixels of its image.
+  // Returns whether a mesh of the maps with the poses `then` no longer fits: one of them was removed, or has
+  // moved by more than this many pixels of its image.
   bool HaveMovedSince(const std::map<int, Rigid3>& then, double most_px) const;
 
  private:
-  // How a neighbour stood when the map was made.
+  // A neighbour's relative pose when the map was made.
   struct Baseline {
     int id = 0;
     Rigid3 neighbour_from_view;
@@ -95,8 +95,8 @@ class GrowingGeometry {
     int id = 0;
     StereoView view;
     std::optional<ViewDepth> map;
-    std::vector<Baseline> baselines;  // of the map
-    std::uint64_t came = 0;           // number of views that had come by then
+    std::vector<Baseline> baselines;  // to the map's neighbours
+    std::uint64_t came = 0;           // number of views that had been added by then
     std::uint64_t tried = 0;          // number of views when no neighbour was found for a map
   };
   struct Made {
@@ -108,11 +108,11 @@ class GrowingGeometry {
   void Keep(Entry& entry, Made made);
   const Entry* Find(int id) const;
   std::vector<StereoView> Views() const;
-  // How far the direction of a view is from those with maps, radians.
+  // Returns the angle between the view's direction and the nearest one with a map, radians.
   double FarFromMaps(const Entry& entry) const;
   double LeastApartNow() const;
   bool StandsAmongNeighbours(const Entry& entry, const std::vector<StereoView>& views) const;
-  // Index of the view whose map is missed most; -1: none.
+  // Returns the index of the view whose map is most needed; -1 if none.
   int Next(bool all_views_are_here) const;
   std::vector<const ViewDepth*> KnownNear(const Entry& entry) const;
   void MoveMap(Entry& entry) const;

@@ -27,7 +27,7 @@ std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
   return points;
 }
 
-// For each map the others that may confirm it, and how.
+// Returns for each map the others that may confirm it, and how.
 std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject) {
   std::vector<StereoView> mapped;
   for (const ViewDepth& map : maps) mapped.push_back(map.view);
@@ -44,9 +44,9 @@ FusionOptions FusionOf(std::size_t maps, const MapsMeshOptions& options) {
   return fusion;
 }
 
-// Maps for rendering: a map that others confirm within two of its steps is right to a pixel: nearer ones
-// make better points of a mesh, but here what is left open is the mesh's depth, which is no better. Settled
-// on fern of LLFF.
+// For rendering, a depth that others confirm within two of its steps is right to a pixel. Stricter limits
+// make better points of a mesh, but here the mesh replaces unconfirmed depths, which is no better. Settled on
+// fern of LLFF.
 constexpr double kConfirmedPlanes = 2;
 
 }  // namespace
@@ -58,7 +58,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   for (const ViewDepth& map : maps) centers.push_back(map.view.center_in_world);
   const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   const FusionOptions fusion = FusionOf(maps.size(), options);
-  KeepWhatAgrees(maps, others, fusion);
+  KeepConsistentDepths(maps, others, fusion);
   double agreeing = 0, pixels = 0;
   for (const ViewDepth& map : maps) {
     agreeing += cv::countNonZero(map.depth);
@@ -79,7 +79,7 @@ std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const 
   const std::vector<std::vector<int>> others = MapsToCompare(maps, subject);
   FusionOptions fusion = FusionOf(maps.size(), options);
   fusion.tolerance_planes = kConfirmedPlanes;
-  KeepWhatAgrees(maps, others, fusion);
+  KeepConsistentDepths(maps, others, fusion);
   std::vector<ViewDepthMap> made(maps.size());
   ParallelFor(maps.size(), [&](std::size_t i) {
     const ViewDepth& map = maps[i];

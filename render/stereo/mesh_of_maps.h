@@ -1,5 +1,6 @@
-// The mesh of several depth maps: what they agree on becomes points, and the points a surface. And the maps
-// as the soft field wants them. The steps that `ulf proxy` and a running capture (growing_geometry.h) share.
+// Makes the mesh of several depth maps: depths on which they agree become points, and the points a surface.
+// It also converts the maps for the soft field. `ulf proxy` and a running capture (growing_geometry.h) share
+// these steps.
 #pragma once
 
 #include <cstddef>
@@ -14,14 +15,14 @@
 namespace ulf::render {
 
 struct MapsMeshOptions {
-  // About: the points are spaced wider until there are half as many. Measured
+  // The points are spaced wider until there are about half as many. Measured
   // (docs/measured/speed_and_accuracy.md: beyond 77,000 triangles more hardly help).
   int most_triangles = 400000;
   bool in_this_thread = false;  // otherwise on all processors
 };
 
 struct MapsMesh {
-  TriangleMesh mesh;          // without triangles where the maps agree on no surface
+  TriangleMesh mesh;          // without triangles if the maps agree on no surface
   double agreeing_share = 0;  // of the maps' pixels
   std::size_t points = 0;
   double fusion_s = 0, surface_s = 0;
@@ -29,8 +30,8 @@ struct MapsMesh {
 
 MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options = {});
 
-// By View::id: what the maps say where others confirm it, and elsewhere `mesh`, which is MeshOfMaps() of the
-// same maps. `view_ids[i]`: of maps[i].
+// Returns by View::id the maps where others confirm them, and elsewhere `mesh`, which is MeshOfMaps() of the
+// same maps. `view_ids[i]` belongs to maps[i].
 std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
                                              const TriangleMesh& mesh, const Subject& subject,
                                              const MapsMeshOptions& options = {});

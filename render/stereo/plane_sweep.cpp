@@ -15,9 +15,9 @@ namespace ulf::render {
 namespace {
 
 constexpr int kAroundPx = 6;      // surroundings of a tile
-constexpr int kAroundPlanes = 3;  // on either side of a plane that is chosen
-// At half the size a pixel's best plane counts as well as the chosen one, up to this cost, where so many of
-// the nine pixels around like it, too.
+constexpr int kAroundPlanes = 3;  // on either side of a chosen plane
+// At half the size a pixel's best plane counts as well as the chosen one, up to this cost, if enough of its
+// nine-pixel neighbourhood prefer it, too.
 constexpr float kLikedCost = 0.65f;
 constexpr int kLikedBy = 3;
 
@@ -32,11 +32,11 @@ struct Carrier : PlaneCarrier {
 
 constexpr float kUnseen = 4.0f;  // above any cost, which is at most 2
 
-// Rows are processed in whole groups of pixels; no result depends on what is beyond their end.
+// Rows are processed in whole groups of pixels; no result depends on values beyond their end.
 constexpr int kGroup = 8;
 constexpr int WholeGroups(int pixels) { return (pixels + kGroup - 1) / kGroup * kGroup; }
 
-// Plain arrays and windows of fixed size, so that the compiler processes a group at a time.
+// Plain arrays and windows of fixed size let the compiler process a group at a time.
 template <int kRadius>
 class Matcher {
  public:
@@ -89,7 +89,7 @@ class Matcher {
   static constexpr float kArea = kSide * kSide;
   using Row = std::vector<float>;
 
-  // A row of this view's image, sampled from the neighbour by way of the plane.
+  // Samples a row of this view's image from the neighbour through the plane.
   void Carry(const cv::Mat& image, const Matrix3f& h, int y, const Part& part) {
     const int wide = WholeGroups(part.width() + 2 * kRadius);
     const Vector3f start = h * Vector3f(0.5f - kRadius + static_cast<float>(part.left),
@@ -119,7 +119,7 @@ class Matcher {
     const float* __restrict pixels = image.ptr<float>();
     const float* __restrict pixels_below = pixels + stride;
     float* __restrict carried = carried_.data();
-    // The four pixels around are copied one by one; eight means at a time are made of them.
+    // The four pixels around are copied one by one; eight means at a time are computed from them.
     float* __restrict above = above_.data();
     float* __restrict below = below_.data();
     for (int x = 0; x < wide; ++x) {
@@ -194,14 +194,14 @@ class Matcher {
   cv::Mat padded_, sum_, spread_;
   std::vector<int> offset_;
   Row right_share_, lower_share_, above_, below_, carried_;
-  // Of the window's rows: values, squares, products with the view.
+  // The window's rows hold values, squares, and products with the view.
   std::array<std::array<Row, 3>, kSide> ring_;
 };
 
 constexpr int kMostKept = 16;  // half of 32 neighbours, the most of `ulf proxy`
 
-// The mean of the better half of the neighbours, without those that do not see the pixel; the truncation
-// where none sees it.
+// Computes the mean of the better half of the neighbours, without those that do not see the pixel; the
+// truncation if none sees it.
 void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t pixels, float truncation,
                       float* mean) {
   constexpr std::size_t kBlock = 512;
@@ -238,7 +238,7 @@ void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t 
   }
 }
 
-// Parts of rows whose tiles all want a plane.
+// Finds parts of rows whose tiles all need a plane.
 template <typename Wants>
 std::vector<std::pair<int, int>> RunsOf(int tiles, const Wants& wants) {
   std::vector<std::pair<int, int>> runs;  // the first tile and the one after the last
@@ -264,7 +264,7 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   for (const StereoView* neighbour : neighbours)
     carriers.push_back({MakePlaneCarrier(view, *neighbour), neighbour});
   Matcher<kRadius> matcher(view.grey, options.noise);
-  // Rows, or tiles, whose part of the volume stays in the processor's cache while all planes are
+  // Number of rows, or tiles, whose part of the volume stays in the processor's cache while all planes are
   // written into it.
   constexpr int kTilesAbreast = 4;
   constexpr long kCacheBytes = 2'000'000;
@@ -308,7 +308,7 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   return volume;
 }
 
-// CV_32F.
+// Returns CV_32F.
 cv::Mat ChosenPlanes(const CostVolume& volume, const StereoView& view, const SweepOptions& options) {
   return SemiGlobalMinimum(volume, view.grey,
                            {.small_step = static_cast<int>(options.small_step * kCostUnit),
@@ -316,13 +316,13 @@ cv::Mat ChosenPlanes(const CostVolume& volume, const StereoView& view, const Swe
                             .edge_grey = static_cast<float>(options.edge_grey)});
 }
 
-// The plane of least cost at a pixel, without its neighbours' opinion.
+// Returns the plane of least cost at a pixel, regardless of its neighbours.
 int OwnBest(const CostVolume& volume, int x, int y) {
   const std::uint8_t* cost = volume.At(x, y);
   return static_cast<int>(std::min_element(cost, cost + volume.labels()) - cost);
 }
 
-// Each pixel's own best plane; -1 where even that costs too much.
+// Returns each pixel's own best plane; -1 if even that costs too much.
 cv::Mat_<int> LikedPlanes(const CostVolume& volume) {
   const int most = CostByte(kLikedCost);
   cv::Mat_<int> liked(volume.height(), volume.width(), -1);
@@ -332,7 +332,7 @@ cv::Mat_<int> LikedPlanes(const CostVolume& volume) {
   return liked;
 }
 
-// How many of the nine pixels around this one, itself among them, like its plane or one beside it.
+// Counts the pixels in the nine-pixel neighbourhood that prefer this pixel's plane or one beside it.
 int CountLikingPlane(const cv::Mat_<int>& liked, int x, int y) {
   int count = 0;
   for (int v = std::max(0, y - 1); v <= std::min(liked.rows - 1, y + 1); ++v)
@@ -374,7 +374,7 @@ double PlanesOfTiles::Share() const {
   return static_cast<double>(std::ranges::count(has_, 1)) / static_cast<double>(has_.size());
 }
 
-// None: all.
+// Returns none if all planes are compared.
 static std::optional<PlanesOfTiles> PlanesToCompare(const StereoView& view,
                                                     const std::vector<const StereoView*>& neighbours,
                                                     const InverseDepthRange& range,
@@ -400,7 +400,7 @@ PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const
   if (IsGivenUp(options)) return near;
   const cv::Mat chosen = ChosenPlanes(volume, half, options);
   const double fine_per_coarse = static_cast<double>(range.planes - 1) / (coarse.planes - 1);
-  const auto add = [&](int x, int y, double plane) {  // of the half-size image
+  const auto add = [&](int x, int y, double plane) {  // px of the half-size image
     const int at = static_cast<int>(std::lround(plane * fine_per_coarse));
     const auto tiles = [&](int middle, int tiles_there) {
       return std::pair(std::clamp((2 * middle - kAroundPx) / options.tile_px, 0, tiles_there - 1),

@@ -1,15 +1,15 @@
-// Depth of a view by sweeping planes through space (Collins 1996). Every plane is parallel to the image and
-// maps the neighbouring photographs into it; where they agree there may be a surface. Planes are evenly
+// Estimates the depth of a view by sweeping planes through space (Collins 1996). Every plane is parallel to
+// the image and maps the neighbouring photographs into it; agreement indicates a surface. Planes are evenly
 // spaced in inverse depth.
 //
 // The cost of a plane at a pixel is 1 - ZNCC over a small window, truncated; ZNCC does not depend on
-// exposure. It is the mean over the better half of the neighbours, because the others may see an occluder.
-// Where a window has no texture, every plane costs the same. Semi-global matching (Hirschmueller 2008)
-// chooses the planes, and a parabola through the costs gives the depth between planes.
+// exposure. It is the mean over the better half of the neighbours, because the others may see an occluder. In
+// a window without texture every plane costs the same. Semi-global matching (Hirschmueller 2008) chooses the
+// planes, and a parabola through the costs gives the depth between planes.
 //
-// Most planes are far from every surface. SweepPlanes() therefore looks at half the size first, and then
-// compares in each tile of the image only the planes around those that a pixel of the tile, or of its
-// surroundings, chose, or a few together liked best; all others cost as much as no agreement.
+// Most planes are far from every surface. SweepPlanes() therefore sweeps at half the size first, and then
+// compares in each tile of the image only planes near those that were chosen by a pixel of the tile or its
+// surroundings, or preferred by a few together; all others cost as much as no agreement.
 #pragma once
 
 #include <atomic>
@@ -34,19 +34,18 @@ struct SweepOptions {
   double noise = 2.0;
   double truncation = 1.0;   // of 1 - ZNCC: a worse match costs no more. Guessed.
   double small_step = 0.10;  // cost of a change by one plane. Guessed.
-  double large_step = 0.90;  // cost of a larger change, where the grey value does not change. Guessed.
+  double large_step = 0.90;  // cost of a larger change at constant grey value. Guessed.
   double edge_grey = 12;     // a change of the grey value that halves the cost of a larger change. Guessed.
-  // Settled on fern of LLFF and fox_half (decibels), the simulated plant, and a simulated post of six
-  // pixels before a wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0:
-  // every view is.
+  // Settled on fern of LLFF and fox_half (decibels), the simulated plant, and a simulated post of six pixels
+  // before a wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view.
   int coarse_from_px = 400;
-  int tile_px = 16;  // of the image; more take planes that few of their pixels need
-  const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() returns soon, and no depth
+  int tile_px = 16;  // of the image; larger ones take planes that few of their pixels need
+  const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() soon returns without depths
 };
 
 struct DepthMap {
-  cv::Mat depth;      // CV_32F, along the optical axis; 0: none
-  cv::Mat agreement;  // CV_32F, 0 to 1: ZNCC at this depth, of the better half of the neighbours
+  cv::Mat depth;      // CV_32F, along the optical axis, world units; 0: none
+  cv::Mat agreement;  // CV_32F, 0 to 1: ZNCC at this depth over the better half of the neighbours
 };
 
 // The homography from a view's image to a neighbour's by a plane that is parallel to the view's image:
@@ -65,7 +64,7 @@ class PlanesOfTiles {
   int columns() const { return columns_; }
   int rows() const { return rows_; }
   bool Has(int column, int row, int plane) const { return has_[Index(column, row, plane)] != 0; }
-  void Add(int column, int row, int first_plane, int last_plane);  // those that there are
+  void Add(int column, int row, int first_plane, int last_plane);  // clamps to existing planes
   double Share() const;                                            // of all planes of all tiles
 
  private:
@@ -79,23 +78,23 @@ class PlanesOfTiles {
   std::vector<std::uint8_t> has_;
 };
 
-// The planes of `range` that are near a surface, by the same sweep at half the size; none once
-// it is given up.
+// Returns the planes of `range` near a surface, by the same sweep at half the size; none after `given_up`.
 PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                  const InverseDepthRange& range, const SweepOptions& options = {});
 
-// The cost of each plane at each pixel, in 8 bits; on the processor. `compared`: null: all.
+// Returns the cost of each plane at each pixel, in 8 bits; on the processor. A null `compared` means all
+// planes.
 CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                          const InverseDepthRange& range, const SweepOptions& options = {},
                          const PlanesOfTiles* compared = nullptr);
-// How many of this number of neighbours, those that agree best, count.
+// Returns how many of this number of neighbours, those that agree best, count.
 int KeptNeighbours(std::size_t neighbours);
 constexpr float kCostUnit = 80;  // 8-bit units for a cost of 1: the largest, 2, still fits
 std::uint8_t CostByte(float cost);
 
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
                           const SweepOptions& options = {});
-// MatchingCosts(), of all planes or of those near surfaces, and DepthOfLeastCost().
+// Runs MatchingCosts(), for all planes or for those near surfaces, and DepthOfLeastCost().
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options = {});
 

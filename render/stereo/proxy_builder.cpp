@@ -23,10 +23,10 @@
 namespace ulf::render {
 namespace {
 
-// Shares of the progress that is shown.
+// Shares of the displayed progress.
 constexpr double kPhotographsShare = 0.1, kMapsShare = 0.8, kBeforeSurface = 0.92;
 
-// The progress of a loop in several threads: `share` of the whole, from `from` on.
+// Reports the progress of a loop in several threads: `share` of the whole, from `from` on.
 class LoopProgress {
  public:
   LoopProgress(Progress* progress, const char* what, double from, double share, std::size_t count)
@@ -71,7 +71,7 @@ std::vector<Task> TasksOf(const std::vector<StereoView>& views, const Subject& s
   return tasks;
 }
 
-// Null: the processor compares the photographs.
+// Returns null if the processor compares the photographs.
 std::unique_ptr<GlPlaneSweep> MakeSweepOn(SweepDevice device) {
   if (device == SweepDevice::kProcessor) return nullptr;
   try {
@@ -112,8 +112,8 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
     });
     return maps;
   }
-  // OpenGL in this thread alone: NVIDIA's driver frees twice what it keeps for a thread of a pool that
-  // ends after main().
+  // OpenGL runs in this thread alone: NVIDIA's driver frees twice its data of a pool's thread that ends after
+  // main().
   std::vector<InverseDepthRange> ranges(tasks.size());
   ParallelFor(tasks.size(), [&](std::size_t i) { ranges[i] = range_of(tasks[i]); });
   constexpr int kMostVolumes = 8;  // in memory at a time
@@ -130,7 +130,7 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
   return maps;
 }
 
-// What both steps begin with; the tasks point into the views.
+// The common beginning of both steps; the tasks point into the views.
 struct Beginning {
   std::vector<StereoView> views;
   std::vector<Task> tasks;
@@ -167,7 +167,7 @@ std::vector<ViewDepth> MapsOfTasks(const SweptMapFiles& swept, const RenderScene
   return maps;
 }
 
-// Sweeps, or takes the maps that were swept before.
+// Sweeps, or uses the maps that were swept before.
 ProxyMesh Build(const RenderScene& scene, const ProxyOptions& options, const SweptMapFiles* swept,
                 Progress* progress) {
   ProxyMesh result;

@@ -49,7 +49,7 @@ std::uint16_t Begin(const std::uint8_t* cost, std::size_t labels, std::uint16_t*
   return least;
 }
 
-// The minimum of the parabola through the costs of the best label and its neighbours, summed over the
+// Returns the minimum of the parabola through the costs of the best label and its neighbours, summed over the
 // surrounding pixels that have about the same label.
 float BetweenLabels(const CostVolume& volume, const cv::Mat_<int>& best, int x, int y) {
   const int label = best(y, x);
@@ -88,7 +88,7 @@ cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const S
         static_cast<int>(static_cast<float>(options.large_step) / (1 + change / options.edge_grey))));
   };
 
-  // Paths from above and the left, then from below and the right.
+  // Paths come from above and the left, then from below and the right.
   for (const int way : {1, -1}) {
     std::array<Paths, 3> above{Paths(width, labels), Paths(width, labels), Paths(width, labels)},
         here = above;

@@ -1,5 +1,5 @@
-// Semi-global matching (Hirschmueller 2008): finds for each pixel the label with the least sum of its own
-// cost and the costs of changes along eight directions.
+// Semi-global matching (Hirschmueller 2008) finds for each pixel the label with the least sum of its own cost
+// and the costs of changes along eight directions.
 #pragma once
 
 #include <cstdint>
@@ -35,12 +35,12 @@ class CostVolume {
 
 struct SemiGlobalOptions {
   int small_step = 8;    // cost of a change by one label
-  int large_step = 72;   // cost of a larger change, where the grey value does not change
+  int large_step = 72;   // cost of a larger change at constant grey value
   float edge_grey = 12;  // a change of the grey value that halves the cost of a larger change
 };
 
-// CV_32F labels, with fractions by a parabola through the pixel's own costs. (The summed costs favour whole
-// labels, because changes by one label cost.) `grey`: CV_32F.
+// Returns CV_32F labels, with fractions by a parabola through the pixel's own costs. (The summed costs favour
+// whole labels, because changes by one label cost.) `grey` is CV_32F.
 cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const SemiGlobalOptions& options);
 
 }  // namespace ulf::render

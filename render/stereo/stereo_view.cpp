@@ -10,7 +10,7 @@ namespace ulf::render {
 
 namespace {
 
-// 255 where the whole pixel has light; empty where all pixels have.
+// Returns 255 where the whole pixel has light; empty if all pixels have.
 cv::Mat ValidPart(const Photograph& photograph) {
   if (!photograph.linear()) return {};
   cv::Mat light, share;
@@ -21,7 +21,7 @@ cv::Mat ValidPart(const Photograph& photograph) {
   return cv::countNonZero(valid) == static_cast<int>(valid.total()) ? cv::Mat() : valid;
 }
 
-// For cv::remap: the place in the photograph of each pixel of its undistorted image.
+// Returns for cv::remap the place in the photograph of each pixel of its undistorted image.
 cv::Mat UndistortionPlaces(const CameraModel& camera, const cv::Size& size) {
   const CameraModel pinhole = camera.WithoutDistortion();
   cv::Mat from(size, CV_32FC2);
@@ -29,7 +29,7 @@ cv::Mat UndistortionPlaces(const CameraModel& camera, const cv::Size& size) {
     for (int x = 0; x < size.width; ++x) {
       const auto img = camera.ImgFromCam(PinholeRay(pinhole, x, y));
       from.at<cv::Vec2f>(y, x) =
-          img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV counts from pixel centres
+          img ? cv::Vec2f(static_cast<float>(img->x() - 0.5),  // OpenCV's origin is the first pixel's centre
                           static_cast<float>(img->y() - 0.5))
               : cv::Vec2f(-10, -10);
     }
@@ -51,7 +51,7 @@ CameraModel AtWorkingSize(const CameraModel& camera, int size_px) {
 
 }  // namespace
 
-std::optional<Eigen::Vector2d> StereoView::See(const Eigen::Vector3d& point_in_world) const {
+std::optional<Eigen::Vector2d> StereoView::Project(const Eigen::Vector3d& point_in_world) const {
   const auto img = camera.ImgFromCam(cam_from_world * point_in_world);
   if (!img || !camera.Contains(*img)) return std::nullopt;
   return img;

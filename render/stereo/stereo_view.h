@@ -1,4 +1,4 @@
-// A photograph for stereo: grey, without distortion, at the working size.
+// A photograph for stereo: grey, undistorted, at the working size.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,22 +17,22 @@ struct StereoView {
   Rigid3 cam_from_world;
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
   cv::Mat grey;   // CV_32F, display-encoded, 0 to 255
-  cv::Mat valid;  // CV_8U, 0 where the photograph is masked; empty: nowhere
+  cv::Mat valid;  // CV_8U, 0 where the photograph is masked; empty: no mask
 
-  // The image point; none for a point behind the camera or outside the image.
-  std::optional<Eigen::Vector2d> See(const Eigen::Vector3d& point_in_world) const;
-  // The ray through a pixel's centre, of depth 1, in the world frame.
+  // Returns the image point; none for a point behind the camera or outside the image.
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world) const;
+  // Returns the ray through a pixel's centre, of depth 1, in the world frame.
   Eigen::Vector3d RayInWorld(int x, int y) const;
 };
 
-// The same at half the size.
+// Returns the view at half the size.
 StereoView HalfSize(const StereoView& view);
 
-// The longer side gets `size_px` pixels, or keeps the photograph's size where that is smaller.
+// The longer side gets `size_px` pixels, or keeps the photograph's size if that is smaller.
 StereoView MakeStereoView(const SceneView& view, int size_px);
 
-// The same of pictures of a running capture, 8-bit sRGB: reduces first, and keeps where the pixels of one
-// camera go, because views come from one camera for minutes.
+// Does the same for pictures of a running capture, 8-bit sRGB: it reduces first, and caches the undistortion
+// map of one camera, because views come from one camera for minutes.
 class StereoViewMaker {
  public:
   explicit StereoViewMaker(int size_px) : size_px_(size_px) {}
@@ -40,7 +40,7 @@ class StereoViewMaker {
 
  private:
   int size_px_;
-  std::optional<CameraModel> camera_;  // of undistortion_
+  std::optional<CameraModel> camera_;  // of `undistortion_`
   cv::Mat undistortion_;               // for cv::remap
 };
 

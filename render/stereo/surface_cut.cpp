@@ -14,7 +14,7 @@
 namespace ulf::render {
 namespace {
 
-constexpr int kSightLines = 6;  // of a point, at most. Guessed.
+constexpr int kSightLines = 6;  // largest number per point. Guessed.
 constexpr double kSoftness =
     0.25;  // distance from a point, in its spreads, at which evidence is weaker. Guessed.
 constexpr double kBehind = 1.0;  // distance behind a point, in its spreads, where space is filled. Guessed.
@@ -23,8 +23,8 @@ constexpr double kRegularity =
 // Triangles with a longer edge (in pixels at its points) are left out: no view saw what lies between.
 // Guessed.
 constexpr double kLongestEdgePx = 60;
-// Triangles whose edges are no longer are always kept. Of those between, some view that saw a corner must
-// stand in front. Guessed.
+// Triangles with shorter edges are always kept. For those between, some view that saw a corner must stand in
+// front. Guessed.
 constexpr double kNeighboursPx = 10;
 
 using Eigen::Vector3d;
@@ -39,10 +39,10 @@ void Add(std::int32_t& sum, double weight) {
                                                std::memory_order_relaxed);
 }
 
-// The evidence that the lines of sight give.
+// The evidence of the lines of sight.
 struct Evidence {
   explicit Evidence(std::size_t cells) : crossing(cells, {0, 0, 0, 0}), empty(cells, 0), filled(cells, 0) {}
-  // Against this cell being empty while its neighbour k is not.
+  // Evidence against this cell being empty while its neighbour k is not.
   std::vector<std::array<std::int32_t, 4>> crossing;
   std::vector<std::int32_t> empty, filled;
 };
@@ -96,7 +96,7 @@ class Walk {
       }
       const Vector3d a = space_.points[across[0]] - origin, b = space_.points[across[1]] - origin,
                      c = space_.points[across[2]] - origin;
-      // The way goes through the face: all edges run round it in the same direction.
+      // The way crosses the face if all edges run round it in the same direction.
       if (Det(way, a, b) >= 0 && Det(way, b, c) >= 0 && Det(way, c, a) >= 0) {
         cell = *at;
         face = across;
@@ -120,7 +120,7 @@ class Walk {
       if (far == Tetrahedra::kAtInfinity || space_.Outer(next)) return next;
       const Vector3d a = space_.points[far] - origin;
       const double side_u = Det(way, u, a), side_v = Det(way, v, a), side_w = Det(way, w, a);
-      std::uint32_t left = 0;  // the way leaves through the face opposite this corner
+      std::uint32_t left = 0;  // corner opposite the face through which the way leaves
       if (side_v >= 0 && side_u <= 0) {
         left = face[2], face[2] = far;
       } else if (side_w >= 0 && side_v <= 0) {
@@ -137,8 +137,8 @@ class Walk {
   }
 
  private:
-  // The face opposite corner k, oriented so that Det(way, first, second) >= 0 for all its edges when the way
-  // from the corner goes through it.
+  // Returns the face opposite corner k, oriented so that Det(way, first, second) >= 0 for all its edges if
+  // the way from the corner crosses it.
   std::array<std::uint32_t, 3> Across(Cell cell, int k) const {
     static constexpr std::array<std::array<std::size_t, 3>, 4> kFace{
         {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
@@ -186,7 +186,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
       options.in_this_thread ? 1 : kStripes);
 }
 
-// The centre of the sphere through a cell's corners; none for outer and flat cells.
+// Returns the centre of the sphere through a cell's corners; none for outer and flat cells.
 std::optional<Vector3d> Circumcenter(const Tetrahedra& space, Cell cell) {
   if (space.Outer(cell)) return std::nullopt;
   const auto& corners = space.corners[cell];
@@ -199,8 +199,8 @@ std::optional<Vector3d> Circumcenter(const Tetrahedra& space, Cell cell) {
              volume;
 }
 
-// 1 - the smaller cosine of the angles between a face and the spheres of its two cells: 0 for a face of the
-// surface that the points suggest, 2 for a thin face across it.
+// Returns 1 - the smaller cosine of the angles between a face and the spheres of its two cells: 0 for a face
+// of the surface that the points suggest, 2 for a thin face across it.
 double Irregularity(const Tetrahedra& space, Cell cell, int k,
                     const std::vector<std::optional<Vector3d>>& centers) {
   const auto& corners = space.corners[cell];
@@ -222,8 +222,8 @@ double Irregularity(const Tetrahedra& space, Cell cell, int k,
   return 1 - least;
 }
 
-// Whether a face, counter-clockwise as seen from its empty side, may belong to the surface (SurfaceOptions).
-// Other faces close the surface where no view looked.
+// Returns whether a face, counter-clockwise as seen from its empty side, may belong to the surface. Other
+// faces close the surface over unseen parts.
 bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face,
                const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& point_of,
                const std::vector<Vector3d>& centers) {
@@ -291,7 +291,7 @@ TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector
     if (graph.inSourceSegment(static_cast<int>(cell))) continue;
     for (std::size_t k = 0; k < 4; ++k) {
       if (!graph.inSourceSegment(static_cast<int>(space.neighbours[cell][k]))) continue;
-      // Oriented as seen from the empty side, away from corner k.
+      // The face is oriented as seen from the empty side, away from corner k.
       std::array<std::uint32_t, 3> face;
       bool finite = true;
       for (std::size_t i = 0; i < 3; ++i) {

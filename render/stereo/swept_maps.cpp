@@ -28,7 +28,7 @@ std::string IndexName(const MapShare& share) {
   return fmt::format("share-{}-of-{}.json", share.index, share.of);
 }
 
-// None: the file is no index.
+// Returns none if the file is no index.
 std::optional<json> ReadIndex(const fs::path& file) {
   json index = JsonOrDiscarded(ReadWholeFile(file));
   if (!index.is_object() || index.value("format", json()) != kShareFormat) return std::nullopt;

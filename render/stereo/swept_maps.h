@@ -1,6 +1,6 @@
-// Depth maps of a share of a light field's views, made by one process and fused by another (proxy_builder.h),
-// on one disk. A folder holds each map as a TIFF of 32-bit floats, and for each share an index, written last:
-// a share is there as a whole or not at all, and one that is made again replaces itself.
+// Stores depth maps of a share of a light field's views, made by one process and fused by another
+// (proxy_builder.h), on one disk. A folder holds each map as a TIFF of 32-bit floats, and for each share an
+// index, written last: a share is present as a whole or not at all, and a repeated one replaces itself.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@ namespace ulf::render {
 
 struct SweptMap {
   cv::Mat depth;          // CV_32F, along the optical axis in world units; 0: none
-  double plane_step = 0;  // of the sweep, in inverse depth
+  double plane_step = 0;  // inverse depth between planes of the sweep
 };
 using SweptMaps = std::map<int, SweptMap>;  // by View::id
 
-// Every `of`-th of the views that get a depth map, from number `index` (from 0) on.
+// A share is every `of`-th of the views that get a depth map, from number `index` (from 0) on.
 struct MapShare {
   static constexpr int kMost = 60000;  // as many as depth maps
   int index = 0, of = 1;
   bool IsValid() const { return of >= 1 && of <= kMost && index >= 0 && index < of; }
-  // "K/N"; throws Refusal.
+  // Parses "K/N"; throws Refusal.
   static MapShare Parse(const std::string& text);
 };
 
-// `digest`: of all that the maps depend on (SweepDigest()). Throws DiskFullError, Error.
+// `digest` covers all that the maps depend on (SweepDigest()). Throws DiskFullError, Error.
 void WriteSweptMaps(const std::filesystem::path& folder, const MapShare& share, std::uint64_t digest,
                     const SweptMaps& maps);
 
-// The maps of all shares of a folder, as their indices name them; one is read when it is asked for.
+// The maps of all shares of a folder, as their indices name them; each is read on demand.
 class SweptMapFiles {
  public:
   // Throws Error for a map that is missing, whose bytes have changed, or that is not of `size`.
@@ -47,8 +47,8 @@ class SweptMapFiles {
   std::map<int, File> files_;  // by View::id
 };
 
-// Throws Error that names the shares that are missing, and for one that was made of other photographs, masks,
-// cameras, poses or options.
+// Throws Error that names missing shares, and for one that was made of other photographs, masks, cameras,
+// poses or options.
 SweptMapFiles FindSweptMaps(const std::filesystem::path& folder, std::uint64_t digest);
 
 }  // namespace ulf::render

@@ -1,5 +1,4 @@
-// Delaunay tetrahedra of points in space (CGAL; GPL). The only file that includes CGAL's triangulations in
-// space.
+// Delaunay tetrahedra of points in space (CGAL; GPL). Only its source includes CGAL's 3D triangulations.
 #pragma once
 
 #include <Eigen/Core>

@@ -23,7 +23,7 @@ constexpr double kLeastScore = 0.02;
 
 using Eigen::Vector3d;
 
-// The share of a view's image that another view sees, if everything has the depth `depth`.
+// Returns the share of a view's image that another view sees, if everything has the depth `depth`.
 double SharedImage(const StereoView& view, const StereoView& other, double depth) {
   constexpr int kSamples = 6;  // along either side of the image
   int seen = 0;
@@ -31,13 +31,13 @@ double SharedImage(const StereoView& view, const StereoView& other, double depth
     for (int j = 0; j < kSamples; ++j) {
       const Vector3d ray = view.RayInWorld((2 * i + 1) * view.camera.width / (2 * kSamples),
                                            (2 * j + 1) * view.camera.height / (2 * kSamples));
-      if (other.See(view.center_in_world + depth * ray)) ++seen;
+      if (other.Project(view.center_in_world + depth * ray)) ++seen;
     }
   return static_cast<double>(seen) / (kSamples * kSamples);
 }
 
-// The point at which a view looks: on its axis, at the subject's depth; at the subject's distance where the
-// view looks elsewhere.
+// Returns the point at which a view looks: on its axis, at the subject's depth; at the subject's distance if
+// the view looks elsewhere.
 Vector3d Target(const StereoView& view, const Subject& subject) {
   const Vector3d axis = view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
   const Vector3d to_subject = subject.center_in_world - view.center_in_world;

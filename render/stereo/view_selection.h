@@ -1,4 +1,4 @@
-// Which views get a depth map, and with which other views each of them is compared.
+// Selects the views that get a depth map, and the other views with which each of them is compared.
 #pragma once
 
 #include <vector>
@@ -11,17 +11,17 @@ namespace ulf::render {
 
 struct NeighbourOptions {
   int count = 8;
-  // Angle to a chosen view, over the wanted parallax, below which the score falls; and how far it falls.
+  // The score falls below this angle to a chosen view, over the wanted parallax, down to `least_of_score`.
   // Guessed.
   double spread = 0.5, least_of_score = 0.1;
 };
 
-// Up to options.count other views, best first: with a good parallax, a shared image, and spread around the
-// view. May be empty.
+// Returns up to options.count other views, best first: with a good parallax, a shared image, and spread
+// around the view. The list may be empty.
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,
                               const NeighbourOptions& options);
 
-// Up to `count` views, spread as evenly as possible; all where there are no more. Ascending.
+// Returns up to `count` views, spread as evenly as possible; all if there are no more. Ascending.
 std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject& subject, int count);
 
 }  // namespace ulf::render

@@ -25,7 +25,7 @@ double NearestShown(const Vector3d& p) {
   return kLeastCosine * p.norm();
 }
 
-// The part of an edge that lies in front of the camera.
+// Returns the part of an edge that lies in front of the camera.
 std::optional<std::pair<Vector2d, Vector2d>> Shown(const CameraModel& camera, Vector3d a, Vector3d b) {
   const double near = std::max(NearestShown(a), NearestShown(b));
   if (a.z() < near && b.z() < near) return std::nullopt;
@@ -53,7 +53,7 @@ class Drawing {
     const FieldMesh& mesh = field.field_mesh();
     const PlacedMesh placed = field.Place(place_);
     std::set<DrawnEdge> drawn;
-    // From the last triangle on: an edge of mesh and strip is drawn as the mesh's.
+    // Begins at the last triangle, so that an edge of mesh and strip is drawn as the mesh's.
     for (std::size_t t = mesh.triangles.size(); t-- > 0;) {
       if (placed.cone_from_ray[t].isZero(0)) continue;
       const Triangle& triangle = mesh.triangles[t];

@@ -10,7 +10,7 @@
 
 namespace ulf::render {
 
-// `coarse`: the mesh without subdivision. `fine`: the subdivided mesh, with thin edges, or null. The strips
+// `coarse` is the mesh without subdivision; `fine` the subdivided mesh, with thin edges, or null. The strips
 // outside the hull are faint. Viewpoints have the colours of ViewColor().
 Overlay MeshView(const MeshField& coarse, const MeshField* fine, const RenderScene& scene,
                  const CameraModel& camera, const Rigid3& cam_from_world);

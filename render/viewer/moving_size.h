@@ -1,6 +1,6 @@
-// The size at which a picture is drawn while its camera moves: the largest that allows the pictures a second
-// that are wanted, in steps that halve the number of pixels, and not below a quarter of the width. Assumes
-// that the time is proportional to the number of pixels.
+// Chooses the size at which a picture is drawn while its camera moves: the largest that allows the wanted
+// frame rate, in steps that halve the number of pixels, and not below a quarter of the width. Assumes that
+// the time is proportional to the number of pixels.
 #pragma once
 
 #include <algorithm>
@@ -13,18 +13,18 @@ namespace ulf::render {
 
 class MovingSize {
  public:
-  // `fps`: pictures a second that are wanted.
+  // `fps` is the wanted number of pictures a second.
   explicit MovingSize(double fps = 30) : fps_(fps) {}
 
   static constexpr std::array<double, 5> kShares{1, 0.707, 0.5, 0.354, 0.25};  // of width and height
 
-  cv::Size For(const cv::Size& screen) const {
+  cv::Size SizeFor(const cv::Size& screen) const {
     const auto part = [&](int px) { return std::max(1, static_cast<int>(std::ceil(kShares[step_] * px))); };
     return {part(screen.width), part(screen.height)};
   }
   // Records the time of a frame whose picture had the size `drawn` on a screen of `screen`, whether it moved
-  // or not.
-  // Two successive frames must agree, because a single frame may have waited for photographs or a shader.
+  // or not. Two successive frames must agree, because a single frame may have waited for photographs or a
+  // shader.
   void AddFrame(double ms, const cv::Size& drawn, const cv::Size& screen) {
     const double target_ms = 1000 / fps_;
     const double full_ms = ms * screen.area() / std::max(1, drawn.area());
@@ -38,8 +38,8 @@ class MovingSize {
   }
 
  private:
-  // In times of 1 / fps. A frame that takes longer than the first makes the size smaller; one that would take
-  // less than the second at the next larger size makes it larger. Guessed.
+  // Limits in units of 1 / fps: a frame that takes longer than the first reduces the size; one that would
+  // take less than the second at the next larger size enlarges it. Guessed.
   static constexpr double kTooSlow = 1.2, kQuickEnough = 0.8;
 
   double fps_;

@@ -19,8 +19,7 @@ namespace {
 constexpr double kRest_s = 0.2;
 constexpr double kReread_s =
     0.02;  // while photographs are missing, a picture is drawn at least this often. Guessed.
-// Photographs are prefetched for a camera that has moved on by this many movements like the last one.
-// Guessed.
+// Photographs are prefetched for the camera after this many movements like the last one. Guessed.
 constexpr int kMovementsAhead = 10;
 
 constexpr std::size_t kFramesRemembered = 1000;  // for the median in the report
@@ -159,7 +158,8 @@ void Viewer::ApplyState() {
 void Viewer::FocusOn(const Eigen::Vector2d& img) {
   const ViewerCamera& camera = state().camera;
   const Rigid3 cam_from_world = camera.CamFromWorld();
-  input_.Focus(PointOnProxy(*renderer_->scene().proxy, camera.For(surface_.Size()), cam_from_world, img));
+  input_.Focus(
+      PointOnProxy(*renderer_->scene().proxy, camera.ModelFor(surface_.Size()), cam_from_world, img));
   if (state().aperture > 0) return;
   const double depth = FocusDepth({.focus_in_world = state().focus_in_world}, cam_from_world);
   ShowNotice(fmt::format("focus at {:.3g}: O opens the aperture", depth));
@@ -171,7 +171,7 @@ void Viewer::Draw(bool moves) {
   const double start_s = options_.seconds();
   if (moves && shown_ && Moves(*shown_, state())) moved_s_ = start_s;
   const cv::Size screen = surface_.Size();
-  Paint(moves && options_.reduces_motion ? moving_size_.For(screen) : screen);
+  Paint(moves && options_.reduces_motion ? moving_size_.SizeFor(screen) : screen);
   surface_.Present();
   const double end_s = options_.seconds();
   frame_ms_.push_back(1000 * (end_s - start_s));
@@ -190,13 +190,14 @@ void Viewer::Paint(const cv::Size& drawn_size) {
   ApplyState();
   const cv::Size screen = surface_.Size();
   const ViewerState now = state();
-  const CameraModel camera = now.camera.For(screen);
+  const CameraModel camera = now.camera.ModelFor(screen);
   const Rigid3 cam_from_world = now.camera.CamFromWorld();
   if (shown_ && shown_->camera != now.camera) {
     const ViewerCamera ahead = Extrapolated(shown_->camera, now.camera, kMovementsAhead);
-    ToRenderers([&](GlRenderer& renderer) { renderer.Prefetch(ahead.For(screen), ahead.CamFromWorld()); });
+    ToRenderers(
+        [&](GlRenderer& renderer) { renderer.Prefetch(ahead.ModelFor(screen), ahead.CamFromWorld()); });
   }
-  ToRenderers([&](GlRenderer& renderer) { renderer.Draw(now.camera.For(drawn_size), cam_from_world); });
+  ToRenderers([&](GlRenderer& renderer) { renderer.Draw(now.camera.ModelFor(drawn_size), cam_from_world); });
   surface_.Bind();
   renderer_->Show({.exposure_stops = now.exposure_stops,
                    .hatches_doubt = now.shows_doubt,
@@ -225,7 +226,7 @@ void Viewer::DrawOverlays(const CameraModel& camera, const Rigid3& cam_from_worl
   }
 }
 
-// A cross at the point that stays in focus.
+// Draws a cross at the point that stays in focus.
 void Viewer::DrawFocus(const CameraModel& camera, const Rigid3& cam_from_world) {
   const auto img = camera.ImgFromCam(cam_from_world * state().focus_in_world);
   if (!img) return;
@@ -247,7 +248,7 @@ void Viewer::DrawGizmo(const cv::Size& screen, double scale) {
 
 void Viewer::DrawTexts(const PlainPanels& panels) {
   const double frame_ms = frame_ms_.empty() ? 0 : frame_ms_.back();
-  const CameraModel camera = state().camera.For(surface_.Size());
+  const CameraModel camera = state().camera.ModelFor(surface_.Size());
   std::optional<double> f_number;
   if (scene_->in_metres && state().aperture > 0)
     f_number = FNumber(state().aperture, camera.fx, camera.width, options_.sensor_width_mm);

@@ -30,7 +30,7 @@ struct ViewerOptions {
   FieldOptions field;
   std::vector<OfferedProxy> proxies;  // not empty; the first is shown first
   std::shared_ptr<const RenderScene> masks =
-      {};                                // SceneOptions::of_masks, where views are cut out; else null
+      {};                                // SceneOptions::of_masks, if views are cut out; otherwise null
   std::filesystem::path out = ".";       // folder for pictures and keyframes
   double gpu_memory_mb = 0;              // RenderOptions::gpu_memory_mb
   double sensor_width_mm = 36;           // for f-numbers
@@ -44,8 +44,8 @@ class Viewer {
   Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const ViewerOptions& options);
 
   // Handles input, for which it waits up to `patience_s`, and draws if something has changed, if the last
-  // picture lacked photographs, or if it was reduced and the camera rests now. Returns false once the user
-  // leaves.
+  // picture lacked photographs, or if it was reduced and the camera rests now. Returns false when the user
+  // quits.
   bool Step(double patience_s);
 
   const ViewerState& state() const { return input_.state(); }
@@ -58,7 +58,7 @@ class Viewer {
   const std::vector<double>& frame_ms() const { return frame_ms_; }  // of the last frames
 
  private:
-  // Does it to the renderer, and to that of the masks.
+  // Applies a function to the renderer, and to that of the masks.
   template <typename Does>
   void ToRenderers(Does&& does) {
     does(*renderer_);
@@ -80,11 +80,11 @@ class Viewer {
   void SaveKeyframe();
 
   Surface& surface_;
-  std::shared_ptr<const RenderScene> scene_;  // its proxy is not used
+  std::shared_ptr<const RenderScene> scene_;  // its own proxy is not used
   ViewerOptions options_;
   std::vector<std::shared_ptr<const Proxy>> proxies_;  // null: not made yet
   std::unique_ptr<GlRenderer> renderer_;
-  std::unique_ptr<GlRenderer> masks_;  // the same, of the masks; null: nothing is cut out
+  std::unique_ptr<GlRenderer> masks_;  // for the masks; null if nothing is cut out
   Painter painter_;
   ViewpointGizmo gizmo_;
   MeshField coarse_mesh_;

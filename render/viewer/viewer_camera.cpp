@@ -24,7 +24,7 @@ Vector3d RightOf(const ViewerCamera& camera) {
 
 }  // namespace
 
-CameraModel ViewerCamera::For(const cv::Size& screen) const {
+CameraModel ViewerCamera::ModelFor(const cv::Size& screen) const {
   const double fills =
       std::max(1.0 * screen.width / photograph.width, 1.0 * screen.height / photograph.height);
   return CameraModel::Pinhole(screen.width, screen.height, zoom * fills * photograph.MeanFocalPx());
@@ -37,7 +37,7 @@ ViewerCamera StartingCamera(const RenderScene& scene) {
   camera.eye_in_world = middle.OriginInSource();
   camera.target_in_world = scene.subject.center_in_world;
   const SceneView& nearest = NearestView(scene, camera.eye_in_world);
-  // The middle of a ring is not among its views.
+  // A camera in the middle of a ring is not among its views.
   constexpr double kFarOff = 0.35;  // radians from every view. Guessed.
   if (AngleBetween(camera.eye_in_world - camera.target_in_world,
                    nearest.center_in_world - camera.target_in_world) > kFarOff)
@@ -83,7 +83,7 @@ ViewerCamera Zoomed(ViewerCamera camera, double factor) {
 }
 
 ViewerCamera Extrapolated(const ViewerCamera& before, ViewerCamera now, int movements) {
-  constexpr double kMostTimes = 4, kMostTurn = 0.5;  // limits for a camera that has jumped. Guessed.
+  constexpr double kMostTimes = 4, kMostTurn = 0.5;  // limits after a jump of the camera. Guessed.
   const Vector3d arm_before = before.eye_in_world - before.target_in_world;
   const Vector3d arm = now.eye_in_world - now.target_in_world;
   Vector3d turn = movements * (arm.normalized() - arm_before.normalized());

@@ -39,7 +39,7 @@ std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera
   if (!keyframes.empty())
     time_s =
         JsonPlace{keyframes.back(), file.string() + ", the last keyframe"}.Number("time") + kKeyframeSeconds;
-  const double fov_rad = 2 * std::atan(0.5 * screen.width / camera.For(screen).fx);
+  const double fov_rad = 2 * std::atan(0.5 * screen.width / camera.ModelFor(screen).fx);
   const bool has_apertures = keyframes.empty() ? aperture.has_value() : keyframes[0].contains("aperture");
   if (aperture && !has_apertures)
     throw Error("{}: its keyframes have no aperture; close it (X), or move the file away", file.string());

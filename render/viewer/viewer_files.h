@@ -1,4 +1,5 @@
-// The files of the viewer: pictures, and keyframes as `ulf render` reads them (docs/rendering.md).
+// Writes the files of the viewer: pictures, and keyframes in the form that `ulf render` reads
+// (docs/rendering.md).
 #pragma once
 
 #include <cstddef>
@@ -15,9 +16,9 @@ inline constexpr char kKeyframeFile[] = "ulf_keyframes.json";
 inline constexpr double kKeyframeSeconds = 2;  // from one keyframe to the next
 
 // Appends a keyframe to the file and returns how many it has now. The size of the pictures is that of the
-// window at the first keyframe. Throws Error for a file that is no list of keyframes, and for an aperture
-// where the file's keyframes have none: with an aperture the focal plane replaces the geometry along the
-// whole path.
+// window at the first keyframe. Throws Error for a file that is no list of keyframes, and for an aperture if
+// the file's keyframes have none: with an aperture the focal plane replaces the geometry along the whole
+// path.
 std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera& camera,
                            const cv::Size& screen, const std::optional<Aperture>& aperture);
 

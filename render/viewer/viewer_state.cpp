@@ -13,7 +13,7 @@
 namespace ulf::render {
 namespace {
 
-// What a key, a step of the wheel or a drag does. All guessed.
+// Effects of a key, a step of the wheel or a drag. All are guessed.
 constexpr double kTurnRad = Radians(2);     // an arrow key
 constexpr double kDragRad = M_PI;           // a drag over the height of the window
 constexpr double kPan = 0.03;               // an arrow key with Shift, in distances to the target
@@ -25,7 +25,7 @@ constexpr double kViewerInputWidest = 100;  // the largest aperture, in least ap
 constexpr double kFarther = 1.03;           // U: multiplies the distance of the focus
 constexpr double kStillPx = 4;              // a press that moves less is a click
 
-// Skips those for which a software rasteriser needs seconds: they have their own keys.
+// Skips fields that take a software rasteriser seconds: they have their own keys.
 FieldKind NextField(FieldKind kind) {
   auto next = std::ranges::find(kViewerFields, kind);
   do {
@@ -87,7 +87,7 @@ void ViewerInput::Drag(const Eigen::Vector2d& by, const cv::Size& screen) {
     const double turn = kDragRad / screen.height;
     state_.camera = Orbited(state_.camera, -turn * by.x(), turn * by.y());
   } else {
-    const double focal_px = state_.camera.For(screen).fx;
+    const double focal_px = state_.camera.ModelFor(screen).fx;
     state_.camera = Panned(state_.camera, -by.x() / focal_px, by.y() / focal_px);
   }
 }

@@ -1,5 +1,5 @@
-// The viewer's state: where the camera is and what is switched on. ViewerInput turns input into a state,
-// without side effects; actions that need more (a file, a depth, the window) become requests.
+// The viewer's state: the camera and the enabled options. ViewerInput turns input into a state, without side
+// effects; actions that need more (a file, a depth, the window) become requests.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,10 +22,10 @@ struct ViewerState {
   FieldOptions field;  // as the user selected it
   int proxy = 0;       // index into ViewerOptions::proxies
   double exposure_stops = 0;
-  double aperture = 0;  // radius of the lens, world units; 0: closed, and everything is in focus
+  double aperture = 0;  // radius of the lens, world units; 0: closed, everything is in focus
   Eigen::Vector3d focus_in_world = Eigen::Vector3d::Zero();
   bool shows_field = false;  // a colour for each view (thesis, figure 5-1)
-  bool shows_mesh = false;   // of the viewpoints (figure 5-3)
+  bool shows_mesh = false;   // of the viewpoints (thesis, figure 5-3)
   bool shows_gizmo = true;   // ViewpointGizmo
   bool shows_doubt = false;  // stripes where confidence is low
   bool shows_texts = true;
@@ -38,13 +38,13 @@ struct ViewerState {
 struct ViewerRequest {
   enum What { kLeave, kFullScreen, kScreenshot, kKeyframe, kNearestView, kFocus };
   What what;
-  Eigen::Vector2d img = {};  // of kFocus: the pixel
+  Eigen::Vector2d img = {};  // for kFocus: the pixel
 };
 
 class ViewerInput {
  public:
-  // `proxies`: their number. `least_aperture`: the distance of neighbouring viewpoints; a smaller aperture
-  // has no effect (aperture.h).
+  // `proxies` is their number. `least_aperture` is the distance of neighbouring viewpoints; a smaller
+  // aperture has no effect (aperture.h).
   ViewerInput(const ViewerState& start, int proxies, double least_aperture)
       : state_(start), start_(start.camera), proxies_(proxies), least_aperture_(least_aperture) {}
 
@@ -104,20 +104,20 @@ inline constexpr KeyHelp kViewerKeys[] = {{"arrows, left drag", "round the subje
                                           {"?", "these keys"},
                                           {"Q", "leave"}};
 
-// The fields of keys 1 to 6.
+// The fields that keys 1 to 6 select.
 inline constexpr FieldKind kViewerFields[] = {FieldKind::kSubdivision, FieldKind::kLinear,
                                               FieldKind::kLumigraph,   FieldKind::kLumigraphPerPixel,
                                               FieldKind::kNearest,     FieldKind::kSoft};
 
-// The texts of the viewer, as values.
+// The values in the texts of the viewer.
 struct ViewerFigures {
   std::size_t views = 0;
   FieldOptions field;  // in use, which may differ from the selected one
   std::string proxy;
   double focus_depth = 0;               // of the focal plane, along the optical axis, world units
-  std::optional<double> f_number = {};  // of the aperture, where world units are metres
+  std::optional<double> f_number = {};  // of the aperture, if world units are metres
   bool loading = false;                 // photographs of this picture are still being read
-  cv::Size drawn_size = {};             // of the light field where it differs from the window's, else empty
+  cv::Size drawn_size = {};             // of the light field if it differs from the window's, else empty
   double frame_ms = 0;                  // time of the last frame; 0: none yet
   double picture_ms = 0;                // the light field's part of it
 };

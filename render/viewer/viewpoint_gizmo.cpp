@@ -14,10 +14,10 @@
 namespace ulf::render {
 namespace {
 
-// The sphere is seen from this much above where more than this share of the views stand on its far side.
+// The sphere is seen from this much above if more than this share of the views stand on its far side.
 // Guessed.
 constexpr double kFromAboveRad = Radians(20), kFarShare = 0.25;
-// Views of a row or a ring: a camera farther from all of them than this many median spacings, and this
+// For views of a row or a ring, a camera farther from all of them than this many median spacings, and this
 // angle, is outside. Guessed.
 constexpr double kOutsideSpacings = 2, kOutsideRad = Radians(1);
 // A camera is too near or too far when it leaves the views' distances by more than this factor. Guessed.
@@ -33,7 +33,7 @@ const Rgba kCamera{235, 30, 40}, kCameraRim{255, 255, 255};
 
 constexpr double kRadius = 0.46;  // of the sphere, in sizes of the picture
 
-// The median over the views of the angle to the nearest other view; of many views a sample.
+// Returns the median over the views of the angle to the nearest other view; for many views of a sample.
 double MedianSpacing(const std::vector<Vector3d>& directions) {
   if (directions.size() < 2) return 0;
   constexpr std::size_t kSample = 100;
@@ -88,7 +88,7 @@ ViewpointGizmo::ViewpointGizmo(const RenderScene& scene) : subject_(scene.subjec
   spacing_rad_ = MedianSpacing(directions_);
 }
 
-ViewpointGizmo::Place ViewpointGizmo::Of(const Vector3d& direction, double size) const {
+ViewpointGizmo::Place ViewpointGizmo::PlaceOf(const Vector3d& direction, double size) const {
   const Vector3d unit = direction.normalized();
   return {size * (Vector2d(0.5, 0.5) + kRadius * Vector2d(unit.dot(right_), -unit.dot(up_))),
           unit.dot(towards_) >= 0};
@@ -101,7 +101,7 @@ Overlay ViewpointGizmo::Draw(const Vector3d& eye, double size) const {
     int in_front = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto& vertex = mesh_.vertices[At(t[k])];
-      const Place place = Of(vertex.position_in_world - subject_.center_in_world, size);
+      const Place place = PlaceOf(vertex.position_in_world - subject_.center_in_world, size);
       img[k] = place.img;
       in_front += place.front;
     }
@@ -110,14 +110,14 @@ Overlay ViewpointGizmo::Draw(const Vector3d& eye, double size) const {
         .emplace_back(Patch{{img[0], img[1], img[2], img[2]}, front ? kCovered : kCoveredBehind});
   }
   for (const Vector3d& direction : directions_) {
-    const Place place = Of(direction, size);
+    const Place place = PlaceOf(direction, size);
     (place.front ? before : behind).emplace_back(Square(place.img, 1, place.front ? kView : kViewBehind));
   }
   Overlay all{Polygon{Circle({0.5 * size, 0.5 * size}, kRadius * size), kSphere}};
   all.insert(all.end(), behind.begin(), behind.end());
   all.insert(all.end(), before.begin(), before.end());
   all.emplace_back(Polyline{Circle({0.5 * size, 0.5 * size}, kRadius * size), 1.5, kRim, true});
-  const Place camera = Of(eye - subject_.center_in_world, size);
+  const Place camera = PlaceOf(eye - subject_.center_in_world, size);
   if (camera.front) {
     all.emplace_back(Spot{camera.img, 6, kCameraRim});
     all.emplace_back(Spot{camera.img, 4.5, kCamera});

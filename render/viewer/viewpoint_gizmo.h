@@ -1,5 +1,5 @@
-// A small sphere around the subject that shows where photographs were taken, the area that they cover, and
-// where the camera is. It is seen from the middle of the viewpoints, or from slightly above where they stand
+// Draws a small sphere around the subject that shows where photographs were taken, the area that they cover,
+// and where the camera is. It is seen from the middle of the viewpoints, or from slightly above if they stand
 // all around. Its far side is drawn fainter; a camera on the far side is a ring.
 #pragma once
 
@@ -19,17 +19,17 @@ class ViewpointGizmo {
   explicit ViewpointGizmo(const RenderScene& scene);
 
   struct Place {
-    Eigen::Vector2d img;  // in the picture
+    Eigen::Vector2d img;  // px of the picture
     bool front = true;    // on the visible side
   };
-  // The place of a direction from the subject's centre, in a picture of `size` x `size`.
-  Place Of(const Eigen::Vector3d& direction_in_world, double size) const;
+  // Returns the place of a direction from the subject's centre, in a picture of `size` x `size`.
+  Place PlaceOf(const Eigen::Vector3d& direction_in_world, double size) const;
   Overlay Draw(const Eigen::Vector3d& eye_in_world, double size) const;
 
-  // A warning for a camera at this place; empty where photographs were taken all around it.
+  // Returns a warning for a camera at this place; empty if photographs were taken all around it.
   std::string Warning(const Eigen::Vector3d& eye_in_world) const;
 
-  // Median distance of a view to its nearest neighbour, world units.
+  // Returns the median distance of a view to its nearest neighbour, world units.
   double Spacing() const;
 
  private:

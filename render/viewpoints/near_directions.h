@@ -1,5 +1,5 @@
-// Finds which of many directions are near to one, in a tree (Bentley 1975), so that ten thousand viewpoints
-// are not compared with each other pair by pair.
+// Finds the directions near a given one in a k-d tree (Bentley 1975), so that ten thousand viewpoints are not
+// compared with each other pair by pair.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ namespace ulf::render {
 
 class NearDirections {
  public:
-  // Unit vectors, which must outlive the tree.
+  // Takes unit vectors, which must outlive the tree.
   explicit NearDirections(const std::vector<Eigen::Vector3d>& directions)
       : directions_(directions), order_(directions.size()) {
     std::iota(order_.begin(), order_.end(), std::size_t{0});
@@ -31,8 +31,8 @@ class NearDirections {
         [&](std::size_t index, double) { see(index); });
   }
 
-  // The chord to the `rank`-th nearest (from 1), a direction's own among them; infinite where
-  // there are fewer.
+  // Returns the chord to the `rank`-th nearest (from 1), including the direction itself; infinite if there
+  // are fewer.
   double ChordOfNearest(const Eigen::Vector3d& direction, std::size_t rank) const {
     std::priority_queue<double> nearest;
     const auto most = [&] {
@@ -46,7 +46,7 @@ class NearDirections {
   }
 
  private:
-  // The widest axis of a part of the order, which the middle of the part divides.
+  // Returns the widest axis of a part of the order, which the middle of the part divides.
   int AxisOf(std::size_t begin, std::size_t end) const {
     Eigen::Vector3d low = directions_[order_[begin]], high = low;
     for (std::size_t i = begin; i < end; ++i) {
@@ -71,7 +71,7 @@ class NearDirections {
     Split(begin, middle);
     Split(middle + 1, end);
   }
-  // `most`: the squared chord beyond which nothing is looked for any more.
+  // `most` returns the squared chord that limits the search.
   template <typename Most, typename See>
   void Search(const Eigen::Vector3d& direction, std::size_t begin, std::size_t end, const Most& most,
               const See& see) const {
@@ -89,7 +89,7 @@ class NearDirections {
 
   const std::vector<Eigen::Vector3d>& directions_;
   std::vector<std::size_t> order_;
-  std::vector<int> axes_;  // of the part whose middle it is
+  std::vector<int> axes_;  // by middle of a part
 };
 
 }  // namespace ulf::render

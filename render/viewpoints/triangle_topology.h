@@ -13,15 +13,15 @@ using Triangle = std::array<int, 3>;  // indices of vertices
 struct MeshEdge {
   int from = -1, to = -1;               // in the direction of its first triangle
   std::array<int, 2> triangle{-1, -1};  // the second is -1 on the boundary
-  std::array<int, 2> opposite{-1, -1};  // the corner of each triangle that is not on the edge
+  std::array<int, 2> opposite{-1, -1};  // each triangle's corner that is not on the edge
   bool OnBoundary() const { return triangle[1] < 0; }
 };
 
 struct TriangleTopology {
   std::vector<MeshEdge> edges;
   std::vector<std::array<int, 3>> edges_of_triangle;  // edge k joins corners k and k+1
-  std::vector<std::vector<int>> neighbours;           // of each vertex, ascending
-  // Of each vertex the previous and the next boundary vertex (mesh on the left); -1 and -1 inside.
+  std::vector<std::vector<int>> neighbours;           // per vertex, ascending
+  // Per vertex, the previous and the next boundary vertex (mesh on the left); -1 and -1 inside.
   std::vector<std::array<int, 2>> boundary_neighbours;
 
   bool OnBoundary(int vertex) const { return boundary_neighbours[static_cast<std::size_t>(vertex)][0] >= 0; }
@@ -29,8 +29,8 @@ struct TriangleTopology {
 
 TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles);
 
-// Where several fans of triangles meet at a vertex, every fan but the first gets a new vertex. Returns the
-// old vertex of each new one; new vertices are numbered from `vertex_count` on.
+// Gives every fan of triangles but the first that meets at a vertex a new vertex. Returns the old vertex of
+// each new one; new vertices are numbered from `vertex_count` on.
 std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles);
 
 }  // namespace ulf::render

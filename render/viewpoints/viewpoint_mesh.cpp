@@ -20,16 +20,16 @@ namespace {
 // A rim triangle whose circumscribed cap has a radius of more than this many local spacings is removed; an
 // interior one loses confidence. Guessed.
 constexpr double kWideTriangle = 3.0;
-// Radians. A gap into which a cap of this radius fits is an opening of the mesh, a smaller one is a hole
-// that triangles cover. Guessed.
+// Radians. A gap into which a cap of this radius fits is an opening of the mesh, a smaller one is a hole that
+// triangles cover. Guessed.
 constexpr double kOpeningRad = 60.0 * 3.14159265358979323846 / 180.0;
 // Directions closer than this share of the local spacing share one vertex, others get a vertex each.
 // Guessed.
 constexpr double kDuplicateShare = 0.1;
-// The local spacing is taken as at least this share of the usual one: the tremor of a camera that stood
-// still is not a spacing. Guessed.
+// The local spacing is at least this share of the usual one: the tremor of a standing camera is no spacing.
+// Guessed.
 constexpr double kLeastSpacingShare = 0.2;
-// Which nearest direction gives the local spacing: about as many as a regular mesh has at a vertex.
+// Rank of the neighbour that gives the local spacing: about the valence of a regular mesh.
 constexpr int kSpacingNeighbour = 6;
 // The mesh is a surface when at least this share of its vertices is interior, else a line. Guessed.
 constexpr double kLeastInteriorShare = 0.1;
@@ -55,11 +55,11 @@ Vector3d Sum(const std::vector<Vector3d>& vectors) {
   return sum;
 }
 
-// Of chords between unit vectors: far more than rounding makes of them.
+// Tolerance of chords between unit vectors, far above rounding.
 constexpr double kRounding = 1e-7;
 
-// For each direction the angle to its n-th nearest: about the length of an edge of a triangulation there,
-// even where there are duplicates.
+// Returns for each direction the angle to its n-th nearest: about the length of an edge of a triangulation
+// there, even with duplicates.
 std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, const NearDirections& near,
                                  int neighbour) {
   std::vector<double> spacing(directions.size(), 0.0);
@@ -78,7 +78,8 @@ std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, const 
   return spacing;
 }
 
-// The angle between neighbours if as many directions were spread evenly over the cap that contains them.
+// Returns the angle between neighbours if as many directions were spread evenly over the cap that contains
+// them.
 double EvenSpacing(const std::vector<Vector3d>& directions) {
   const Vector3d middle = Sum(directions);
   double half_angle = 0;
@@ -87,19 +88,19 @@ double EvenSpacing(const std::vector<Vector3d>& directions) {
   return std::sqrt(2 * M_PI * (1 - std::cos(half_angle)) / static_cast<double>(directions.size()));
 }
 
-// Directions closer than a share of the local spacing, in groups.
+// Groups directions closer than a share of the local spacing.
 std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions) {
   constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
   const NearDirections near(directions);
   const std::vector<double> spacing = LocalSpacing(directions, near, kSpacingNeighbour);
-  // Where all cameras stood still the median is only their tremor; the even spacing is then larger.
+  // If all cameras stood still the median is only their tremor; the even spacing is then larger.
   const double floor = kLeastSpacingShare * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
   constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> begun_by(directions.size(), kNone);  // the group that a direction is the first of
+  std::vector<std::size_t> begun_by(directions.size(), kNone);  // the group whose first direction this is
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double merge_rad = std::max(kSameRad, kDuplicateShare * std::max(spacing[i], floor));
-    std::size_t home = kNone;  // the first of those that are near enough; a chord is shorter than its angle
+    std::size_t home = kNone;  // the first one within reach; a chord is shorter than its angle
     near.Within(directions[i], merge_rad + kRounding, [&](std::size_t j) {
       if (begun_by[j] < home && AngleBetween(directions[j], directions[i]) < merge_rad) home = begun_by[j];
     });
@@ -113,8 +114,8 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
   return groups;
 }
 
-// Views in nearly the same direction, in groups; the first of a group is the one nearest to the median
-// distance. Grouping makes the directions sparser, so it is repeated until nothing changes.
+// Groups views in nearly the same direction; the first of a group is the one nearest to the median distance.
+// Grouping makes the directions sparser, so it is repeated until nothing changes.
 std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
                                               const std::vector<Vector3d>& directions,
                                               const std::vector<double>& distances, double median_distance) {
@@ -151,7 +152,7 @@ double CapRadius(const std::vector<Vector3d>& directions, const Triangle& t) {
   return length > 0 ? std::acos(std::clamp(pole.dot(a) / length, -1.0, 1.0)) : M_PI;
 }
 
-// The median angle of the edges at each triangle's corners: the local spacing of the mesh.
+// Returns the median angle of the edges at each triangle's corners: the local spacing of the mesh.
 std::vector<double> SpacingOfTriangles(const std::vector<Vector3d>& directions,
                                        const std::vector<Triangle>& triangles) {
   std::vector<std::vector<double>> edges_at(directions.size());
@@ -307,11 +308,11 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
   for (const double ratio : cap_ratio) mesh.confidence.push_back(std::min(1.0, kWideTriangle / ratio));
 }
 
-// The number of groups that stand at least the widest opening apart.
+// Returns the number of groups that stand at least the widest opening apart.
 int CountGroups(const ViewpointMesh& mesh) {
   const std::vector<Vector3d> directions = Directions(mesh);
   const double least_cosine = std::cos(kOpeningRad);
-  std::vector<Vector3d> apart = directions;  // from all that were reached
+  std::vector<Vector3d> apart = directions;  // from all reached ones
   int groups = 0;
   while (!apart.empty()) {
     ++groups;

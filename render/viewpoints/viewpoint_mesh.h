@@ -8,8 +8,8 @@
 //   Rim         A rim triangle is removed when its circumscribed cap is wider than a few times the local
 //               spacing, as long as the rest stays in one piece and keeps every vertex (the characteristic
 //               shape of Duckham et al. 2008). Wide triangles inside the mesh stay, with less confidence.
-//   Duplicates  Of viewpoints in nearly the same direction one gives the vertex its position. The others
-//               become its alternates, for cameras at their distance.
+//   Duplicates  One of several viewpoints in nearly the same direction gives the vertex its position. The
+//               others become its alternates, for cameras at their distance.
 //   Folds       While the plane of some triangle cuts the subject's sphere, the distances are smoothed (0.75
 //               own, 0.25 mean of the neighbours). Only a folded mesh lets a line through the subject cross
 //               the outer sheet twice.
@@ -37,8 +37,8 @@ enum class Span {
 
 struct ViewpointMesh {
   struct Vertex {
-    Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();  // smoothed where the mesh folded
-    std::vector<int> views = {};  // indices of views; the first gave the position, the others are alternates
+    Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();  // smoothed if the mesh folded
+    std::vector<int> views = {};  // view indices; the first gives the position, the others are alternates
     // Outward tangent, with its length in world units; zero for interior vertices.
     Eigen::Vector3d outward_in_world = Eigen::Vector3d::Zero();
   };
@@ -47,20 +47,20 @@ struct ViewpointMesh {
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
   std::vector<Vertex> vertices;
   std::vector<Triangle> triangles;
-  // Of each triangle: 1, or less (down to 0) where the triangle is far wider than the local spacing.
+  // Per triangle: 1, or less (down to 0) if the triangle is far wider than the local spacing.
   std::vector<double> confidence;
   int boundary_vertices = 0;
   int smoothing_rounds = 0;
   bool folds_remain = false;
-  // How many groups of views there are, at least an opening (60 degrees) apart; 0: no view has a direction.
+  // Number of groups of views, at least an opening (60 degrees) apart; 0: no view has a direction.
   int groups = 0;
   double median_distance = 0;  // of the views to the subject's centre, world units
   double mean_edge_rad = 0;    // mean angle of an edge as seen from the subject's centre
 
-  // The view of a vertex whose distance to the subject's centre is nearest to `distance` (world units).
+  // Returns the vertex' view whose distance to the subject's centre is nearest to `distance` (world units).
   int ViewAt(int vertex, double distance, const std::vector<Eigen::Vector3d>& centers_in_world) const;
   bool OnBoundary(int vertex) const;
-  // One line for people: what the viewpoints span, and what is rendered from them.
+  // Describes for people, in a line, what the viewpoints span, and what is rendered from them.
   std::string Description() const;
 };
 
@@ -72,16 +72,16 @@ struct ViewpointMeshOptions {
 // A mesh that still folds after this many rounds of smoothing stays folded (`folds_remain`). Guessed.
 inline constexpr int kMostSmoothingRounds = 20;
 
-// `centers_in_world`: of all views. Views at the subject's centre have no direction and are left out.
+// `centers_in_world` are those of all views. Views at the subject's centre have no direction and are ignored.
 ViewpointMesh MakeViewpointMesh(const std::vector<Eigen::Vector3d>& centers_in_world, const Subject& subject,
                                 const ViewpointMeshOptions& options = {});
 
-// Whether a direction from the subject's centre meets the mesh.
+// Returns whether a direction from the subject's centre meets the mesh.
 bool InsideHull(const ViewpointMesh& mesh, const Eigen::Vector3d& direction_in_world);
 
-// Whether a point is so near the subject's centre that it has no direction from there.
+// Returns whether a point is so near the subject's centre that it has no direction from there.
 inline bool IsAtCenter(const Subject& subject, const Eigen::Vector3d& point_in_world) {
-  // Of the subject's radius, or of one unit where that is larger: rounding.
+  // Share of the subject's radius, or of one unit if that is larger: rounding.
   constexpr double kLeastShare = 1e-9;
   return !((point_in_world - subject.center_in_world).norm() > kLeastShare * std::max(1.0, subject.radius));
 }

@@ -1,10 +1,10 @@
-// A file of data for the page of a light field. A page that is opened from a folder may neither fetch() files
-// nor read the pixels of an <img>, but it may run scripts: the data are scripts that hand the page a JSON
+// Makes the data files of a light field's page. A page that is opened from a folder may neither fetch() files
+// nor read the pixels of an <img>, but it may run scripts: the data are scripts that pass the page a JSON
 // object and bytes in base64.
 //
 //   ulfData({"kind":"scene",...},"AAAA...");
 //
-// Numbers are little-endian, as browsers have them on every machine that runs one.
+// Numbers are little-endian, as in all browsers.
 #pragma once
 
 #include <cstddef>
@@ -19,10 +19,10 @@ namespace ulf::render {
 
 std::string Base64(std::string_view bytes);
 
-// Bytes with their places: what several numbers or pictures become before they are written.
+// Concatenates several arrays or pictures into bytes with known places.
 class WebBytes {
  public:
-  // Where the values begin; each array begins at a multiple of four bytes.
+  // Returns where the values begin; each array begins at a multiple of four bytes.
   std::size_t Add(std::span<const float> values);
   std::size_t Add(std::span<const std::uint16_t> values);
   std::size_t Add(std::span<const std::uint32_t> values);
@@ -35,7 +35,7 @@ class WebBytes {
 };
 
 std::string WebFileText(const nlohmann::ordered_json& header, std::string_view bytes);
-// Of a text with a header of `header_bytes` and so many bytes behind it.
+// Returns the size of a text with a header of `header_bytes` and `bytes` behind it.
 std::size_t WebFileSize(std::size_t header_bytes, std::size_t bytes);
 
 }  // namespace ulf::render

@@ -30,23 +30,23 @@ namespace {
 using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 
-// Of the budget, and no more than a phone draws quickly.
+// Share of the budget, limited by what a phone draws quickly.
 constexpr double kGeometryShare = 0.05;
 constexpr std::size_t kMostGeometryBytes = 300'000;
-// What the first picture waits for, and small moving ones are drawn with: this part of the triangles.
+// Divisor of the triangles that the first picture and small moving ones use.
 constexpr std::size_t kCoarseDivisor = 2;
-constexpr std::size_t kFirstViews = 12;           // whose small pictures are the first that is seen
-constexpr std::size_t kFileBytes = 700'000;       // of the files after the first, about
-constexpr std::size_t kBytesOfFileList = 64;      // of a file's entry in the scene's header, at most
-constexpr std::size_t kBytesOfPictureEntry = 32;  // of a picture in a file's header, at most
+constexpr std::size_t kFirstViews = 12;           // their small pictures are shown first
+constexpr std::size_t kFileBytes = 700'000;       // approximate size of the files after the first
+constexpr std::size_t kBytesOfFileList = 64;      // limit of a file's entry in the scene's header
+constexpr std::size_t kBytesOfPictureEntry = 32;  // limit of a picture's entry in a file's header
 
-constexpr std::size_t kBytesOfPlaces = 1500;  // of arrays in headers, at most
+constexpr std::size_t kBytesOfPlaces = 1500;  // limit of arrays in headers
 
 struct NamedFile {
   std::string name, text;
 };
 
-// Numbers and their places in a file, as the page reads them: name to [type, first byte, count].
+// Arrays and their places in a file, as the page reads them: name to [type, first byte, count].
 class Arrays {
  public:
   template <typename Number>
@@ -83,7 +83,7 @@ std::vector<std::uint32_t> Indices(const std::vector<Triangle>& triangles) {
   return indices;
 }
 
-// Everything is relative to the subject's centre: browsers draw in 32 bits.
+// Everything is relative to the subject's centre, because browsers draw in 32 bits.
 Arrays FieldArrays(const RenderScene& scene, const std::vector<WebPicture>& pictures) {
   const Vector3d& center = scene.subject.center_in_world;
   Arrays arrays;
@@ -142,7 +142,7 @@ struct Geometry {
   std::size_t triangles = 0;
 };
 
-// Places as 16 bits of a cube around the mesh.
+// Stores positions as 16 bits of a cube around the mesh.
 Geometry GeometryFile(const TriangleMesh& mesh, const Vector3d& center, bool coarse) {
   Eigen::Vector3f low = mesh.vertices.front(), high = low;
   for (const Eigen::Vector3f& vertex : mesh.vertices) {
@@ -171,7 +171,7 @@ Geometry GeometryFile(const TriangleMesh& mesh, const Vector3d& center, bool coa
 }
 
 struct PageGeometry {
-  Geometry first, fine;  // no fine one where few triangles are all
+  Geometry first, fine;  // no fine one if the mesh is small
   std::size_t triangles_before = 0;
 };
 
@@ -202,7 +202,7 @@ PageGeometry GeometryOf(const RenderScene& scene, std::size_t most_bytes) {
   return geometry;
 }
 
-// The views by how far they are from where the page begins.
+// Sorts the views by their distance from the page's first camera.
 std::vector<std::size_t> ByDistance(const RenderScene& scene, const Vector3d& eye) {
   std::vector<std::size_t> order(scene.views.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -211,7 +211,8 @@ std::vector<std::size_t> ByDistance(const RenderScene& scene, const Vector3d& ey
   return order;
 }
 
-// The first few as they are, then each as far as possible from those before: any prefix is spread over all.
+// Takes the first few as they are, then each as far as possible from earlier ones: any prefix is spread over
+// all.
 std::vector<std::size_t> Spread(const RenderScene& scene, const std::vector<std::size_t>& by_distance,
                                 std::size_t first) {
   std::vector<std::size_t> order;
@@ -232,7 +233,7 @@ std::vector<std::size_t> Spread(const RenderScene& scene, const std::vector<std:
   return order;
 }
 
-// Files of pictures of about kFileBytes each.
+// Adds files of pictures of about kFileBytes each.
 void AddPictureFiles(const std::vector<WebPicture>& pictures, const std::vector<std::size_t>& order,
                      bool fine, std::vector<NamedFile>& files) {
   Json views = Json::array();
@@ -255,8 +256,8 @@ void AddPictureFiles(const std::vector<WebPicture>& pictures, const std::vector<
 
 constexpr const char* kPosterFile = "poster.webp";
 
-// What page/orbit.ts wants for the poster's zoom: a photograph's width, height and focal length, and how wide
-// the subject is at the distance of the camera.
+// Writes the inputs of page/orbit.ts for the poster's zoom: a photograph's width, height and focal length,
+// and the subject's width at the distance of the camera.
 std::string PosterHtml(const ViewerCamera& start, double radius) {
   const CameraModel& lens = start.photograph;
   return fmt::format(
@@ -307,8 +308,8 @@ Json SceneHeader(const RenderScene& scene, const WebPageOptions& options, const 
           {"masks", masks}};
 }
 
-// Of what follows from the number of views alone: their cameras, the blending field, the lists of
-// pictures and files.
+// Estimates the bytes that follow from the number of views alone: their cameras, the blending field, the
+// lists of pictures and files.
 std::size_t BytesOfViews(const RenderScene& scene, std::size_t header_bytes, std::size_t budget_bytes) {
   const std::vector<WebPicture> none(scene.views.size());
   return WebFileSize(header_bytes, FieldArrays(scene, none).bytes().size()) +
@@ -316,8 +317,8 @@ std::size_t BytesOfViews(const RenderScene& scene, std::size_t header_bytes, std
          (budget_bytes / kFileBytes + 8) * 2 * kBytesOfFileList + kBytesOfPlaces;
 }
 
-// As LoadScene() has it, without photographs.
-RenderScene OfCameras(const LightField& light_field, const SceneOptions& options) {
+// Makes the scene as LoadScene() does, without photographs.
+RenderScene SceneOfCameras(const LightField& light_field, const SceneOptions& options) {
   RenderScene scene;
   scene.subject = SubjectOf(light_field, options.subject);
   scene.up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
@@ -338,7 +339,7 @@ LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& opti
   LeastWebPage least{.views = light_field.views.size()};
   if (light_field.views.empty()) return least;
   const std::size_t page = PageHtml("", "").size() + std::string_view(page::k_page_js).size();
-  const std::size_t of_views = BytesOfViews(OfCameras(light_field, options), 0, budget_bytes) +
+  const std::size_t of_views = BytesOfViews(SceneOfCameras(light_field, options), 0, budget_bytes) +
                                WebFileSize(0, least.views * kLeastWebPicture);
   least.bytes = page + of_views;
   if (budget_bytes > page)
@@ -365,7 +366,7 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
                static_cast<std::size_t>(kGeometryShare * static_cast<double>(options.budget_bytes)));
   const PageGeometry geometry = GeometryOf(scene, geometry_bytes);
 
-  // What pictures may take is what is left of the budget.
+  // Pictures may use the rest of the budget.
   const std::vector<WebPicture> none(scene.views.size());
   std::size_t taken =
       BytesOfViews(scene, SceneHeader(scene, options, start, none).dump().size(), options.budget_bytes) +

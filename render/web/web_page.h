@@ -1,11 +1,12 @@
-// A light field as a page for browsers: a folder that opens by a double click or lies on any host, without a
-// program behind it (docs/web_page.md).
+// Exports a light field as a page for browsers: a folder that opens by a double click or on any host, without
+// a server program (docs/web_page.md).
 //
-//   OUT/index.html the page, which is its own help OUT/page.js its program, bundled from render/web/page/
-//   OUT/poster.webp what stands there until the page draws OUT/data/*.js cameras and blending field,
-//   geometry, small and fine pictures, in the order in which they are wanted
+//   OUT/index.html   the page with its help
+//   OUT/page.js      its program, bundled from render/web/page/
+//   OUT/poster.webp  the picture until the page draws
+//   OUT/data/*.js    cameras, blending field, geometry, small and fine pictures, in order of need
 //
-// What is heavy is computed here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh),
+// Expensive steps are done here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh),
 // geometry of few triangles, photographs without distortion on one scale of light. The page draws as the GL
 // renderer does.
 #pragma once
@@ -25,11 +26,11 @@ struct WebPageOptions {
   std::string title = {};
   std::size_t budget_bytes = 20'000'000;  // of the whole folder
   int longest_px = 1280;                  // WebPictureOptions::longest_px
-  // 8 bits, B G R and, where parts of it have no light, alpha: what a camera of StartingCamera() with zoom 1
-  // sees. Empty: the page begins without a picture.
+  // The picture of a StartingCamera() with zoom 1: 8 bits, B G R and, if parts have no light, alpha. Empty:
+  // the page begins without a picture.
   cv::Mat poster = {};
   std::function<void(double share, const std::string& what)> progress = {};
-  std::function<bool()> stop = {};  // polled; true: throws Error and leaves nothing
+  std::function<bool()> stop = {};  // polled; if true, the export throws Error and leaves nothing
 };
 
 struct WebPageSummary {
@@ -41,18 +42,18 @@ struct WebPageSummary {
   std::size_t files = 0;
 };
 
-// The least that a page of a light field takes, told before any photograph or geometry is read.
+// The least size of a light field's page, estimated before any photograph or geometry is read.
 struct LeastWebPage {
   std::size_t views = 0;
   std::size_t bytes = 0;       // with the smallest pictures (kLeastWebPicture)
-  std::size_t views_held = 0;  // by a page of `budget_bytes`, about
+  std::size_t views_held = 0;  // approximate number of views in a page of `budget_bytes`
 };
 LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& options,
                          std::size_t budget_bytes);
 
-// `scene`: over a plane through the subject that faces the camera, or over triangles that do not change
-// from picture to picture. `out` must not exist or be empty. Throws Error, Refusal where the budget
-// does not suffice.
+// `scene` has a plane through the subject that faces the camera, or triangles that do not change from picture
+// to picture, as its proxy. `out` must not exist or be empty. Throws Error, and Refusal if the budget is too
+// small.
 WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,
                              const WebPageOptions& options);
 

@@ -22,7 +22,7 @@ constexpr int kBestQuality = 95, kUsualQuality = 80, kLeastQuality = 40,
               kSmallQuality = 70;  // WebP's. Guessed.
 constexpr int kLeastPx = 64;       // of the longer side. Guessed.
 
-// B G R and the share of the pixel that has light, CV_32FC4, linear, of the photograph's level.
+// Returns B G R and the share of the pixel that has light, CV_32FC4, linear, of the photograph's level.
 cv::Mat LightOf(const SceneView& view, int level) {
   const cv::Mat pixels = view.photograph->Level(level);
   cv::Mat light(pixels.size(), CV_32FC4);
@@ -79,8 +79,8 @@ class PicturesOfViews {
                          std::max(1, static_cast<int>(std::lround(share * full.height))));
   }
 
-  // CV_8UC3, or CV_8UC4 with alpha where some of the picture has no light. For each index in one
-  // thread at a time.
+  // Returns CV_8UC3, or CV_8UC4 with alpha if some of the picture has no light. Only one thread at a time may
+  // call it for an index.
   cv::Mat Draw(std::size_t index, const CameraModel& camera) {
     cv::Mat& kept = kept_[index];
     if (kept.cols == camera.width && kept.rows == camera.height) return kept;
@@ -94,7 +94,7 @@ class PicturesOfViews {
   cv::Mat Drawn(std::size_t index, const CameraModel& camera) const {
     const SceneView& view = scene_.views[index];
     const Undistortion& full = undistortions_[index];
-    int level = 0;  // the smallest that has a pixel for each
+    int level = 0;  // the smallest that is large enough
     while (level + 1 < view.photograph->LevelCount() &&
            view.photograph->LevelSize(level + 1).width * full.to.width >= camera.width * full.from.width)
       ++level;
@@ -124,7 +124,7 @@ class PicturesOfViews {
 
   const RenderScene& scene_;
   std::vector<Undistortion> undistortions_;
-  std::vector<cv::Mat> kept_;  // of the size that was drawn last
+  std::vector<cv::Mat> kept_;  // of the last drawn size
 };
 
 WebPicture Encoded(PicturesOfViews& views, std::size_t index, int longest_px, int quality) {
@@ -176,7 +176,7 @@ std::size_t BytesOf(const std::vector<WebPicture>& pictures) {
 
 WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& options) {
   PicturesOfViews views(scene);
-  constexpr std::size_t kSample = 12;  // views by which the others are judged. Guessed.
+  constexpr std::size_t kSample = 12;  // views that represent the others. Guessed.
   std::vector<std::size_t> all(views.count()), sample;
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   const std::size_t samples = std::min(kSample, all.size());
@@ -191,7 +191,7 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
   int longest_px = most_px;
   if (expected(most_px, kUsualQuality) > budget) {
     double small = std::min(kLeastPx, most_px), large = most_px;
-    constexpr double kNear = 1.02;  // ratio of two sizes that are as good as one
+    constexpr double kNear = 1.02;  // ratio of two sizes that count as equal
     while (large > kNear * small) {
       const double middle = std::sqrt(small * large);
       (expected(static_cast<int>(middle), kUsualQuality) > budget ? large : small) = middle;
@@ -202,9 +202,9 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
   for (int step = 32; step > 0; step /= 2)
     if (quality + step <= kBestQuality && expected(longest_px, quality + step) <= budget) quality += step;
 
-  // Nothing is drawn of a thousand views that are far too many.
+  // Nothing is drawn for a thousand views that are far too many.
   constexpr double kSampleMayBeOff = 1.25;  // guessed
-  constexpr double kBase64 = 4.0 / 3;       // bytes of a page's text for one of a picture
+  constexpr double kBase64 = 4.0 / 3;       // base64 expands three bytes to four
   const auto too_little = [&](double bytes) {
     return Refusal(
         fmt::format("the pictures of {} take at least {:.3g} MB, and the budget leaves {:.3g} MB for them",
@@ -215,7 +215,7 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
     if (const double bytes = expected(longest_px, quality); bytes > kSampleMayBeOff * budget)
       throw too_little(bytes);
 
-  // The sample may be off by some percent: the highest quality that fits is looked for with all views, and as
+  // The sample may be off by some percent: all views are used to find the highest quality that fits, and as
   // many views as there is room for get the next one.
   WebPictures result;
   std::vector<WebPicture> too_large;  // of the next quality

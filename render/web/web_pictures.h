@@ -1,6 +1,6 @@
-// The photographs of a light field as pictures for a page: without distortion, on one scale of light
-// (exposures, gains and fall-offs divided out), in sRGB, as WebP, each in two sizes. The size and the quality
-// follow from the bytes that they may take.
+// Converts the photographs of a light field to pictures for a page: without distortion, on one scale of light
+// (exposures, gains and fall-offs divided out), in sRGB, as WebP, each in two sizes. Their size and quality
+// follow from the allowed bytes.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,14 @@ namespace ulf::render {
 
 struct WebPictureOptions {
   std::size_t most_bytes = 0;  // of all pictures together, both sizes
-  // Of the longer side: a phone keeps some dozens of such pictures in 150 MB of textures.
+  // Longer side: a phone keeps some dozens of such pictures in 150 MB of textures.
   int longest_px = 1280;
   std::function<void(double share, const std::string& what)> progress = {};
-  std::function<bool()> stop = {};  // polled; true: throws Error
+  std::function<bool()> stop = {};  // polled; if true, throws Error
 };
 
 struct WebPicture {
-  CameraModel camera;       // without distortion, of the size of `fine`
+  CameraModel camera;       // undistorted, of the size of `fine`
   std::string fine, small;  // WebP
   bool has_gaps = false;    // alpha is 0 where the photograph has no light (masks)
 };
@@ -30,19 +30,18 @@ struct WebPicture {
 // The smaller pictures have this share of the finer ones' width and height.
 inline constexpr int kSmallWebPicture = 4;
 
-// Bytes of a view's two pictures, of 64 pixels and a quarter of it, at the least quality: less than those of
-// any set that was measured take on average (docs/web_page.md).
+// Bytes of a view's two pictures, of 64 pixels and a quarter of it, at the least quality: less than the mean
+// of any set that was measured (docs/web_page.md).
 inline constexpr std::size_t kLeastWebPicture = 400;
 
 struct WebPictures {
-  std::vector<WebPicture> views;  // as the scene's
-  int quality = 0;                // WebP's, 1 to 100, of the finer ones
+  std::vector<WebPicture> views;  // in the scene's order
+  int quality = 0;                // WebP's quality of the finer ones, 1 to 100
   std::size_t bytes = 0;
 };
 
-// At least 95 % of the bytes are used, unless the photographs' own size and the best quality take fewer.
-// Throws Refusal that says how many are needed where they do not suffice, Error where a photograph
-// cannot be read.
+// Uses at least 95 % of the bytes, unless the photographs' own size and the best quality need fewer. Throws
+// Refusal that says how many are needed if they do not suffice, Error if a photograph cannot be read.
 WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& options);
 
 }  // namespace ulf::render

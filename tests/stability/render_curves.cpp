@@ -74,7 +74,7 @@ std::shared_ptr<const RenderScene> SceneOf(const std::vector<Vector3d>& viewpoin
 }
 
 // All views' weights.
-VectorXd WeightsOf(const FieldFromHere& here, const Vector3d& ray, std::size_t views) {
+VectorXd WeightsOf(const PlacedField& here, const Vector3d& ray, std::size_t views) {
   FieldSample sample;
   here.Weights({.ray_in_world = ray, .point_in_world = Vector3d::Zero()}, sample);
   VectorXd weights = VectorXd::Zero(static_cast<Eigen::Index>(views));
@@ -769,7 +769,7 @@ Curve MissingSides() {
     std::vector<std::vector<int>> others;
     for (std::size_t i = 0; i < mapped.size(); ++i)
       others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = 10}));
-    KeepWhatAgrees(maps, others, {});
+    KeepConsistentDepths(maps, others, {});
     const TriangleMesh mesh = CutSurface(FusePoints(maps, others, {}), centers);
     if (mesh.triangles.empty()) return Trial{Verdict::kSaidSo, 0};
     const double distance = MostlyWithin(mesh, solid);

@@ -42,11 +42,11 @@ constexpr std::size_t kEntryBytes = 12;
 struct DngEntry {
   std::uint16_t type = 0;
   std::uint32_t count = 0;
-  std::string bytes;  // the entry as it stands in the file
+  std::string bytes;  // the raw bytes of the entry
 };
 
 struct DngDirectory {
-  std::uint64_t pointer_at = 0;  // where the file says where the directory is
+  std::uint64_t pointer_at = 0;  // position of the pointer to the directory
   std::uint64_t next = 0;
   std::map<std::uint16_t, DngEntry> entries;
 };
@@ -64,7 +64,7 @@ class DngFile {
     if (!is_dng) directories_.clear();
   }
 
-  // The first directory of the sensor's own pixels at full size.
+  // Returns the first directory of the sensor's own pixels at full size.
   const DngDirectory* Raw() const {
     for (const DngDirectory& directory : directories_) {
       const std::uint32_t light = FirstOf(directory, kTagPhotometric);
@@ -92,7 +92,7 @@ class DngFile {
     for (std::size_t i = 0; i + size <= bytes.size(); i += size) values.push_back(Number(bytes, i, size));
     return values;
   }
-  // Fractions, too.
+  // Reads numbers, also fractions.
   std::vector<double> RealsOf(const DngDirectory& directory, std::uint16_t tag) const {
     constexpr std::uint16_t kFractions = 5;
     const auto found = directory.entries.find(tag);
@@ -123,8 +123,7 @@ class DngFile {
   }
 
  private:
-  // Of the directories that follow each other from the one that the file names at `pointer_at`, and of those
-  // inside them.
+  // Reads the chain of directories from the one that the file names at `pointer_at`, and those inside them.
   void AddChain(std::uint64_t pointer_at, int depth) {
     constexpr std::size_t kMostDirectories = 64;
     constexpr int kMostDepth = 2;
@@ -174,7 +173,7 @@ std::string PatternOf(const DngFile& file, const DngDirectory& raw) {
   if (colors.empty()) colors = {0, 1, 2};
   std::string pattern;
   for (const std::uint32_t index : file.ValuesOf(raw, kTagMosaic)) {
-    // Each pixel names its colour itself; the list says which there are.
+    // Each pixel names its colour itself; the list has the colours that occur.
     const bool is_listed = std::ranges::find(colors, index) != colors.end();
     pattern += is_listed && index < kColors.size() ? kColors[index] : '?';
   }
@@ -257,7 +256,7 @@ std::string DngWithoutTiles(const std::string& dng, const std::string& name) {
     refuse();
   const std::uint64_t across = (width + tile_width - 1) / tile_width, tile_row = tile_width * bits / 8,
                       row_bytes = (width * bits + 7) / 8;
-  // The tiles hold all of it, so no more memory is taken than the file has bytes.
+  // The tiles hold all of it, so no more memory is allocated than the file has bytes.
   if (places.size() < across * ((height + tile_height - 1) / tile_height) || row_bytes * height > dng.size())
     refuse();
   std::string whole = dng;

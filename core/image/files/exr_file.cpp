@@ -66,7 +66,7 @@ cv::Size2d SizeOf(const Imath::Box2i& window) {
           static_cast<double>(window.max.y) - window.min.y + 1};
 }
 
-// For as many numbers a pixel as floats.
+// Checks memory for as many floats a pixel.
 void RequireRoom(const std::string& path, const cv::Size2d& size, int channels) {
   constexpr double kMostPx = 1 << 20;
   std::error_code unknown;
@@ -105,12 +105,11 @@ struct ExrPicturePlace {
               path, list);
 }
 
-// A picture that may be meant: plain channels of a part, or a layer.
+// A candidate picture: plain channels of a part, or a layer.
 struct ExrCandidate {
   ExrPicturePlace place;
   std::string words;  // "part 2 of 3 (beauty)", "the layer 'beauty'"
-  int rank =
-      0;  // the picture itself by the names that programs give it, then others in colour, then luminance
+  int rank = 0;       // the default names first, then colour, then luminance
 };
 
 int RankOf(const ColorChannels& channels, std::string name) {
@@ -164,15 +163,15 @@ ExrPicturePlace PlaceOfPicture(const Imf::MultiPartInputFile& file, const std::s
   return chosen->place;
 }
 
-// Where the library counts a buffer's samples from: place 0, 0 of the file's own coordinates, which may lie
-// far outside of the buffer, so that it is computed as a number.
+// Returns the library's origin of a buffer, place 0, 0 of the file's own coordinates, which may lie far
+// outside of the buffer, so that it is computed as a number.
 template <typename T>
 T* OriginOf(T* first, const Imath::Box2i& data, std::int64_t x_stride_bytes, std::int64_t y_stride_bytes) {
   const std::int64_t offset = data.min.x * x_stride_bytes + data.min.y * y_stride_bytes;
   return reinterpret_cast<T*>(reinterpret_cast<std::uintptr_t>(first) - static_cast<std::uintptr_t>(offset));
 }
 
-// Chroma has half the size; the library's reader of RGBA brings it to full size, in half floats.
+// Chroma has half the size; the library's reader of RGBA upsamples it, in half floats.
 cv::Mat ReadLuminanceAndChroma(const std::string& path, const cv::Size& size, const std::string& layer) {
   Imf::RgbaInputFile file(path.c_str(), layer);
   const Imath::Box2i data = file.dataWindow();
@@ -191,7 +190,7 @@ cv::Mat ReadLuminanceAndChroma(const std::string& path, const cv::Size& size, co
 
 cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
   const Imath::Box2i data = file.header(place.part).dataWindow();
-  // Indexed from the data window's corner.
+  // The buffer is indexed from the data window's corner.
   cv::Mat stored(size, CV_32FC3, cv::Scalar::all(0));
   Imf::FrameBuffer buffer;
   const bool color = place.channels.has_colors;
@@ -211,7 +210,7 @@ cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, 
   return stored;
 }
 
-// The data window's opacity; outside of it nothing is seen.
+// Reads the data window's opacity; it is 0 outside.
 cv::Mat ReadOpacity(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
   const Imath::Box2i data = file.header(place.part).dataWindow();
   cv::Mat opacity(size, CV_32FC1, cv::Scalar::all(1));
@@ -225,7 +224,7 @@ cv::Mat ReadOpacity(Imf::MultiPartInputFile& file, const ExrPicturePlace& place,
   return opacity;
 }
 
-// This shows the pixels of the data window in the display window.
+// Crops or pads the pixels of the data window to the display window.
 cv::Mat InDisplay(const cv::Mat& stored, const Imath::Box2i& data, const Imath::Box2i& shown) {
   if (shown == data) return stored;
   cv::Mat picture(shown.max.y - shown.min.y + 1, shown.max.x - shown.min.x + 1, stored.type(),
@@ -236,7 +235,7 @@ cv::Mat InDisplay(const cv::Mat& stored, const Imath::Box2i& data, const Imath::
   return picture;
 }
 
-// Colours are multiplied by their opacity in these files.
+// Colours are premultiplied in these files.
 void TakeOpacity(const cv::Mat& opacity, StoredPicture& picture) {
   double least = 1;
   cv::minMaxLoc(opacity, &least);
@@ -263,7 +262,7 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   RequireLight(header, place.channels, path);
   if (Imf::hasEnvmap(header))
     throw Error("{}: is a panorama (its attribute envmap), which no lens made; {}", path,
-                WayFromPanorama(Imf::envmap(header) == Imf::ENVMAP_LATLONG));
+                PanoramaRemedy(Imf::envmap(header) == Imf::ENVMAP_LATLONG));
   if (Imf::hasMultiView(header) && Imf::multiView(header).size() > 1)
     picture.remarks.push_back(
         fmt::format("it holds {} views ({}), of which the first is taken", Imf::multiView(header).size(),

@@ -21,7 +21,7 @@ struct PixelLayout {
   double width = 0, height = 0, tile_px = 0, bytes_of_pixel = 0;
 };
 
-// A value's numbers, little-endian as every machine that ulf runs on.
+// Reads a little-endian number, the byte order of every machine that ulf runs on.
 template <typename Number>
 Number NumberAt(std::string_view value, std::size_t at) {
   Number number{};
@@ -67,7 +67,7 @@ bool IsPreview(std::string_view value) {
   return value.size() % 4 == 0 && (width == 0 || height <= pixels / width) && width * height == pixels;
 }
 
-// False: the value has another length than its type has.
+// Returns false if the value's length differs from its type's.
 bool ReadAttribute(std::string_view name, std::string_view type, std::string_view value,
                    PixelLayout& layout) {
   static const std::map<std::string_view, std::size_t> kBytesOfType = {{"box2f", 16},
@@ -113,8 +113,7 @@ bool ReadAttribute(std::string_view name, std::string_view type, std::string_vie
   return true;
 }
 
-// The library holds the lines or the tile that one compressed block has, and the place of each block in the
-// file.
+// The library allocates the lines or the tile of one compressed block, and a table of all blocks.
 void RequireBlocks(const std::string& path, std::uint64_t file_bytes, const PixelLayout& layout) {
   constexpr double kMostPx = 1 << 20, kMostLinesOfBlock = 256, kBytesOfPlace = 8, kLevelsOfTiles = 4;
   if (std::max(layout.width, layout.height) > kMostPx)

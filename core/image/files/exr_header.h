@@ -1,17 +1,18 @@
-// The header of an OpenEXR file, checked before the library reads it ("OpenEXR file layout", openexr.com):
-// the library takes as much memory as lengths and sizes in the header claim, and for known types it ignores
-// the length, so that what follows is read from another place than the length says.
+// Checks the header of an OpenEXR file ("OpenEXR file layout", openexr.com) before the library reads it:
+// the library allocates as much memory as the header claims, and ignores the stated length of attributes of
+// known types, so that it may read later attributes from a wrong place.
 #pragma once
 
 #include <string>
 
 namespace ulf {
 
-// Throws Error, which begins with `path`, where an attribute is longer than the file or has another length
-// than its type, and where lines or tiles of its pixels would take more memory than the file can stand for
-// (RequirePixelsOfFile). What is no OpenEXR file at all passes: the library says so.
+// Throws Error, which begins with `path`, if an attribute is longer than the file or has another length
+// than its type, or if lines or tiles of its pixels would need more memory than the file can justify
+// (RequirePixelsOfFile). Files that are no OpenEXR pass: the library reports them.
 void RequireExrHeader(const std::string& path);
 
+// Throws Error that says that the file is truncated or damaged, with the reason and the remedy.
 [[noreturn]] void RefuseExr(const std::string& path, const char* why);
 
 }  // namespace ulf

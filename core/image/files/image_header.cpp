@@ -32,7 +32,7 @@ std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
-// Whether there is a chunk tRNS, which comes before the pixels. Each chunk: length, name, content, checksum.
+// Looks for a chunk tRNS, which comes before the pixels. A chunk has length, name, content, checksum.
 bool HasTransparentColors(std::istream& file) {
   file.seekg(8);
   for (Bytes8 chunk{}; Read(file, chunk);) {
@@ -44,12 +44,12 @@ bool HasTransparentColors(std::istream& file) {
   return false;
 }
 
-// ISO 15948: the signature, then IHDR with width, height, depth and colour type.
+// ISO 15948 has the signature, then IHDR with width, height, depth and colour type.
 std::optional<ImageHeader> ReadPngHeader(std::istream& file) {
   std::array<std::uint8_t, 26> head{};
   file.seekg(0);
   if (!Read(file, head)) return std::nullopt;
-  // Grey, -, RGB, palette (decodes to three channels), grey and alpha, -, RGB and alpha.
+  // The colour types are grey, -, RGB, palette (decodes to three channels), grey and alpha, -, RGB and alpha.
   constexpr std::array kChannels = {1, 0, 3, 3, 2, 0, 4};
   const int color_type = head[25];
   if (color_type >= static_cast<int>(kChannels.size()) || head[24] == 0 || head[24] > 16) return std::nullopt;
@@ -60,14 +60,14 @@ std::optional<ImageHeader> ReadPngHeader(std::istream& file) {
                      false};
 }
 
-// ITU T.81: segments up to the start of frame, which says precision, height, width and components.
+// ITU T.81 has segments up to the start of frame, which has precision, height, width and components.
 std::optional<ImageHeader> ReadJpegHeader(std::istream& file) {
   file.seekg(2);
   for (;;) {
     std::array<std::uint8_t, 4> segment{};
     if (!Read(file, segment)) return std::nullopt;
     const int marker = segment[1];
-    if (segment[0] != 0xFF || marker == 0xFF) {  // bytes that stand before a marker and mean nothing
+    if (segment[0] != 0xFF || marker == 0xFF) {  // fill bytes before a marker
       file.seekg(-3, std::ios::cur);
       continue;
     }
@@ -85,14 +85,13 @@ std::optional<ImageHeader> ReadJpegHeader(std::istream& file) {
   }
 }
 
-// TIFF 6.0, and BigTIFF: directories of entries, of which each has a tag, a type, a count, and its value or
-// where that is.
+// TIFF 6.0 and BigTIFF have directories of entries with a tag, a type, a count, and a value or its place.
 class Tiff {
  public:
   Tiff(std::istream& file, const Bytes8& begin)
       : file_(file), is_little_(begin[0] == 'I'), is_big_(Number(&begin[2], 2) == 43) {}
 
-  // Of the first directory that is no thumbnail.
+  // Reads the first directory that is no thumbnail.
   std::optional<ImageHeader> Read() {
     const int wide = is_big_ ? 8 : 4;
     auto directory = NumberAt(is_big_ ? 8 : 4, wide);
@@ -152,7 +151,7 @@ class Tiff {
     next_ = NumberAt(first + *entries * step, wide);
     return header.width > 0 && header.height > 0 ? std::optional(header) : std::nullopt;
   }
-  // Of a value of that type, which is any kind of whole number for a width.
+  // Returns the size of a value of that type, which is any integer type for a width.
   static int BytesOfNumber(std::int64_t type) {
     constexpr int kByte = 1, kShort = 3, kLong = 4, kSignedByte = 6, kSignedShort = 8, kSignedLong = 9,
                   kIfd = 13;
@@ -176,7 +175,7 @@ class Tiff {
   std::istream& file_;
   bool is_little_, is_big_;
   std::vector<std::int64_t> inside_;  // directories inside those that were read
-  std::optional<std::int64_t> next_;  // the directory behind the one that was read
+  std::optional<std::int64_t> next_;  // the next directory in the chain
 };
 
 }  // namespace
@@ -210,7 +209,7 @@ std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
 void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
                          double bytes_of_pixel) {
   constexpr double kAlwaysBytes = 256e6;
-  // Deflate makes at most a 1032nd of anything, and halves become floats.
+  // Deflate compresses at most 1032 to 1, and halves become floats.
   constexpr double kMostOfFile = 2100;
   const double bytes = pixels * bytes_of_pixel;
   if (bytes > std::max(kAlwaysBytes, kMostOfFile * static_cast<double>(file_bytes)))
@@ -243,7 +242,7 @@ cv::Size2d OfBmp(std::string_view head) {
   return {Signed32(head, 18), std::abs(Signed32(head, 22))};
 }
 
-// RFC 9649: a lossy frame, a lossless one, or a header of its own.
+// RFC 9649 allows a lossy frame, a lossless one, or an extended header.
 std::optional<cv::Size2d> OfWebp(std::string_view head) {
   const std::string_view kind = head.substr(12, 4);
   constexpr std::uint32_t kFourteenBits = 0x3FFF;
@@ -261,7 +260,7 @@ std::optional<cv::Size2d> OfWebp(std::string_view head) {
   return std::nullopt;
 }
 
-// Two numbers of digits behind the kind, with comments between them, which end as OpenCV has it.
+// Two decimal numbers follow the kind, with comments between them, which end as in OpenCV.
 std::optional<cv::Size2d> OfNetpbm(std::istream& file) {
   file.seekg(2);
   const auto number = [&]() -> double {
@@ -284,7 +283,7 @@ std::optional<cv::Size2d> OfNetpbm(std::istream& file) {
   return cv::Size2d(width, height);
 }
 
-// Lines of text, an empty one, then "-Y height +X width"; OpenCV cuts longer lines in two.
+// Lines of text and an empty one precede "-Y height +X width"; OpenCV cuts longer lines in two.
 std::optional<cv::Size2d> OfRadiance(std::istream& file) {
   constexpr int kMostLines = 1000;
   constexpr std::size_t kMostOfLine = 126;

@@ -1,5 +1,6 @@
-// The size and format of a PNG, JPEG or TIFF file from its header, without decoding (ISO 15948, ITU T.81,
-// TIFF 6.0): checks a folder of a thousand photographs in milliseconds, and says what decoding would take.
+// Reads the size and format of a PNG, JPEG or TIFF file from its header, without decoding (ISO 15948, ITU
+// T.81, TIFF 6.0): this checks a folder of a thousand photographs in milliseconds, and predicts the memory
+// for decoding.
 #pragma once
 
 #include <array>
@@ -24,19 +25,19 @@ struct ImageHeader {
   std::string Text() const;  // "JPEG 640x480, 3 channels of 8 bits"
 };
 
-// None for other kinds of files and for truncated headers.
+// Returns none for other kinds of files and for truncated headers.
 std::optional<ImageHeader> ReadImageHeader(const std::string& path);
 std::optional<ImageHeader> ReadImageHeader(std::istream& file);
 
-// Throws Error, which begins with `path`, where decoded pixels would take more memory than a file of
-// `file_bytes` can stand for: what is damaged, or made to take all memory, is refused before it takes any.
+// Throws Error, which begins with `path`, if decoded pixels would need more memory than a file of
+// `file_bytes` can justify, so that damaged or malicious files are refused before memory is allocated.
 void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
                          double bytes_of_pixel);
 
-// The size that pictures of the rarer kinds claim: BMP, Netpbm (PBM to PPM, PFM), Radiance HDR and WebP.
+// Reads the size that pictures of rarer kinds claim: BMP, Netpbm (PBM to PPM, PFM), Radiance HDR and WebP.
 // ReadImageHeader() says more of the common ones.
 
-// As the file says, unchecked; none: another kind, or truncated.
+// The size is unchecked; none means another kind, or a truncated file.
 std::optional<cv::Size2d> ClaimedSize(std::istream& file);
 
 }  // namespace ulf

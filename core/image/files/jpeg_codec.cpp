@@ -25,7 +25,7 @@ namespace ulf {
 namespace {
 
 constexpr std::size_t kExifBytes = 1 << 17;  // a segment has at most half of it
-constexpr int kMostFillBytes = 16;           // before a marker; webcams are known to send up to nine
+constexpr int kMostFillBytes = 16;           // before a marker; webcams send up to nine
 
 // libjpeg has a pointer to `manager` only, which must therefore be the first member.
 struct Report {
@@ -47,7 +47,7 @@ bool IsDamage(const jpeg_error_mgr& manager) {
     case JWRN_EXTRANEOUS_DATA:
       return manager.msg_parm.i[0] > kMostFillBytes;
     default:
-      return false;  // oddities of the headers, which cost no pixels
+      return false;  // header faults cost no pixels
   }
 }
 
@@ -100,7 +100,7 @@ struct Photograph {
   JOCTET* icc = nullptr;
   unsigned icc_bytes = 0;
   bool is_by_adobe = false;
-  int density[2] = {};  // of JFIF: across, down
+  int density[2] = {};  // JFIF: across, down
 };
 
 void DecodePhotograph(jpeg_decompress_struct& decoder, Report& report, std::string_view bytes,
@@ -194,7 +194,7 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
   const cv::Size size = photograph.pixels.size();
   constexpr double kSame = 0.02;
   if (std::abs(across * size.height - down * size.width) >
-      kSame * down * size.width)  // its size, of some programs
+      kSame * down * size.width)  // the size, in some programs
     WarnOfPixelAspect(across, down, picture);
   const ExifFacts exif = ReadExif(std::string(bytes.substr(0, kExifBytes)));
   NoteOrientation(exif.orientation, picture);
@@ -203,7 +203,7 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
     return picture;
   }
   picture.pixels = photograph.pixels;
-  ColorClaim claim{.icc = icc};
+  ColorTags claim{.icc = icc};
   constexpr Primaries kAdobeRgb{0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290};
   constexpr double kAdobeExponent = 2.19921875;
   if (exif.is_adobe_rgb)

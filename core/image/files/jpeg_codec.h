@@ -17,21 +17,22 @@
 namespace ulf {
 
 struct DecodedJpeg {
-  cv::Size size;       // from the header; empty: there is no header
+  cv::Size size;       // from the header; empty if there is no header
   cv::Mat bgr;         // CV_8UC3; empty where `size` is not the expected one
-  std::string damage;  // what is wrong, for messages; empty: nothing
+  std::string damage;  // describes the damage for messages; empty if there is none
 };
 DecodedJpeg DecodeWebcamJpeg(std::span<const std::uint8_t> bytes, cv::Size expected);
 
-// A photograph, converted to sRGB; Exif's rotation is ignored. What the decoder says of damaged data inside
-// becomes a warning. Throws Error, which begins with `name`, where there is no whole picture in the bytes.
+// Decodes a photograph and converts it to sRGB; Exif's rotation is ignored. What the decoder says of
+// damaged data inside becomes a warning. Throws Error, which begins with `name`, if there is no whole
+// picture in the bytes.
 StoredPicture ReadJpeg(std::string_view bytes, const std::string& name);
 
-// CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to the sensor.
-// Empty when the file is truncated or no JPEG.
+// Returns CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to
+// the sensor. The result is empty if the file is truncated or no JPEG.
 cv::Mat DecodeJpeg(const std::string& bytes);
 
-// Of 8 bits, one channel or B, G, R; quality 1 to 100.
+// Encodes 8-bit pixels, one channel or B, G, R; quality 1 to 100.
 std::string JpegBytes(const cv::Mat& pixels, int quality = 95);
 
 }  // namespace ulf

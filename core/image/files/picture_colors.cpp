@@ -32,7 +32,7 @@ using Curve = std::unique_ptr<cmsToneCurve, FreeCurve>;
 
 cmsCIExyY WhiteOf(const Primaries& xy) { return {xy[6], xy[7], 1}; }
 
-// Of a tone curve that all channels share.
+// Makes a profile with a tone curve that all channels share.
 Profile RgbProfile(const Primaries& xy, cmsToneCurve* curve) {
   const cmsCIExyYTRIPLE colors{{xy[0], xy[1], 1}, {xy[2], xy[3], 1}, {xy[4], xy[5], 1}};
   const cmsCIExyY white = WhiteOf(xy);
@@ -40,7 +40,7 @@ Profile RgbProfile(const Primaries& xy, cmsToneCurve* curve) {
   return Profile(cmsCreateRGBProfile(&white, &colors, curves));
 }
 
-// None: sRGB's curve.
+// None means sRGB's curve.
 Curve CurveOf(std::optional<double> exponent) {
   constexpr int kSrgbShape = 4;
   const double srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
@@ -48,7 +48,7 @@ Curve CurveOf(std::optional<double> exponent) {
                         : cmsBuildParametricToneCurve(nullptr, kSrgbShape, srgb));
 }
 
-// What the pixels are to become: encoded for display, or linear where they are float.
+// Returns the profile of the result: encoded for display, or linear for float pixels.
 Profile Target(int depth, int channels) {
   const Curve curve = CurveOf(depth == CV_32F ? std::optional(1.0) : std::nullopt);
   if (channels != 1) return RgbProfile(kSrgbPrimaries, curve.get());
@@ -76,7 +76,7 @@ void Apply(const Transform& transform, const cv::Mat& from, cv::Mat& to) {
                            static_cast<cmsUInt32Number>(to.step), 0, 0);
 }
 
-// 255 where a channel is not finite; empty: nowhere.
+// Marks channels that are not finite by 255; empty if there are none.
 cv::Mat WithoutLight(const cv::Mat& pixels) {
   cv::Mat unlit(pixels.size(), CV_8UC1, cv::Scalar(0));
   bool any = false;
@@ -89,9 +89,9 @@ cv::Mat WithoutLight(const cv::Mat& pixels) {
   return any ? unlit : cv::Mat();
 }
 
-// Linear sRGB in float, computed for each pixel; of whole numbers the library would interpolate between
-// colours of a table, which is wrong by up to twenty levels of 255 near the border of the gamut. Empty: the
-// profile cannot be used.
+// Converts to linear sRGB in float, computed for each pixel; for integers the library would interpolate
+// between colours of a table, which is wrong by up to twenty levels of 255 near the border of the gamut.
+// Returns an empty image if the profile cannot be used.
 cv::Mat LinearBy(const Profile& profile, const cv::Mat& pixels) {
   const int channels = pixels.channels();
   const cmsUInt32Number format = FormatOf(CV_32F, channels);
@@ -126,7 +126,7 @@ cv::Mat EncodedAs(int depth, const cv::Mat& linear) {
   return encoded;
 }
 
-// Of every number there is, for grey pictures.
+// Converts every possible number, for grey pictures.
 cv::Mat TableOf(const Profile& profile, int depth) {
   const int count = depth == CV_8U ? 256 : 65536;
   cv::Mat numbers(1, count, CV_MAKETYPE(depth, 1));
@@ -150,7 +150,7 @@ cv::Mat ThroughTable(const cv::Mat& table, const cv::Mat& grey) {
   return converted;
 }
 
-// Empty: the profile cannot be used. Of 8 bits in colour the library computes well, and fast.
+// Returns an empty image if the profile cannot be used. 8-bit colour is exact and fast in the library.
 cv::Mat Converted(const Profile& profile, const cv::Mat& pixels) {
   const int depth = pixels.depth();
   if (depth == CV_32F) return LinearBy(profile, pixels);
@@ -171,7 +171,7 @@ cv::Mat Converted(const Profile& profile, const cv::Mat& pixels) {
   return converted;
 }
 
-// Whether no colour changes by more than rounding does.
+// Returns whether no colour changes by more than rounding does.
 bool IsIdentity(const Profile& profile, int channels) {
   constexpr int kStep = 32;
   std::vector<cv::Vec3b> grid;
@@ -222,7 +222,7 @@ Profile OpenProfile(const std::string& icc) {
                              : cmsOpenProfileFromMem(icc.data(), static_cast<cmsUInt32Number>(icc.size())));
 }
 
-// Null where the pixels stay: they are as promised, or a warning says why not.
+// Returns null if the pixels stay: they are as promised, or a warning says why not.
 Profile ProfileOfIcc(const std::string& icc, StoredPicture& picture) {
   Profile profile = OpenProfile(icc);
   if (!profile) {
@@ -242,7 +242,7 @@ Profile ProfileOfIcc(const std::string& icc, StoredPicture& picture) {
   return profile;
 }
 
-std::string NameOf(const ColorClaim& claim) {
+std::string NameOf(const ColorTags& claim) {
   if (!claim.name.empty()) return claim.name;
   std::string text;
   if (claim.primaries) {
@@ -263,7 +263,7 @@ bool IsPossible(const Primaries& xy) {
 
 }  // namespace
 
-void ConvertToSrgb(const ColorClaim& claim, StoredPicture& picture) {
+void ConvertToSrgb(const ColorTags& claim, StoredPicture& picture) {
   const bool is_float = picture.pixels.depth() == CV_32F;
   Profile profile;
   std::string name;
@@ -351,8 +351,7 @@ cv::Mat SrgbOfLab(const cv::Mat& lab, bool is_signed, const std::optional<std::a
                                  0.0556434, -0.2040259, 1.0572252);
   const bool is_8_bits = lab.depth() == CV_8U;
   const double full = FullScale(lab.depth()), unit = is_8_bits ? 1 : 256, zero = 128 * unit;
-  // Plain numbers of TIFF: a* and b* signed, L* = 100 at full scale; ICC's: both from -128, L* = 100 at
-  // 0xFF00 of 16 bits.
+  // TIFF has a* and b* signed, L* = 100 at full scale; ICC has both from -128, L* = 100 at 0xFF00 of 16 bits.
   const double most_light = is_signed || is_8_bits ? full : 65280;
   cv::Mat bgr(lab.size(), CV_MAKETYPE(lab.depth(), 3));
   const auto convert = [&]<typename Number>(Number) {

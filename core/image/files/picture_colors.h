@@ -1,5 +1,5 @@
-// The meaning of a stored picture's colours, by an ICC profile (ISO 15076) or by primaries and an exponent,
-// and their conversion to sRGB, through Little CMS.
+// Interprets a stored picture's colours, by an ICC profile (ISO 15076) or by primaries and an exponent, and
+// converts them to sRGB, through Little CMS.
 #pragma once
 
 #include <array>
@@ -15,24 +15,24 @@ namespace ulf {
 using Primaries = std::array<double, 8>;
 inline constexpr Primaries kSrgbPrimaries{0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
 
-struct ColorClaim {
-  std::string icc = {};  // the profile's bytes; it comes before the others
+struct ColorTags {
+  std::string icc = {};  // the profile's bytes; it has precedence
   std::optional<Primaries> primaries = {};
-  // Light is the number to this power (1: linear). None: sRGB's curve; of float pixels none means 1.
+  // Light is the number to this power (1: linear). None means sRGB's curve, for float pixels 1.
   std::optional<double> exponent = {};
-  std::string name = {};  // of primaries and exponent, for a note; empty: they are written as numbers
+  std::string name = {};  // names primaries and exponent in a note; empty: they are written as numbers
 };
 
-// Replaces pixels that mean something else than StoredPicture promises, and notes it. A profile that is
-// damaged, or of another space than the pixels, is a warning, and the pixels stay.
-void ConvertToSrgb(const ColorClaim& claim, StoredPicture& picture);
+// Converts pixels whose encoding differs from what StoredPicture promises, and notes it. If a profile is
+// damaged, or of another space than the pixels, it warns and leaves the pixels.
+void ConvertToSrgb(const ColorTags& claim, StoredPicture& picture);
 
-// sRGB (B, G, R, same depth) of four inks, CV_8UC4 or CV_16UC4. `is_inverted`: full scale means no ink.
-// Without a profile of inks, each is taken to be ideal, with a warning.
+// Converts four inks, CV_8UC4 or CV_16UC4, to sRGB (B, G, R, same depth). `is_inverted` means that full scale
+// is no ink. Without a profile each ink is assumed to be ideal, with a warning.
 cv::Mat SrgbOfInks(const cv::Mat& inks, bool is_inverted, const std::string& icc, StoredPicture& picture);
 
-// sRGB of CIE L*a*b*, CV_8UC3 or CV_16UC3 as TIFF codes it (`is_signed`) or as ICC does. `white_xy`: x and y
-// of its white; none: D50.
+// Converts CIE L*a*b*, CV_8UC3 or CV_16UC3 as TIFF codes it (`is_signed`) or as ICC does, to sRGB. `white_xy`
+// is x and y of its white; none means D50.
 cv::Mat SrgbOfLab(const cv::Mat& lab, bool is_signed,
                   const std::optional<std::array<double, 2>>& white_xy = {});
 

@@ -18,16 +18,15 @@ unsigned Byte(std::string_view bytes, std::size_t at) { return static_cast<std::
 
 constexpr unsigned kEndOfImage = 0xD9, kStartOfScan = 0xDA;
 
-// How far to go where no segment with a length begins; zero: one does. Decoders pass over bytes that stand
-// before a marker and mean nothing, over filling, and over markers without a length (restarts, the start, and
-// TEM).
+// Returns the step past bytes without a segment length, or zero at a segment. Decoders ignore bytes before a
+// marker, fill bytes, and markers without a length (restarts, the start, and TEM).
 std::size_t StepWithoutLength(unsigned first, unsigned marker) {
   if (first != 0xFF || marker == 0xFF) return 1;
   return (marker >= 0xD0 && marker <= 0xD8) || marker <= 0x01 ? 2 : 0;
 }
 
-// The place of the next marker at or after `at` in coded data: 0xFF, not followed by a stuffed zero or a
-// restart.
+// Returns the place of the next marker at or after `at` in coded data: 0xFF, not followed by a stuffed zero
+// or a restart.
 std::size_t NextMarker(std::string_view bytes, std::size_t at) {
   while (at + 1 < bytes.size()) {
     const void* found = std::memchr(bytes.data() + at, 0xFF, bytes.size() - at - 1);
@@ -55,7 +54,7 @@ bool PngIsWhole(std::ifstream& file, std::uint64_t size) {
   return false;
 }
 
-// Where the first scan begins, by steps from segment to segment; zero: the file ends before.
+// Returns where the first scan begins, by steps from segment to segment; zero if the file ends before.
 std::uint64_t FirstScan(std::ifstream& file, std::uint64_t size) {
   std::uint64_t at = kJpegStart.size();
   while (at + 4 <= size) {
@@ -102,8 +101,8 @@ bool ImageFileIsWhole(const std::filesystem::path& path) {
   if (unknown || !file.read(head.data(), static_cast<std::streamsize>(head.size()))) return false;
   if (head == kPngSignature) return PngIsWhole(file, size);
   if (!head.starts_with(kJpegStart)) return true;
-  // Coded data hold no end mark: one behind the start of the first scan is the picture's own, or stands
-  // behind that. It is looked for at the end of the file first, where nearly all have it.
+  // Coded data hold no end mark: one behind the start of the first scan is the picture's own, or lies behind
+  // that. The search starts at the end of the file, where nearly all have it.
   const std::uint64_t scan = FirstScan(file, size);
   if (scan == 0) return false;
   constexpr std::uint64_t kTail = 4096;

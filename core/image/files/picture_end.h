@@ -1,6 +1,5 @@
-// Whether a JPEG or PNG file has its end, told by walking its segments or chunks (ITU T.81, ISO 15948): what
-// follows the end does not matter (the film of a motion photo, padding), and an end mark inside a thumbnail
-// is none.
+// Tells whether a JPEG or PNG file has its end, by walking its segments or chunks (ITU T.81, ISO 15948). What
+// follows the end (the film of a motion photo, padding) and an end mark inside a thumbnail do not count.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +7,9 @@
 
 namespace ulf {
 
-// Of bytes in memory: false where they are no JPEG or the picture's end mark is missing.
+// Returns false for bytes in memory that are no JPEG or lack the picture's end mark.
 bool JpegIsWhole(std::string_view bytes);
-// True for other kinds, whose decoders tell. False for what is no regular file.
+// Returns true for other kinds, whose decoders tell, and false for what is no regular file.
 bool ImageFileIsWhole(const std::filesystem::path& path);
 
 }  // namespace ulf

@@ -36,11 +36,11 @@ void RequireWholeFile(const std::string& path) {
         "{}: the image is truncated; copy it again from its source (of a light field: ulf repair DIR)", path);
 }
 
-// Before a decoder takes the memory that the file claims.
+// Checks before a decoder allocates the memory that the file claims.
 void RequireRoomFor(const std::string& path, PictureKind kind) {
   const std::uintmax_t bytes = std::filesystem::file_size(path);
   constexpr double kBytesOfPixel =
-      6;  // of the largest Netpbm; Radiance's floats are twice that, the others half
+      6;  // for the largest Netpbm; Radiance's floats need twice that, the others half
   if (kind == PictureKind::kNetpbm || kind == PictureKind::kRadiance || kind == PictureKind::kBmp ||
       kind == PictureKind::kWebp) {
     std::ifstream file(path, std::ios::binary);
@@ -94,7 +94,7 @@ StoredPicture ReadPicture(const std::string& path) {
   return Decoded(path);
 }
 
-void SayWarnings(const std::string& path, const StoredPicture& picture) {
+void LogWarnings(const std::string& path, const StoredPicture& picture) {
   static std::mutex mutex;
   static std::set<std::string> said;
   const std::lock_guard lock(mutex);
@@ -109,7 +109,7 @@ cv::Mat ReadImageFile(const std::string& path) {
     return ReadRawFile(path);
   }
   const StoredPicture picture = ReadPicture(path);
-  SayWarnings(path, picture);
+  LogWarnings(path, picture);
   return picture.pixels;
 }
 
@@ -145,7 +145,7 @@ bool HasAlphaChannel(const std::filesystem::path& path) {
       try {
         return HasExrAlpha(path.string());
       } catch (const Error&) {
-        return false;  // whoever reads it says why
+        return false;  // the reader reports it
       }
     case PictureKind::kWebp: {
       std::array<char, 256> head{};

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What people, cameras and programs keep beside photographs.
+// Recognises what people, cameras and programs keep beside photographs.
 bool IsKeptBeside(const fs::path& file) {
   static const std::set<std::string> kEndings = {
       ".txt", ".md",  ".json", ".jsonl", ".xmp", ".xml", ".csv", ".tsv", ".yaml", ".yml", ".ini",
@@ -35,8 +35,8 @@ bool HoldsPictures(const fs::path& folder) {
   return false;
 }
 
-// Texts begin with the letters of some kinds of pictures.
-bool SaysASize(const fs::path& file, PictureKind kind) {
+// Text files may begin with the letters of some kinds of pictures.
+bool HasPlausibleSize(const fs::path& file, PictureKind kind) {
   if (kind == PictureKind::kExr || ReadImageHeader(file.string())) return true;
   std::ifstream stream(file, std::ios::binary);
   const auto size = ClaimedSize(stream);
@@ -52,16 +52,16 @@ std::string CountedFiles(const std::vector<std::string>& names, const std::strin
 
 }  // namespace
 
-std::string SomeNames(const std::vector<std::string>& names) {
+std::string AbbreviatedList(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 3;
   return fmt::format("{}{}", fmt::join(names.begin(), names.begin() + std::min(names.size(), kMost), ", "),
                      names.size() > kMost ? ", ..." : "");
 }
 
-std::optional<OddOne> OddOneOut(const std::vector<std::string>& words) {
+std::optional<Mismatch> FirstMismatch(const std::vector<std::string>& words) {
   std::map<std::string, std::size_t> counts;
   for (const std::string& each : words) ++counts[each];
-  OddOne found;
+  Mismatch found;
   for (std::size_t i = 0; i < words.size(); ++i)
     if (const std::size_t count = counts[words[i]]; count > found.usual_count) found = {0, i, count};
   if (found.usual_count == words.size()) return std::nullopt;
@@ -73,7 +73,7 @@ std::string PictureFolder::LeftOut() const { return fmt::format("{}", fmt::join(
 
 PictureFolder PicturesIn(const fs::path& folder, const std::set<std::string>& used) {
   PictureFolder found;
-  std::map<std::string, std::vector<std::string>> unread;  // by what they are
+  std::map<std::string, std::vector<std::string>> unread;  // by kind
   std::vector<std::string> unnamed, no_pictures, folders;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
@@ -90,7 +90,7 @@ PictureFolder PicturesIn(const fs::path& folder, const std::set<std::string>& us
     if (const auto words = UnreadPicture(name)) {
       unread[*words].push_back(name);
     } else if (const PictureKind kind = KindOfPicture(entry.path()); IsRead(kind)) {
-      (SaysASize(entry.path(), kind) ? unnamed : no_pictures).push_back(name);
+      (HasPlausibleSize(entry.path(), kind) ? unnamed : no_pictures).push_back(name);
     } else if (kind != PictureKind::kUnknown) {
       unread[WordsOf(kind)].push_back(name);
     } else {
@@ -108,14 +108,14 @@ PictureFolder PicturesIn(const fs::path& folder, const std::set<std::string>& us
     found.left_out.push_back(
         fmt::format("{} by the first bytes, but not by the ending of the name ({}); rename what belongs "
                     "here, such as to .jpg",
-                    CountedFiles(unnamed, "a picture", "pictures"), SomeNames(unnamed)));
+                    CountedFiles(unnamed, "a picture", "pictures"), AbbreviatedList(unnamed)));
   if (!no_pictures.empty())
     found.left_out.push_back(fmt::format("{} that ulf knows ({})",
                                          CountedFiles(no_pictures, "no picture", "no pictures"),
-                                         SomeNames(no_pictures)));
+                                         AbbreviatedList(no_pictures)));
   if (!folders.empty())
     found.left_out.push_back(fmt::format("{} inside {} pictures ({})", Counted(folders.size(), "folder"),
-                                         folders.size() == 1 ? "holds" : "hold", SomeNames(folders)));
+                                         folders.size() == 1 ? "holds" : "hold", AbbreviatedList(folders)));
   return found;
 }
 

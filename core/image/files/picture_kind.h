@@ -1,4 +1,4 @@
-// The kinds of picture files, told by their first bytes.
+// Tells the kinds of picture files by their first bytes.
 #pragma once
 
 #include <filesystem>
@@ -18,28 +18,28 @@ enum class PictureKind {
   kBmp,
   kNetpbm,
   kRadiance,
-  // What follows is not read.
+  // The kinds from here on are not read.
   kHeif,
   kJpegXl,
   kJpeg2000,
   kGif,
   kPsd,
-  // By the ending of the name: inside they are JPEG or PNG.
+  // The ending of the name tells these: inside they are JPEG or PNG.
   kStereo,
   kTwoFisheyes
 };
 
 PictureKind KindOfPicture(const std::filesystem::path& path);
 inline bool IsRead(PictureKind kind) { return kind != PictureKind::kUnknown && kind < PictureKind::kHeif; }
-// Of what is not read: what it is and the way out ("HEIC, which is not read; convert it ...").
+// Describes an unread kind and the remedy ("HEIC, which is not read; convert it ...").
 std::string WordsOf(PictureKind kind);
-// Of kinds that are not read, by the ending of the name, in any case; kUnknown: of all others.
+// Tells an unread kind by the ending of the name, in any case; kUnknown for all others.
 PictureKind UnreadKindByEnding(const std::filesystem::path& path);
 
-// Whether the file is a camera's raw file (raw_file.h), by the ending of its name in lower or upper case.
+// Returns whether the file is a camera's raw file (raw_file.h), by its ending in lower or upper case.
 bool IsRawFile(const std::filesystem::path& path);
 
-// Of photographs that are there as pictures and as raw files of the same name, the raw files go.
+// Removes raw files that have a picture of the same name.
 template <typename Path>
 void LeaveOutRawTwins(std::vector<Path>& files) {
   const auto stem = [](const Path& file) { return std::filesystem::path(file).replace_extension(); };

@@ -17,8 +17,8 @@
 namespace ulf {
 namespace {
 
-// Of attributes and of elements that hold text, by their names without the namespace; values are in lower
-// case. What text, comments and other values hold names none.
+// Returns attributes and elements with text, by their names without the namespace; values are in lower case.
+// Text, comments and other values define no names.
 std::map<std::string, std::string> PropertiesOf(std::string_view xmp) {
   constexpr std::string_view kSpaces = " \t\r\n";
   std::map<std::string, std::string> properties;
@@ -57,7 +57,7 @@ std::map<std::string, std::string> PropertiesOf(std::string_view xmp) {
   return properties;
 }
 
-// Numbers of either order of bytes; none beyond the end.
+// Reads numbers of either byte order; none beyond the end.
 struct SegmentNumbers {
   std::string_view bytes;
   bool is_little = false;
@@ -72,12 +72,12 @@ struct SegmentNumbers {
 };
 
 struct FurtherPictures {
-  int count = 0;  // beside the first, thumbnails aside
+  int count = 0;  // beside the first, without thumbnails
   bool is_stereo = false;
 };
 
-// Of the index of CIPA DC-007: a TIFF directory whose entry 0xB002 has 16 bytes for each picture, which begin
-// with its kind.
+// Reads the index of CIPA DC-007: a TIFF directory whose entry 0xB002 has 16 bytes for each picture, which
+// begin with its kind.
 FurtherPictures FurtherPicturesIn(std::string_view index) {
   const SegmentNumbers numbers{index, index.starts_with("II")};
   FurtherPictures further;
@@ -104,10 +104,10 @@ FurtherPictures FurtherPicturesIn(std::string_view index) {
 
 [[noreturn]] void RefuseStereo(const std::string& name, const std::string& what, StereoLayout layout) {
   throw Error("{}: is a stereo pair ({}), which no single lens made; {}", name, what,
-              WayFromStereoPair(layout));
+              StereoPairRemedy(layout));
 }
 
-// Behind its mark: a length, then distance, flags, layout and type, a byte each.
+// The mark is followed by a length, then distance, flags, layout and type, a byte each.
 void RequireNoJps(std::string_view segment, const std::string& name) {
   constexpr std::size_t kLayoutAt = 12, kTypeAt = 13;
   constexpr char kSideBySide = 2, kOverUnder = 3, kAnaglyph = 4, kStereo = 1;
@@ -124,7 +124,7 @@ void RequireNoJps(std::string_view segment, const std::string& name) {
 
 }  // namespace
 
-std::string WayFromPanorama(bool is_whole_sphere, const char* out) {
+std::string PanoramaRemedy(bool is_whole_sphere, const char* out) {
   return is_whole_sphere ? fmt::format(
                                "make perspective pictures of it, for instance with 'ffmpeg -i IN -vf "
                                "v360=e:flat:h_fov=90:v_fov=90:w=1500:h=1500:yaw=0 {}'",
@@ -133,7 +133,7 @@ std::string WayFromPanorama(bool is_whole_sphere, const char* out) {
                            "as Hugin, or give the photographs that it was made of";
 }
 
-std::string WayFromStereoPair(StereoLayout layout) {
+std::string StereoPairRemedy(StereoLayout layout) {
   if (layout == StereoLayout::kOther) return "give the pictures of one eye";
   return fmt::format("give the pictures of one eye, for instance by 'ffmpeg -i IN -vf crop={}:0:0 OUT'",
                      layout == StereoLayout::kSideBySide ? "iw/2:ih" : "iw:ih/2");
@@ -152,10 +152,10 @@ void RequireOneLens(std::string_view xmp, const std::string& name) {
                         value("CroppedAreaImageHeightPixels") == value("FullPanoHeightPixels");
   if (!projection.empty() && !kOfLenses.contains(projection))
     throw Error("{}: is a panorama (its XMP says ProjectionType {}), which no lens made; {}", name,
-                projection, WayFromPanorama(is_whole));
+                projection, PanoramaRemedy(is_whole));
   if (projection.empty() && value("UsePanoramaViewer") == "true")
     throw Error("{}: is a panorama (its XMP says UsePanoramaViewer), which no lens made; {}", name,
-                WayFromPanorama(false));
+                PanoramaRemedy(false));
   if (!stereo.empty() && stereo != "mono" && stereo != "none")
     RefuseStereo(name, fmt::format("its XMP says StereoMode {}", stereo),
                  stereo == "left-right"   ? StereoLayout::kSideBySide
@@ -178,7 +178,7 @@ void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, Stored
       kJpsMark("_JPSJPS_");
   const SegmentNumbers numbers{jpeg};
   for (std::size_t at = 2; const auto marker = numbers.At(at + 1, 1);) {
-    if (jpeg[at] != '\xFF' || *marker == 0xFF) {  // bytes that stand before a marker and mean nothing
+    if (jpeg[at] != '\xFF' || *marker == 0xFF) {  // fill bytes before a marker
       ++at;
       continue;
     }

@@ -27,10 +27,10 @@ struct PngInput {
 
 struct PngContent {
   cv::Mat pixels;  // as libpng gives them: grey, grey and alpha, B G R, or B G R A
-  ColorClaim claim;
+  ColorTags claim;
   bool is_srgb = false, has_code = false, is_animated = false;
   std::string exif, xmp;
-  png_uint_32 density[2] = {};     // pixels to a metre or another length, across and down
+  png_uint_32 density[2] = {};     // pixels per metre or another length, across and down
   std::array<png_byte, 4> code{};  // cICP: primaries, curve, matrix, range
   std::array<char, 256> error{}, profile_problem{};
 };
@@ -54,8 +54,8 @@ void ReadBytes(png_structp png, png_bytep to, std::size_t size) {
   input.at += size;
 }
 
-// What ImageMagick and its like write of a profile: its name, its length, and its bytes in hexadecimal
-// digits.
+// Decodes a profile as ImageMagick and similar programs write it: its name, its length, and its bytes in
+// hexadecimal digits.
 std::string OfRawProfile(std::string_view text) {
   std::istringstream words{std::string(text)};
   std::string name, bytes;
@@ -73,7 +73,7 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   png_unknown_chunkp unknown = nullptr;
   const int count = png_get_unknown_chunks(png, info, &unknown);
   for (int i = 0; i < count; ++i) {
-    if ((unknown[i].location & PNG_AFTER_IDAT) != 0) continue;  // where neither may stand
+    if ((unknown[i].location & PNG_AFTER_IDAT) != 0) continue;  // neither may follow the pixels
     if (std::memcmp(unknown[i].name, "acTL", 4) == 0) content.is_animated = true;
     if (std::memcmp(unknown[i].name, "cICP", 4) == 0 && unknown[i].size == content.code.size()) {
       content.has_code = true;
@@ -115,7 +115,7 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
     for (std::size_t i = 0; i < xy.size(); ++i)
       has_other_primaries = has_other_primaries || std::abs(xy[i] - kSrgbPrimaries[i]) > kSame;
   }
-  // 1/2.2 is what programs write who mean sRGB (the standard's own advice for sRGB is this number).
+  // Programs write 1/2.2 for sRGB (the standard's own advice for sRGB is this number).
   constexpr double kOfSrgb = 0.45455, kNear = 0.0015;
   if (std::abs(gamma - kOfSrgb) < kNear && !has_other_primaries) content.claim.exponent.reset();
 }
@@ -138,16 +138,16 @@ bool DecodePng(png_structp png, png_infop info, PngContent& content) {
                         CV_MAKETYPE(depth, png_get_channels(png, info)));
   for (int pass = 0; pass < passes; ++pass)
     for (int y = 0; y < content.pixels.rows; ++y) png_read_row(png, content.pixels.ptr(y), nullptr);
-  png_read_end(png, info);  // with texts and Exif that stand behind the pixels
+  png_read_end(png, info);  // with texts and Exif behind the pixels
   ReadClaim(png, info, content);
   return true;
 }
 
-// ITU-T H.273. An empty claim: sRGB.
-std::optional<ColorClaim> ClaimOfCode(const std::array<png_byte, 4>& code) {
+// Follows ITU-T H.273. An empty claim means sRGB.
+std::optional<ColorTags> ClaimOfCode(const std::array<png_byte, 4>& code) {
   constexpr Primaries kBt2020{0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290},
       kDisplayP3{0.680, 0.320, 0.265, 0.690, 0.150, 0.060, 0.3127, 0.3290};
-  ColorClaim claim;
+  ColorTags claim;
   switch (code[0]) {
     case 1:
     case 2:
@@ -170,7 +170,7 @@ std::optional<ColorClaim> ClaimOfCode(const std::array<png_byte, 4>& code) {
     case 13:
     case 14:
     case 15:
-      break;  // sRGB, and curves of television, which players show as they are
+      break;  // sRGB, and television's curves, which players show unchanged
     case 4:
       claim.exponent = 2.2;
       break;

@@ -1,4 +1,4 @@
-// PNG pictures (ISO 15948), through libpng.
+// Reads and writes PNG pictures (ISO 15948) through libpng.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,11 +9,11 @@
 
 namespace ulf {
 
-// Converted to sRGB by what the file says of its colours: cICP before iCCP, sRGB, gAMA and cHRM (PNG, third
-// edition). Throws Error, which begins with `name`, where the file is damaged, or of a high dynamic range.
+// Converts to sRGB by the file's colour chunks, with precedence cICP, iCCP, sRGB, gAMA and cHRM (PNG, third
+// edition). Throws Error, which begins with `name`, if the file is damaged or has a high dynamic range.
 StoredPicture ReadPng(std::string_view bytes, const std::string& name);
 
-// 8 or 16 bits; one channel, B G R, or B G R A. Fast rather than small.
+// Encodes 8 or 16 bits; one channel, B G R, or B G R A. It is fast rather than small.
 std::string PngBytes(const cv::Mat& pixels);
 
 }  // namespace ulf

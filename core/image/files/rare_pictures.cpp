@@ -31,7 +31,7 @@ struct FreeFrame {
 };
 using PictureFrame = std::unique_ptr<AVFrame, FreeFrame>;
 
-// Within which a header has its numbers.
+// A header has its numbers within this many bytes.
 constexpr std::size_t kMostOfHead = 64 << 10;
 
 [[noreturn]] void RefuseDamagedPicture(const std::string& name, const std::string& words) {
@@ -41,7 +41,7 @@ constexpr std::size_t kMostOfHead = 64 << 10;
       name, words);
 }
 
-// A picture of the size for which there is room (ClaimedSize): the library may read a header another way.
+// Decodes a picture of a size that fits (ClaimedSize): the library may read a header another way.
 PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
   std::istringstream stream{std::string(bytes.substr(0, kMostOfHead))};
   const auto claimed = ClaimedSize(stream);
@@ -53,7 +53,7 @@ PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string
   const std::unique_ptr<AVPacket, FreePacket> packet(Ffmpeg().av_packet_alloc());
   PictureFrame frame(Ffmpeg().av_frame_alloc());
   codec->thread_count = 1;
-  constexpr double kAligned = 64;  // of the rows that the library takes memory for
+  constexpr double kAligned = 64;  // alignment of the library's rows
   codec->max_pixels = static_cast<std::int64_t>((claimed->width + kAligned) * claimed->height);
   int status = Ffmpeg().avcodec_open2(codec.get(), decoder, nullptr);
   if (status >= 0) status = Ffmpeg().av_new_packet(packet.get(), static_cast<int>(bytes.size()));
@@ -62,13 +62,13 @@ PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string
     status = Ffmpeg().avcodec_send_packet(codec.get(), packet.get());
   }
   if (status >= 0) status = Ffmpeg().avcodec_receive_frame(codec.get(), frame.get());
-  if (status < 0) RefuseDamagedPicture(name, FfmpegWords(status));
+  if (status < 0) RefuseDamagedPicture(name, FfmpegErrorText(status));
   if (cv::Size2d(frame->width, frame->height) != *claimed)
     RefuseDamagedPicture(name, "its header can be read in two ways");
   return frame;
 }
 
-// Rows of a frame's plane.
+// Returns the rows of a frame's plane.
 cv::Mat Plane(const AVFrame& frame, int plane, int type) {
   cv::Mat rows(frame.height, frame.width, type);
   for (int y = 0; y < frame.height; ++y)
@@ -92,7 +92,7 @@ cv::Mat Turned(const cv::Mat& pixels, int code) {
   return turned;
 }
 
-// Any other layout of 8 bits, as the library makes B G R of it.
+// Converts any other layout of 8 bits to B G R by the library.
 cv::Mat Scaled(const AVFrame& frame, const std::string& name) {
   constexpr int kByte = 8;
   const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
@@ -146,12 +146,12 @@ StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
   return picture;
 }
 
-// A comment ends a number, as Netpbm reads its files; FFmpeg takes it for a part of the number, and gets a
-// head without.
+// A comment ends a number, as Netpbm reads its files; FFmpeg would take it for a part of the number, and gets
+// a header without it.
 std::string WithoutComments(std::string_view bytes, int numbers, const std::string& name) {
   std::string head(bytes.substr(0, 2));
   std::size_t at = 2;
-  const auto next = [&]() -> char {  // a comment is its line's end
+  const auto next = [&]() -> char {  // a comment reads as its line's end
     if (at < bytes.size() && bytes[at] == '#') at = bytes.find_first_of("\r\n", at);
     if (at >= bytes.size()) RefuseDamagedPicture(name, "its header");
     return bytes[at++];
@@ -166,8 +166,8 @@ std::string WithoutComments(std::string_view bytes, int numbers, const std::stri
   return head + "\n" + std::string(bytes.substr(at));
 }
 
-// The kind, width, height, and a number whose sign says the order of bytes; then rows from the last to the
-// first, which FFmpeg's decoder does not turn round.
+// The header has the kind, width, height, and a number whose sign says the byte order; then rows follow from
+// the last to the first, which FFmpeg's decoder does not flip.
 StoredPicture ReadPfm(std::string_view bytes, const std::string& name) {
   std::istringstream head{std::string(bytes.substr(0, 256))};
   std::string kind;
@@ -212,8 +212,8 @@ void ApplyRadianceHeader(std::string_view header, StoredPicture& picture) {
   picture.notes.push_back(fmt::format("its light was multiplied by {:g}, which is taken back", exposure));
 }
 
-// Whether coded rows reach their end, which the library does not tell: it takes what is missing for zeros.
-// Rows of which each channel is coded by runs begin with 2, 2 and the width.
+// Returns whether coded rows reach their end, which the library does not tell: it fills missing data with
+// zeros. Rows of which each channel is coded by runs begin with 2, 2 and the width.
 bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, int height) {
   const auto byte = [&](std::size_t at) {
     return static_cast<unsigned>(static_cast<std::uint8_t>(bytes[at]));
@@ -240,8 +240,8 @@ bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, i
   return true;
 }
 
-// Whether the primaries and exponents of a calibrated BMP are those of sRGB, or not said (zero). Exponents
-// stand for the curve or for its inverse, by program.
+// Returns whether the primaries and exponents of a calibrated BMP are those of sRGB, or missing (zero).
+// Exponents stand for the curve or for its inverse, depending on the program.
 bool IsNearSrgb(std::string_view bytes) {
   constexpr std::size_t kEndpointsAt = 74, kExponentsAt = 110;
   const auto number = [&](std::size_t at) {
@@ -267,8 +267,7 @@ bool IsNearSrgb(std::string_view bytes) {
 }  // namespace
 
 StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
-  // Of rows coded by runs the decoder takes what is missing for zeros: the header says how many bytes there
-  // are.
+  // The decoder fills missing data of run-coded rows with zeros: the header says how many bytes there are.
   const auto number = [&](std::size_t at) {
     std::uint32_t value = 0;
     if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
@@ -282,7 +281,7 @@ StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
   if (has_runs && std::max(number(kFileBytesAt), number(kPixelsAt) + number(kPixelBytesAt)) > bytes.size())
     RefuseDamagedPicture(name, "its pixels end too early");
   StoredPicture picture = FromFrame(*DecodeOne(AV_CODEC_ID_BMP, bytes, name), name);
-  // Of version 5 of the header: a profile in the file, whose place counts from the header.
+  // Version 5 of the header has a profile in the file, whose place counts from the header.
   constexpr std::size_t kSpaceAt = 70, kProfileAt = 126, kProfileBytesAt = 130;
   constexpr std::uint64_t kVersion5 = 124, kEmbedded = 0x4D424544;  // MBED
   if (const std::uint64_t at = kHeaderBytesAt + number(kProfileAt);
@@ -314,7 +313,7 @@ StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
   const std::size_t line_end = size_at == std::string_view::npos ? size_at : bytes.find('\n', size_at + 2);
   std::istringstream stream{std::string(bytes.substr(0, kMostOfHead))};
   const auto claimed = ClaimedSize(stream);
-  // Before the library sees it, which goes on for ever in some damaged rows.
+  // Checked before the library, which loops endlessly in some damaged rows.
   if (line_end == std::string_view::npos || !claimed ||
       !RadianceIsWhole(bytes, line_end + 1, static_cast<int>(claimed->width),
                        static_cast<int>(claimed->height)))

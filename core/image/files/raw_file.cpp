@@ -23,8 +23,8 @@
 namespace ulf {
 namespace {
 
-// A camera cuts some pixels off what its sensor shows. More than this share of a side is no such cut, but
-// another picture: a smaller one, or one in another format. Guessed; 3 % occur.
+// A camera crops some pixels of its sensor's. More than this share of a side is another picture: a smaller
+// one, or one in another format. Guessed; 3 % occur.
 constexpr double kMostCut = 0.05;
 
 std::string SizeText(cv::Size size) { return fmt::format("{}x{}", size.width, size.height); }
@@ -41,11 +41,11 @@ class RawDecoder {
     params.output_bps = 16;
     params.gamm[0] = params.gamm[1] = 1;
     params.no_auto_bright = 1;
-    params.adjust_maximum_thr = 0;  // no maximum from the picture's own pixels
+    params.adjust_maximum_thr = 0;  // full scale does not depend on the picture
     params.use_camera_wb = 1;
     params.output_color = 1;  // the primaries of sRGB
     params.highlight = 0;     // clipped
-    params.user_flip = 0;     // as the sensor has it
+    params.user_flip = 0;     // in the sensor's orientation
   }
 
   void OpenFile() {
@@ -81,34 +81,34 @@ class RawDecoder {
   RawFacts Facts() const;
   cv::Mat Light(RawQuality quality, std::optional<cv::Size> wanted,
                 const std::optional<WhiteBalance>& white_balance);
-  // After Light(), of the same crop.
+  // Call it after Light(), for the same crop.
   cv::Mat Clipped(std::optional<cv::Size> wanted) const;
 
  private:
-  // Refuses mosaics that LibRaw takes for others. Whether the pixels are in tiles that it misreads.
+  // Refuses mosaics that LibRaw takes for others. Returns whether the pixels are in tiles that it misreads.
   bool CheckLayout(const ReadBytesAt& read);
   void OpenTiles(const std::string& bytes) {
     without_tiles_ = DngWithoutTiles(bytes, name_);
     Open([this](LibRaw& raw) { return raw.open_buffer(without_tiles_.data(), without_tiles_.size()); });
   }
-  // Of a picture whose pixels have all colours: LibRaw subtracts the black level, and scales as if it were
-  // none.
+  // Subtracts the black level of a picture whose pixels have all colours: LibRaw subtracts it and scales as
+  // if it were 0.
   void SubtractBlackOfLinear();
   void Open(const std::function<int(LibRaw&)>& open);
   void Require(int result) const;
   void CheckKind() const;
   void Develop(RawQuality quality, const std::optional<WhiteBalance>& white_balance);
-  // In pixels of the visible area.
+  // Returns pixels of the visible area.
   cv::Rect CropTo(std::optional<cv::Size> wanted) const;
 
   const std::string name_;
   const std::unique_ptr<LibRaw> raw_;
-  std::string without_tiles_;  // LibRaw reads from it
+  std::string without_tiles_;  // read by LibRaw
   std::vector<double> linear_black_;
   cv::Size linear_black_period_;
   std::uint64_t file_bytes_ = 0;
   int data_errors_ = 0;
-  cv::Rect crop_of_camera_;  // in pixels of the visible area; empty: the file does not say
+  cv::Rect crop_of_camera_;  // px of the visible area; empty if not in the file
 };
 
 [[noreturn]] void RefuseDamaged(const std::string& name, const std::string& words) {
@@ -164,7 +164,7 @@ void RawDecoder::SubtractBlackOfLinear() {
   if (raw_->imgdata.idata.filters != 0 || !pixels) return;
   const std::size_t samples = data.color4_image ? 4 : 3;
   const libraw_image_sizes_t& sizes = data.sizes;
-  // As the file says; LibRaw knows no repetition here.
+  // Repeats as the file says; LibRaw ignores the period.
   const auto columns = static_cast<std::size_t>(linear_black_period_.width),
              rows = static_cast<std::size_t>(linear_black_period_.height);
   const std::size_t colors = columns * rows > 0 ? linear_black_.size() / (columns * rows) : 0;
@@ -188,7 +188,7 @@ void RawDecoder::SubtractBlackOfLinear() {
   std::ranges::fill(color.cblack, 0);
 }
 
-// As makers' notes tell it, in pixels of the visible area.
+// Returns the crop of makers' notes, in pixels of the visible area.
 cv::Rect InsetCrop(const libraw_image_sizes_t& sizes) {
 #if LIBRAW_COMPILE_CHECK_VERSION_NOTLESS(0, 21)
   const libraw_raw_inset_crop_t& inset = sizes.raw_inset_crops[0];  // a DNG's default crop, too
@@ -213,7 +213,7 @@ void RawDecoder::Open(const std::function<int(LibRaw&)>& open) {
   cv::Rect crop = InsetCrop(sizes);
 #if !LIBRAW_COMPILE_CHECK_VERSION_NOTLESS(0, 21)
   if (raw_->imgdata.idata.dng_version) {
-    // LibRaw 0.20 tells a DNG's default crop in one way alone: by opening it with that.
+    // LibRaw 0.20 applies a DNG's default crop only when the file is opened with that option.
     const auto cropped = std::make_unique<LibRaw>(0);
     cropped->imgdata.params.raw_processing_options |= LIBRAW_PROCESSING_USE_DNG_DEFAULT_CROP;
     const libraw_image_sizes_t& to = cropped->imgdata.sizes;
@@ -279,16 +279,16 @@ cv::Rect RawDecoder::CropTo(std::optional<cv::Size> wanted) const {
 }
 
 void RawDecoder::Develop(RawQuality quality, const std::optional<WhiteBalance>& white_balance) {
-  // LibRaw takes the colours as they were when the pixels were unpacked. Its own parameter for factors would
-  // leave out the colour matrices of some files, and the patch of white that a few old cameras measured comes
-  // before the tag.
+  // LibRaw uses the colours from when the pixels were unpacked. Its own parameter for factors would ignore
+  // the colour matrices of some files, and the white patch that a few old cameras measured has precedence
+  // over the tag.
   if (white_balance) {
     libraw_colordata_t& color = raw_->imgdata.rawdata.color;
     std::ranges::copy(*white_balance, color.cam_mul);
-    color.cam_mul[3] = 0;  // the second green: as the first
+    color.cam_mul[3] = 0;  // the second green equals the first
     for (auto& row : color.white) std::ranges::fill(row, 0);
   }
-  // Markesteijn's method works in tiles, and LibRaw calls pictures smaller than one damaged.
+  // Markesteijn's method works in tiles, and LibRaw reports smaller pictures as damaged.
   constexpr int kTile = 512;
   const libraw_data_t& data = raw_->imgdata;
   const bool is_small_xtrans =
@@ -325,7 +325,7 @@ cv::Mat RawDecoder::Clipped(std::optional<cv::Size> wanted) const {
   cv::Mat clipped = cv::Mat::zeros(crop.size(), CV_8UC1);
   const std::uint16_t* mosaic = data.rawdata.raw_image;
   if (!mosaic ||
-      data.idata.filters == 0) {  // every pixel has all colours: what is full stands in the light itself
+      data.idata.filters == 0) {  // every pixel has all colours: clipping shows in the light itself
     for (int y = 0; y < crop.height; ++y)
       for (int x = 0; x < crop.width; ++x) {
         const auto* in = data.image[static_cast<std::size_t>(crop.y + y) * data.sizes.iwidth + crop.x + x];
@@ -334,7 +334,7 @@ cv::Mat RawDecoder::Clipped(std::optional<cv::Size> wanted) const {
       }
     return cv::countNonZero(clipped) > 0 ? clipped : cv::Mat();
   }
-  // LibRaw has left the factors by which it multiplied, the least of them 1, and full scale above black.
+  // LibRaw keeps the factors that it applied, the least of them 1, and full scale above black.
   const libraw_colordata_t& used = data.color;
   const libraw_colordata_t& recorded = data.rawdata.color;
   const auto black_at = [&](int row, int column, int color) {
@@ -364,7 +364,7 @@ bool CanCropRaw(const RawFacts& facts, cv::Size wanted) {
   return IsCutOf(wanted, facts.size) || IsCutOf(wanted, facts.visible);
 }
 
-std::optional<WhiteBalance> LockedWhiteBalance::InPlaceOf(const RawFacts& facts) {
+std::optional<WhiteBalance> LockedWhiteBalance::WhiteBalanceFor(const RawFacts& facts) {
   const MutexLock lock(mutex_);
   const WhiteBalance& first =
       first_.try_emplace({facts.maker, facts.model}, facts.white_balance).first->second;

@@ -59,7 +59,7 @@ std::size_t CountNotFinite(const cv::Mat& pixels) {
   return count;
 }
 
-// All channels of every `step`th pixel.
+// Visits all channels of every `step`th pixel.
 template <typename Look>
 void LookAtNumbers(const cv::Mat& pixels, std::size_t step, const Look& look) {
   const auto columns = static_cast<std::size_t>(pixels.cols);
@@ -69,7 +69,8 @@ void LookAtNumbers(const cv::Mat& pixels, std::size_t step, const Look& look) {
   }
 }
 
-// Of the numbers above 0, by some of the pixels; 0 where fewer than a hundredth are: lamps in the dark.
+// Returns the median of the numbers above 0, by some of the pixels; 0 if fewer than a hundredth are: lamps in
+// the dark.
 float MedianOfLit(const cv::Mat& pixels) {
   constexpr std::size_t kLookedAt = 300'000, kFewest = 100;
   std::size_t all = 0;

@@ -32,7 +32,7 @@ enum Tag : std::uint16_t {
   kSampleFormat = 339,
 };
 
-// The pixels begin at a whole block of any disk.
+// The pixels begin at a block boundary of any disk.
 constexpr std::uint32_t kPixelsAt = 4096;
 constexpr std::uint32_t kThreeShortsAt = 512, kFormatsAt = 520, kOneAt = 528;
 using Header = std::array<char, kPixelsAt>;
@@ -89,13 +89,13 @@ Header HeaderOf(const cv::Mat& pixels, std::uint32_t pixel_bytes) {
   return header.Done();
 }
 
-// `out` may begin and end inside a pixel; whole pixels are OpenCV's, which turns many at a time.
+// `out` may begin and end inside a pixel; OpenCV converts whole pixels, many at a time.
 template <typename T>
 void CopyAsRgb(const char* bgr, std::size_t first, std::span<char> out) {
   const auto* in = reinterpret_cast<const T*>(bgr) + first / sizeof(T) / 3 * 3;
   auto* to = reinterpret_cast<T*>(out.data());
   const std::size_t skipped = first / sizeof(T) % 3, end = skipped + out.size() / sizeof(T);
-  std::size_t i = skipped;  // counted from the pixel in which `out` begins
+  std::size_t i = skipped;  // relative to the pixel in which `out` begins
   for (; i < end && i % 3 != 0; ++i) to[i - skipped] = in[i / 3 * 3 + 2 - i % 3];
   if (const int whole = static_cast<int>((end - i) / 3); whole > 0) {
     const cv::Mat from(1, whole, CV_MAKETYPE(cv::DataType<T>::depth, 3), const_cast<T*>(in + i));
@@ -106,7 +106,7 @@ void CopyAsRgb(const char* bgr, std::size_t first, std::span<char> out) {
   for (; i < end; ++i) to[i - skipped] = in[i / 3 * 3 + 2 - i % 3];
 }
 
-// Bytes `first` and on of a row, as the file has them.
+// Copies bytes from `first` on of a row in the file's format.
 void CopyRow(const cv::Mat& pixels, int row, std::size_t first, std::span<char> out) {
   const char* bytes = pixels.ptr<char>(row);
   if (pixels.channels() == 1)

@@ -23,7 +23,7 @@ double FloatOf24Bits(std::uint32_t bits) {
                        : sign * std::ldexp(fraction + 65536.0, exponent - kBias - kFractionBits);
 }
 
-// Samples of a row to every `stride`th number of `to`.
+// Copies samples of a row to every `stride`th number of `to`.
 template <typename Sample>
 void CopySamples(const TiffNumbers& numbers, const std::uint8_t* row, int count, int block_channels,
                  Sample* to, int stride) {
@@ -120,8 +120,7 @@ bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::M
       else
         tables.ptr<std::uint16_t>()[i * channels + c] = cv::saturate_cast<std::uint16_t>(level);
     }
-  constexpr double kNearSrgb =
-      0.035;  // an exponent of 2.2, which the tag means where it is absent, differs by as much
+  constexpr double kNearSrgb = 0.035;  // an exponent of 2.2, the default of the tag, differs by as much
   if (largest < kNearSrgb) return false;
   for (int y = 0; y < pixels.rows; ++y)
     for (int i = 0; i < pixels.cols * channels; ++i) {

@@ -1,4 +1,4 @@
-// The numbers of a TIFF (TIFF 6.0): samples of any size, palettes and transfer functions.
+// Converts the samples of a TIFF (TIFF 6.0) of any size, palettes and transfer functions.
 #pragma once
 
 #include <array>
@@ -11,32 +11,31 @@ namespace ulf {
 
 struct TiffNumbers {
   int bits = 8;
-  bool is_float = false;  // of 16, 24, 32 or 64 bits; else whole numbers of 1 to 16 or of 32
-  bool is_index = false;  // into a palette: whole numbers are not spread to full scale
+  bool is_float = false;  // 16, 24, 32 or 64 bits; otherwise integers of 1 to 16 or of 32
+  bool is_index = false;  // index into a palette: integers are not spread to full scale
 };
 
-// `count` pixels of `block_channels` samples, one after the other in `row`, to the row `y` of `samples` from
-// the column `x` and the channel `first_channel` on. Whole numbers become CV_8U or CV_16U, floating point
-// CV_32F, which `samples` is made of.
+// Copies `count` pixels of `block_channels` samples, one after the other in `row`, to the row `y` of
+// `samples` from the column `x` and the channel `first_channel` on. Integers become CV_8U or CV_16U, floating
+// point CV_32F, the type of `samples`.
 void CopyTiffRow(const TiffNumbers& numbers, const std::uint8_t* row, int count, int block_channels, int x,
                  int y, int first_channel, cv::Mat& samples);
 
 cv::Mat FirstChannels(const cv::Mat& samples, int count);
 
-// CV_8UC3 of indices (CV_8UC1). Red, green and blue of `count` colours; palettes have 16 bits, but a few
-// programs write 8, in which no entry is above 255.
+// Returns the colours (CV_8UC3) of indices (CV_8UC1) into a palette of `count` reds, greens and blues;
+// palettes have 16 bits, but a few programs write 8, in which no entry is above 255.
 cv::Mat ThroughPalette(const cv::Mat& indices, const std::array<const std::uint16_t*, 3>& rgb, int count);
 
-// Replaces numbers of 8 or 16 bits by those of sRGB, by the light, of 65535, of every number: of red, green
-// and blue, or of the first for all where the others are null. False where that is nearly sRGB itself: the
-// pixels stay.
+// Converts 8 or 16 bits to sRGB by a table of the light (of 65535) of every number, for red, green and blue,
+// or for all if the others are null. Returns false if the table is nearly sRGB; the pixels then stay.
 bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::Mat& pixels);
 
-// Warns where the largest number that a file tells of (MaxSampleValue) is that of fewer bits than it has,
-// unless samples, as CopyTiffRow() gives them, are above it.
+// Warns if MaxSampleValue of the file needs fewer bits than its samples have, unless samples, as
+// CopyTiffRow() gives them, are above it.
 void WarnOfUnusedBits(unsigned largest, int bits, const cv::Mat& samples, StoredPicture& picture);
 
-// Colours that were multiplied by `alpha`, which has their depth.
+// Undoes premultiplication by `alpha`, which has the depth of `pixels`.
 void DivideByAlpha(const cv::Mat& alpha, cv::Mat& pixels);
 
 }  // namespace ulf

@@ -35,7 +35,7 @@ int KeepTiffError(TIFF*, void* kept, const char*, const char* format, std::va_li
 
 int IgnoreTiffWarning(TIFF*, void*, const char*, const char*, std::va_list) { return 1; }
 
-// One page of a file, decoded step by step.
+// Decodes one page of a file step by step.
 class TiffPage {
  public:
   explicit TiffPage(const std::string& path) : path_(path), options_(TIFFOpenOptionsAlloc()) {
@@ -88,7 +88,7 @@ class TiffPage {
   void Colors(const cv::Mat& samples, StoredPicture& picture);
   void Alpha(const cv::Mat& samples, int colors, StoredPicture& picture);
   cv::Mat FromPalette(const cv::Mat& indices);
-  ColorClaim Claim();
+  ColorTags Claim();
   void TakeTransferFunction(StoredPicture& picture);
   std::optional<std::array<double, 2>> White();
 
@@ -116,7 +116,7 @@ void TiffPage::ChoosePage() {
       ++others;
     ++pages;
   } while (pages < kMostPages && TIFFReadDirectory(file_.get()) == 1);
-  words_.clear();  // of a directory after the last
+  words_.clear();  // belongs to a directory after the last
   if (TIFFSetDirectory(file_.get(), static_cast<tdir_t>(std::max(chosen, 0))) != 1) Refuse();
   if (chosen < 0) ChooseInside();
   if (others > 0)
@@ -124,7 +124,7 @@ void TiffPage::ChoosePage() {
         "it holds {} pages: the first is taken, export the others as files of their own", others + 1));
 }
 
-// A thumbnail first, and the picture in a directory inside.
+// Some files have a thumbnail first, and the picture in a directory inside.
 void TiffPage::ChooseInside() {
   std::uint16_t count = 0;
   std::uint64_t* places = nullptr;
@@ -154,7 +154,7 @@ void TiffPage::ReadTags() {
   height_ = static_cast<int>(height);
   if (std::uint16_t light = 0; TIFFGetField(file_.get(), TIFFTAG_PHOTOMETRIC, &light) == 1 &&
                                (light == PHOTOMETRIC_LOGL || light == PHOTOMETRIC_LOGLUV))
-    TIFFSetField(file_.get(), TIFFTAG_SGILOGDATAFMT, SGILOGDATAFMT_FLOAT);  // sets the tags that follow
+    TIFFSetField(file_.get(), TIFFTAG_SGILOGDATAFMT, SGILOGDATAFMT_FLOAT);  // sets the following tags
   channels_ = Short(TIFFTAG_SAMPLESPERPIXEL, 1);
   bits_ = Short(TIFFTAG_BITSPERSAMPLE, 1);
   format_ = Short(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
@@ -242,7 +242,7 @@ cv::Mat TiffPage::Samples() {
   return samples;
 }
 
-// Of layouts that the library alone takes apart (subsampled YCbCr without JPEG): 8 bits, B G R.
+// Decodes layouts that only the library supports (subsampled YCbCr without JPEG) to 8 bits, B G R.
 cv::Mat TiffPage::DecodedByLibrary() {
   std::vector<std::uint32_t> pixels(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   const auto own_order = static_cast<int>(Short(TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT));
@@ -268,8 +268,8 @@ std::optional<std::array<double, 2>> TiffPage::White() {
   return std::array<double, 2>{white[0], white[1]};
 }
 
-ColorClaim TiffPage::Claim() {
-  ColorClaim claim{.icc = std::string(Bytes(TIFFTAG_ICCPROFILE))};
+ColorTags TiffPage::Claim() {
+  ColorTags claim{.icc = std::string(Bytes(TIFFTAG_ICCPROFILE))};
   if (!claim.icc.empty()) return claim;
   float* colors = nullptr;
   if (const auto white = White();
@@ -311,7 +311,7 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
       Alpha(samples, 1, picture);
       break;
     case PHOTOMETRIC_RGB:
-    case PHOTOMETRIC_YCBCR:  // made RGB by the decoder of JPEG
+    case PHOTOMETRIC_YCBCR:  // the JPEG decoder returns RGB
       require(3);
       cv::cvtColor(FirstChannels(samples, 3), picture.pixels, cv::COLOR_RGB2BGR);
       Alpha(samples, 3, picture);
@@ -339,7 +339,7 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
       return;
     case PHOTOMETRIC_LOGLUV:
       require(3);
-      // X, Y, Z of the light itself, as programs write it that take sRGB's white for granted (OpenCV among
+      // These are X, Y, Z of the light itself, as programs write it that assume sRGB's white (OpenCV among
       // them).
       cv::cvtColor(FirstChannels(samples, 3), picture.pixels, cv::COLOR_XYZ2BGR);
       return;
@@ -347,7 +347,7 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
       RefuseKind(fmt::format("of another kind of colours (photometric interpretation {})", light_), as_rgb);
   }
   CheckFloatNumbers(picture);
-  const ColorClaim claim = Claim();
+  const ColorTags claim = Claim();
   if (claim.icc.empty() && light_ != PHOTOMETRIC_PALETTE) TakeTransferFunction(picture);
   ConvertToSrgb(claim, picture);
 }

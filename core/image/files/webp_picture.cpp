@@ -19,7 +19,7 @@ const std::uint8_t* Data(std::string_view bytes) {
   return reinterpret_cast<const std::uint8_t*>(bytes.data());
 }
 
-// The content of the chunk of this name; empty: there is none.
+// Returns the content of the chunk of this name; empty if there is none.
 std::string_view ChunkOfWebp(std::string_view bytes, std::string_view name) {
   constexpr std::size_t kFirst = 12, kHead = 8;
   for (std::size_t at = kFirst; at + kHead <= bytes.size();) {

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kBundleTitle = "# Bundle file v0.3";
 
-// The words of a bundle file, with the line for messages. Nothing larger than a word is kept of the file.
+// Reads the words of a bundle file, with the line for messages, one word in memory at a time.
 class BundleWords {
  public:
   explicit BundleWords(const fs::path& file) : name_(file.string()) {
@@ -129,13 +129,13 @@ BundleCamera ReadBundleCamera(BundleWords& words, const std::string& owner) {
   return camera;
 }
 
-// Without "0 FOCAL" at its end.
+// Returns the name without "0 FOCAL" at its end.
 std::string NameOfBundleRow(std::string row) {
   const auto trim = [&] { row.erase(row.find_last_not_of(" \t\r") + 1); };
   const auto last = [&] { return std::string_view(row).substr(row.find_last_of(" \t") + 1); };
   trim();
   row.erase(0, row.find_first_not_of(" \t"));
-  std::ranges::replace(row, '\\', '/');  // lists of Windows
+  std::ranges::replace(row, '\\', '/');  // lists from Windows
   const std::string whole = row;
   double focal = 0;
   if (row.find_first_of(" \t") == std::string::npos || !ParseNumber(last(), focal)) return whole;
@@ -186,7 +186,7 @@ BundleList ReadBundleList(const fs::path& bundle_out) {
   return list;
 }
 
-// The folder that all names have in common; empty: there is none.
+// Returns the folder that all names have in common; empty if there is none.
 fs::path CommonFolder(const std::vector<std::string>& names) {
   std::optional<fs::path> common;
   for (const std::string& name : names) {
@@ -203,7 +203,7 @@ fs::path CommonFolder(const std::vector<std::string>& names) {
   return common.value_or(fs::path());
 }
 
-// Finds photographs by their names in a list, which count from any folder.
+// Finds photographs by their names in a list, which may be relative to any folder.
 class BundlePhotographs {
  public:
   BundlePhotographs(const BundleList& list, const fs::path& chosen)
@@ -240,7 +240,7 @@ CameraModel ModelOfBundled(const BundleCamera& camera, const fs::path& image, co
   return model;
 }
 
-// The mean distance of a point's observations from its projections.
+// Returns the mean distance of a point's observations from its projections.
 double MeanErrorPx(const ScenePoint& point, const LightField& light_field) {
   double sum = 0;
   int count = 0;
@@ -254,7 +254,7 @@ double MeanErrorPx(const ScenePoint& point, const LightField& light_field) {
   return count == 0 ? 0 : sum / count;
 }
 
-// `view_ids`: by the number of the camera; 0: it has no view.
+// `view_ids` are by the number of the camera; 0: it has no view.
 void ReadBundlePoints(BundleWords& words, int points, const std::vector<int>& view_ids,
                       LightField& light_field) {
   std::size_t twice = 0;
@@ -270,7 +270,7 @@ void ReadBundlePoints(BundleWords& words, int points, const std::vector<int>& vi
       if (At(camera) >= view_ids.size())
         throw Error("{}: {} is seen by camera {}, and there are {}, counted from 0; export the set again",
                     words.Where(), owner, camera, view_ids.size());
-      words.Number(owner);  // which of the image's features it is
+      words.Number(owner);  // index of the image's feature
       const double x = words.Number(owner), y = words.Number(owner);
       const int view_id = view_ids[At(camera)];
       if (view_id == 0) continue;
@@ -311,7 +311,7 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
   LightField& light_field = set.light_field;
   light_field.root = root;
   std::vector<int> view_ids(list.names.size(), 0);
-  std::map<std::string, std::string> taken;  // the name in the list, by its photograph
+  std::map<std::string, std::string> taken;  // name in the list, by photograph
   std::size_t unregistered = 0;
   std::vector<std::string> missing;
   for (int i = 0; i < camera_count; ++i) {
@@ -347,7 +347,7 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
         bundle_out.string(), camera_count);
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of {} are not in {}; {}", bundle_out.string(),
-                missing.front(), list.file.string(), root.string(), SayWhereTheyLie());
+                missing.front(), list.file.string(), root.string(), ImagesRemedy());
   if (unregistered > 0)
     light_field.doubts.push_back(
         fmt::format("{} left out: not registered (focal length 0)", Counted(unregistered, "camera")));

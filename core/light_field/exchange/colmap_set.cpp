@@ -37,7 +37,7 @@ std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& mo
   for (fs::path around = clean(source);; around = around.parent_path()) {
     for (const char* name : {"images", "images_2", "images_4", "images_8", "input", "photos"})
       folders.push_back(around / name);
-    // From the model's own folder up to what holds sparse/.
+    // Searches from the model's own folder up to the one with sparse/.
     if (around != clean(model) && around.filename() != "sparse") break;
   }
   folders.push_back(clean(source));
@@ -49,7 +49,7 @@ struct TakenImage {
   const ColmapReconstruction::Image* image;
   std::string path;  // relative to the images folder
   CameraModel camera;
-  Eigen::Vector2d scale;  // of image points: photographs may have been resized
+  Eigen::Vector2d scale;  // of image points, for resized photographs
 };
 
 std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::path& model_folder,
@@ -80,7 +80,7 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
   if (taken.empty())
     throw Error("{}: none of its {} is in {} ({} is the first); {}", model_folder.string(),
                 Counted(model.images.size(), "photograph"), images.folder().string(),
-                missing.empty() ? "there is none" : missing.front(), SayWhereTheyLie());
+                missing.empty() ? "there is none" : missing.front(), ImagesRemedy());
   if (!missing.empty())
     doubts.push_back(fmt::format("{} of the model {} not in {} and left out, {} the first",
                                  Counted(missing.size(), "photograph"), missing.size() == 1 ? "is" : "are",
@@ -90,7 +90,7 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
   return taken;
 }
 
-// Without reading the model; none: it does not say.
+// Counts without reading the model; none if it does not say.
 std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   if (HoldsModel(folder, "bin")) {
     std::array<unsigned char, 8> bytes{};
@@ -113,9 +113,9 @@ std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   return std::nullopt;
 }
 
-// COLMAP numbers the models of photographs that it could not join: 0, 1, ...; the first need not be the
+// COLMAP numbers the models of photographs that it could not join 0, 1, ...; the first need not be the
 // largest.
-void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
+void ReportOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
   std::vector<std::string> others;
   const auto described = [](const fs::path& model) {
     const auto images = ImagesOfModel(model);
@@ -203,7 +203,7 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
     light_field.doubts.push_back(fmt::format(
         "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));
   if (folder.filename() == "0" && source.lexically_normal() != folder)
-    SayOtherModels(folder, light_field.doubts);
+    ReportOtherModels(folder, light_field.doubts);
   const SetImages images(source, chosen, ImagesFoldersOf(source, folder));
   light_field.root = images.folder();
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);

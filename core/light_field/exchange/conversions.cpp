@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "its colours are of the profile 'P3' and converted to sRGB": what the file says, without what ulf does
-// about it.
+// Returns the file's part of a note, without ulf's conversion: "its colours are of the profile 'P3' and
+// converted to sRGB".
 std::string MeaningOf(const std::string& note) {
   for (const char* done :
        {" and converted to", " and are converted to", ": its pixels stay", ", which is taken back"})
@@ -43,23 +43,23 @@ std::vector<Conversion> ConversionsOf(const LightField& light_field) {
       for (const auto* lines : {&picture.notes, &picture.remarks})
         for (const std::string& line : *lines) conversions.push_back({photograph, line});
     } catch (const Error&) {
-      continue;  // whoever needs its pixels says why
+      continue;  // its reader reports it
     }
   }
   return conversions;
 }
 
-void CopiedMeanings::Add(const StoredPicture& picture) {
+void CopiedColorEncodings::Add(const StoredPicture& picture) {
   if (!picture.notes.empty()) ++photographs_;
   for (const std::string& note : picture.notes) ++counts_[MeaningOf(note)];
 }
 
-std::string CopiedMeanings::Doubt(std::size_t copied) const {
+std::string CopiedColorEncodings::Doubt(std::size_t copied) const {
   if (photographs_ == 0) return {};
   std::string list;
   for (const auto& [meaning, count] : counts_)
     list += fmt::format("{}{}: {}", list.empty() ? "" : "; ", count, meaning);
-  // A profile is all that the command understands: it would only attach sRGB's to other colours.
+  // The suggested command understands only profiles: it would attach sRGB's to other colours.
   const bool is_told_by_profiles = std::ranges::all_of(counts_, [](const auto& each) {
     return each.first.find("of the profile") != std::string::npos || each.first.starts_with("its mark says");
   });

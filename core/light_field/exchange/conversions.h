@@ -1,5 +1,5 @@
-// What ulf converts when it reads photographs of a light field, whose files stay as they came: other programs
-// see other numbers.
+// Reports what ulf converts when it reads photographs of a light field. The files stay unchanged, so other
+// programs see other numbers.
 #pragma once
 
 #include <filesystem>
@@ -16,20 +16,20 @@ struct Conversion {
   std::filesystem::path file;
   std::string words;  // a note or remark of stored_picture.h
 };
-// Of the first photograph of each kind and size of file: others of it are like it. Raw files and files that
-// cannot be read are passed over.
+// Reads the first photograph of each kind and size of file, assuming that others are like it. Raw files and
+// unreadable files are ignored.
 std::vector<Conversion> ConversionsOf(const LightField& light_field);
 
-// Photographs that are copied as they are, although ulf takes them otherwise than by their numbers.
-class CopiedMeanings {
+// Counts photographs that are copied unchanged although ulf converts them when it reads them.
+class CopiedColorEncodings {
  public:
   void Add(const StoredPicture& picture);
-  // For the report of the copy, with counts; empty: all are sRGB and stand as they are.
+  // Returns a sentence for the report of the copy, with counts; empty if all are plain sRGB.
   std::string Doubt(std::size_t copied) const;
 
  private:
   std::size_t photographs_ = 0;
-  std::map<std::string, std::size_t> counts_;  // by what they mean
+  std::map<std::string, std::size_t> counts_;  // by the encoding of their colours
 };
 
 }  // namespace ulf

@@ -35,12 +35,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a form asks of the photographs and their masks.
+// The requirements of a form for photographs and masks.
 struct FormRules {
   enum class Masks { kBeside, kSuffix, kDynamic, kLayer, kAlpha };
   bool has_points = true;
   Masks masks = Masks::kBeside;
-  bool by_stem = false;   // photographs are told apart by their names without the ending
+  bool by_stem = false;   // photographs differ by their names without the ending
   bool one_lens = false;  // one pinhole camera for all
 };
 
@@ -128,7 +128,7 @@ void MoveObservations(const LightField& from, const std::vector<Undistortion>& c
     });
 }
 
-// `colors`: of an EXR.
+// `colors` are those of an EXR.
 std::string Encoded(const std::string& ending, const cv::Mat& pixels, const ExrColors& colors = {}) {
   if (ending == ".exr") {
     std::vector<ExrChannel> channels;
@@ -140,12 +140,12 @@ std::string Encoded(const std::string& ending, const cv::Mat& pixels, const ExrC
   return PngBytes(pixels);
 }
 
-// Then its pixels have been converted to sRGB's primaries.
+// Such pixels have been converted to sRGB's primaries.
 bool IsExrWithColors(const fs::path& original) {
   return Ending(original) == ".exr" && fs::exists(original) && ExrColorsOf(original);
 }
 
-// If one view has a mask, every view gets one: nerfstudio takes all or none.
+// If one view has a mask, every view gets one, because nerfstudio takes all or none.
 cv::Mat MaskOf(const LightField& light_field, const View& view) {
   const CameraModel& camera = light_field.CameraOf(view);
   const cv::Mat mask = ReadViewMask(light_field, view);
@@ -163,7 +163,7 @@ cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
 struct Files {
   std::vector<std::pair<fs::path, std::string>> contents;
   bool copied = false;
-  StoredPicture stored = {};  // of what is copied, without its pixels
+  StoredPicture stored = {};  // facts of a copied picture, without its pixels
 };
 
 class Pictures {
@@ -179,7 +179,7 @@ class Pictures {
     const View &view = from_.views[index], &exported = to_.views[index];
     const bool stays = StaysAsItIs(view, cameras_);
     const fs::path original = from_.root / view.image_path;
-    const bool is_raw = IsRawFile(original);  // no other program takes it
+    const bool is_raw = IsRawFile(original);  // no other program reads it
     Files files;
     files.copied = stays && !is_raw && masks_ != FormRules::Masks::kAlpha && fs::is_regular_file(original);
     Image image;
@@ -187,8 +187,8 @@ class Pictures {
       files.stored = ReadPicture(original.string());
       files.stored.alpha.release();
     }
-    SayWarnings(original.string(), files.stored);
-    // A wrong size is said by the light field's own reader.
+    LogWarnings(original.string(), files.stored);
+    // The light field's own reader reports a wrong size.
     const CameraModel& camera = from_.CameraOf(view);
     if (!files.copied || files.stored.pixels.size() != cv::Size(camera.width, camera.height))
       image = ReadRecordedImage(from_, view);
@@ -232,7 +232,7 @@ class Pictures {
 // Makes a few at a time on all processors, then writes them in order.
 void WritePictures(const Pictures& pictures, std::size_t count, const ExportOptions& options,
                    ExportSummary& summary) {
-  CopiedMeanings meanings;
+  CopiedColorEncodings meanings;
   const std::size_t at_once = 4 * static_cast<std::size_t>(std::max(1, cv::getNumThreads()));
   for (std::size_t done = 0; done < count; done += at_once) {
     if (options.stop && options.stop()) throw Error("stopped before the end, as asked; nothing was exported");
@@ -279,12 +279,12 @@ void WriteNerfSynthetic(const LightField& exported, const fs::path& folder) {
   const Similarity3 nerf_from_world = NerfFromWorld(exported, SubjectForExport(exported, "nerf-synthetic"));
   const std::string testing = NerfSyntheticText(exported, nerf_from_world, true);
   WriteFileAtomically(folder / "transforms_train.json", NerfSyntheticText(exported, nerf_from_world, false));
-  WriteFileAtomically(folder / "transforms_val.json", testing);  // some readers stop without it
+  WriteFileAtomically(folder / "transforms_val.json", testing);  // some readers need it
   WriteFileAtomically(folder / "transforms_test.json", testing);
 }
 
 void WriteXmpFiles(const LightField& exported, const fs::path& folder) {
-  constexpr std::size_t kAtOnce = 64;  // files that are open together
+  constexpr std::size_t kAtOnce = 64;  // files open at the same time
   for (std::size_t done = 0; done < exported.views.size(); done += kAtOnce) {
     FileBatch batch;
     for (std::size_t i = done; i < std::min(done + kAtOnce, exported.views.size()); ++i) {
@@ -316,7 +316,7 @@ void WriteModel(const LightField& exported, ExportForm form, const fs::path& fol
   }
 }
 
-// nerfstudio has one kind of lens for all of a set.
+// nerfstudio has one lens model for the whole set.
 void RequireOneKind(const LightField& light_field) {
   const auto fisheyes = std::ranges::count_if(light_field.cameras, [](const CameraModel& camera) {
     return camera.distortion == Distortion::kFisheye;
@@ -328,7 +328,7 @@ void RequireOneKind(const LightField& light_field) {
                   "give " + Parameter("undistort"));
 }
 
-// Of a lens with the sixth order of radial distortion instant-ngp would take what it knows for the whole.
+// instant-ngp would ignore the sixth order of radial distortion.
 void RequireNoSixthOrder(const LightField& light_field) {
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
     const CameraModel& camera = light_field.cameras[i];
@@ -344,7 +344,7 @@ bool AnyMask(const LightField& light_field) {
   return std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
 }
 
-// The views and points of the export, with paths relative to it.
+// Returns the views and points of the export, with paths relative to it.
 LightField AsExported(const LightField& light_field, const ExportOptions& options,
                       std::vector<Undistortion>& cameras) {
   const FormRules rules = RulesOf(options.form);
@@ -380,7 +380,7 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
   }
   if (undistort) MoveObservations(light_field, cameras, exported);
   MeasurePoints(exported);
-  if (IsColmap(options.form) && StatisticsOf(exported.points).tracked > 0)  // else as colmap_model.h has it
+  if (IsColmap(options.form) && StatisticsOf(exported.points).tracked > 0)  // otherwise as in colmap_model.h
     std::erase_if(exported.points, [](const ScenePoint& point) { return point.track.empty(); });
   return exported;
 }

@@ -1,4 +1,4 @@
-// Exports a light field for other programs: a folder as they know it, with the photographs unchanged or
+// Exports a light field to the folder layouts of other programs, with the photographs unchanged or
 // undistorted, masks, and points with their observations.
 //
 //   COLMAP          images/NAME  masks/NAME.png  sparse/0/{cameras,images,points3D}.{txt,bin}
@@ -33,25 +33,25 @@ enum class ExportForm {
   kRealityScan,
   kMetashape
 };
-// Whether the form has points: else none need be measured.
+// Returns whether the form has points; if not, none need be measured.
 bool HasPoints(ExportForm form);
 
 struct ExportOptions {
   ExportForm form = ExportForm::kColmapText;
   bool undistort = false;
   std::function<void(double share, const std::string& what)> progress = {};
-  std::function<bool()> stop = {};  // polled; true: throws Error and leaves nothing
+  std::function<bool()> stop = {};  // polled; if true, the export throws Error and leaves nothing
 };
 
 struct ExportSummary {
-  std::size_t copied = 0, made = 0;  // photographs
+  std::size_t copied = 0, made = 0;  // numbers of photographs
   std::size_t masks = 0;
   std::vector<Undistortion> cameras;  // of undistorted photographs, one per camera
   PointStatistics points;
-  std::vector<std::string> doubts;  // in words: what the form's programs will not take as it is
+  std::vector<std::string> doubts;  // sentences on what the form's programs will not read as it is
 };
 
-// Throws Refusal when `out`, given for `parameter`, lies in the light field's folder.
+// Throws Refusal if `out`, given for `parameter`, lies in the light field's folder.
 void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out,
                     std::string_view parameter = "output");
 
@@ -59,7 +59,7 @@ void RequireOutside(const std::filesystem::path& light_field, const std::filesys
 // represent the light field.
 void RequireExportable(const LightField& light_field, const std::filesystem::path& out,
                        const ExportOptions& options);
-// Throws DiskFullError where the photographs that are copied as they are do not fit on the disk of `out`.
+// Throws DiskFullError if the photographs that are copied unchanged do not fit on the disk of `out`.
 void RequireRoomFor(const LightField& light_field, const std::filesystem::path& out,
                     const ExportOptions& options);
 

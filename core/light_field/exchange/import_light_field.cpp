@@ -37,7 +37,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// images/a/b.jpg, wherever the source kept it, safe as a field of a text file and different from all names
+// Returns images/a/b.jpg for any source folder, safe as a field of a text file and different from all names
 // that are `taken`.
 std::string PathUnderImages(const std::string& source_path, std::set<std::string>& taken) {
   fs::path name = fs::path(NameInImagesFolder(source_path)).lexically_normal();
@@ -45,7 +45,7 @@ std::string PathUnderImages(const std::string& source_path, std::set<std::string
   return UniqueName("images/" + SafeName(name.generic_string()), taken);
 }
 
-// folder/a/b.ending for images/a/b.jpg.
+// Returns folder/a/b.ending for images/a/b.jpg.
 std::string Beside(const char* folder, const std::string& image_path, const std::string& ending) {
   const fs::path path = fs::path(folder) / fs::path(image_path).lexically_relative("images");
   return fs::path(path).replace_extension(ending).generic_string();
@@ -56,7 +56,7 @@ void WriteInFolder(const fs::path& path, const std::string& bytes) {
   WriteFileAtomically(path, bytes);
 }
 
-// The two show the same; where that cannot be told, they are taken to.
+// Compares the two; if undecided, they are assumed to be the same.
 bool ShowsTheSame(const cv::Mat& light, const cv::Mat& photograph, double* shift_px) {
   constexpr double kMostShift_px = 1;
   const cv::Mat developed = Srgb8({.pixels = light, .transfer = Transfer::kLinear});
@@ -64,7 +64,7 @@ bool ShowsTheSame(const cv::Mat& light, const cv::Mat& photograph, double* shift
   return *shift_px <= kMostShift_px;
 }
 
-// The JPEG beside a raw file, where it shows the same; empty: there is none.
+// Returns the JPEG beside a raw file, if it shows the same; empty if there is none.
 fs::path QuickLookOf(const fs::path& raw, const cv::Mat& light) {
   const fs::path jpeg = JpegBeside(raw);
   double shift_px = 0;
@@ -80,8 +80,8 @@ fs::path QuickLookOf(const fs::path& raw, const cv::Mat& light) {
   }
 }
 
-// A photograph that is a raw file: the file is the master, the camera's JPEG beside it the photograph; where
-// there is none that shows the same, it is made from the raw file.
+// Takes a raw file as the master, and the camera's JPEG beside it as the photograph; if none shows the same,
+// it is made from the raw file.
 void TakeRaw(const LightField& source, const View& view, const fs::path& dir, View& taken,
              RawSetDoubts& doubts) {
   const fs::path raw = source.root / view.image_path;
@@ -99,7 +99,7 @@ void TakeRaw(const LightField& source, const View& view, const fs::path& dir, Vi
       jpeg.empty() ? PngBytes(Srgb8({.pixels = light, .transfer = Transfer::kLinear})) : ReadWholeFile(jpeg));
 }
 
-// The raw file beside a photograph becomes its master, where it shows the same.
+// Takes the raw file beside a photograph as its master, if it shows the same.
 void TakeRawBeside(const LightField& source, const View& view, const cv::Mat& photograph, const fs::path& dir,
                    View& taken, RawSetDoubts& doubts) {
   const fs::path raw = RawBeside(source.root / view.image_path);
@@ -121,7 +121,7 @@ void TakeRawBeside(const LightField& source, const View& view, const cv::Mat& ph
   WriteInFolder(dir / taken.master_path, ReadWholeFile(raw));
 }
 
-// The master is the source's own, or else an original of more than 8 bits; the photograph is made from it.
+// The master is the source's own, or an original of more than 8 bits; the photograph is made from it.
 void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken,
                RawSetDoubts& doubts) {
   const Image image = ReadRecordedImage(source, view);
@@ -144,7 +144,7 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
                 is_photograph && fs::exists(original) ? ReadWholeFile(original) : PngBytes(Srgb8(image)));
 }
 
-// A mask as PNG of one channel, whether it was a file or the image's alpha; none where nothing is masked.
+// Writes a mask as PNG of one channel, from a file or the image's alpha; none if nothing is masked.
 void TakeMask(const LightField& source, const View& view, const fs::path& dir, View& taken) {
   taken.mask_path.clear();
   const cv::Mat mask = ReadViewMask(source, view);
@@ -153,7 +153,7 @@ void TakeMask(const LightField& source, const View& view, const fs::path& dir, V
   WriteInFolder(dir / taken.mask_path, PngBytes(mask));
 }
 
-// Under the names that they have.
+// Keeps their names.
 void TakeExposures(const LightField& source, const View& view, const fs::path& dir) {
   View alone;
   alone.exposures = view.exposures;
@@ -161,7 +161,7 @@ void TakeExposures(const LightField& source, const View& view, const fs::path& d
   for (const std::string& file : FilesOf(alone)) WriteInFolder(dir / file, ReadWholeFile(source.root / file));
 }
 
-// Pictures with alpha over a colour: what they show then is no mask's business.
+// Blends pictures with alpha over a colour; masks do not apply to them.
 void TakeOverBackground(const LightField& source, const View& view, const cv::Mat& over, const fs::path& dir,
                         View& taken) {
   const CameraModel& camera = source.CameraOf(view);
@@ -176,7 +176,7 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
   WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
-// By folder: the files and folders in it that views of the set name.
+// Returns, by folder, the files and folders in it that views of the set name.
 std::map<fs::path, std::set<std::string>> NamesUsed(const LightField& source) {
   std::map<fs::path, std::set<std::string>> used;
   for (const View& view : source.views) {
@@ -190,7 +190,7 @@ std::map<fs::path, std::set<std::string>> NamesUsed(const LightField& source) {
   return used;
 }
 
-// "r_0_depth_0001.png" beside "r_0.png", as renderers of sets write it.
+// Matches "r_0_depth_0001.png" beside "r_0.png", as renderers of sets write it.
 bool IsMapBeside(const std::set<fs::path>& taken, const fs::path& folder, const fs::path& file) {
   const std::string stem = file.stem().string();
   return std::ranges::any_of(std::array{"depth", "normal", "mask"}, [&](const char* map) {
@@ -199,8 +199,8 @@ bool IsMapBeside(const std::set<fs::path>& taken, const fs::path& folder, const 
   });
 }
 
-// What lies beside the photographs of the set, where whoever read it has not counted that.
-void SayNotTaken(const LightField& source) {
+// Warns of files beside the photographs of the set that its reader has not counted.
+void ReportUnusedFiles(const LightField& source) {
   const auto says = [](const std::string& doubt) { return doubt.find("left out") != std::string::npos; };
   const bool is_said = std::ranges::any_of(source.doubts, says);
   const bool has_endings =
@@ -215,8 +215,7 @@ void SayNotTaken(const LightField& source) {
   for (const fs::path& folder : folders) {
     std::error_code refused;
     const fs::path place = (source.root / folder).lexically_normal();
-    if (fs::directory_iterator(place, refused); refused)
-      continue;  // its photographs may be read all the same
+    if (fs::directory_iterator(place, refused); refused) continue;  // its photographs may still be readable
     const PictureFolder found = PicturesIn(place, used[(place / "any").lexically_normal().parent_path()]);
     std::vector<std::string> names;
     for (const fs::path& file : found.pictures)
@@ -225,13 +224,13 @@ void SayNotTaken(const LightField& source) {
         names.push_back(file.filename().string());
     if (!names.empty() && !is_said)
       spdlog::info("{}: left out: {} without a pose ({})", place.string(),
-                   Counted(names.size(), "photograph"), SomeNames(names));
+                   Counted(names.size(), "photograph"), AbbreviatedList(names));
     for (const std::string& line : has_endings ? found.left_out : std::vector<std::string>())
       spdlog::info("{}: left out: {}", place.string(), line);
   }
 }
 
-// That are copied as they are.
+// Sums the files that are copied.
 std::uint64_t BytesOf(const LightField& source) {
   std::uint64_t bytes = 0;
   for (const View& view : source.views)
@@ -277,7 +276,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   if (made.device_uri.empty()) made.device_uri = "import:" + source_path.filename().string();
   for (const Conversion& conversion : ConversionsOf(source))
     spdlog::info("{}: {}", conversion.file.string(), conversion.words);
-  if (set.format != Name(SetFormat::kUlf)) SayNotTaken(source);
+  if (set.format != Name(SetFormat::kUlf)) ReportUnusedFiles(source);
   Progress progress("import");
   std::set<std::string> names;
   RawSetDoubts raw_doubts;
@@ -308,7 +307,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
       std::vector<Finding> found;
       std::ranges::copy_if(made.findings, std::back_inserter(found),
                            [check](const Finding& each) { return each.check == Name(check); });
-      if (!found.empty()) Keep(folder.path(), check, found);
+      if (!found.empty()) KeepFindings(folder.path(), check, found);
     }
     folder.Commit();
   } catch (const DiskFullError& error) {

@@ -1,4 +1,4 @@
-// Imports posed photographs by another program as a light field.
+// Imports photographs with poses that another program estimated as a light field.
 #pragma once
 
 #include <filesystem>
@@ -12,18 +12,18 @@ namespace ulf {
 
 struct ImportOptions {
   std::optional<Subject> subject =
-      {};  // none: found by the cameras, the points or the depth bounds (subject_of_set.h)
-  std::optional<SetFormat> format = {};    // none: recognised
-  std::filesystem::path images = {};       // the photographs' folder; empty: found
-  std::optional<CameraModel> camera = {};  // of a format that has no intrinsics (read_posed_set.h)
-  // B, G, R, 0 to 1: pictures with alpha are laid over it. None: alpha becomes a mask; NeRF's synthetic sets
-  // are laid over white, as in the papers.
+      {};  // none: found from the cameras, points or depth bounds (subject_of_set.h)
+  std::optional<SetFormat> format = {};    // none: recognised from the files
+  std::filesystem::path images = {};       // the photographs' folder; empty: searched for
+  std::optional<CameraModel> camera = {};  // for a format without intrinsics (read_posed_set.h)
+  // The colour (B, G, R, 0 to 1) over which pictures with alpha are blended. None: alpha becomes a mask,
+  // except that NeRF's synthetic sets are blended over white, as in the papers.
   std::optional<cv::Vec3d> background = {};
 };
 
 struct Imported {
   LightField light_field;
-  std::string format;           // for people
+  std::string format;           // for people; empty if the user or the set gave the subject
   std::string subject_told_by;  // for people; empty: it was given, by the user or the set
 };
 
@@ -31,8 +31,8 @@ struct Imported {
 // Photographs are checked (they must decode and have their camera's size) and kept byte for byte; more than 8
 // bits go to masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to
 // masks/; points to points.ply. White space in names becomes '_'. DIR is complete at the end, or does not
-// exist after a failure. What of the source is not used is given out as warnings. Throws Error for an invalid
-// source, DiskFullError, Refusal when the subject or the camera must be given.
+// exist after a failure. Warnings tell what of the source is not used. Throws Error for an invalid source,
+// DiskFullError, and Refusal if the subject or the camera must be given.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

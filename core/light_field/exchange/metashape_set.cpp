@@ -38,14 +38,14 @@ bool IsEnabled(const XmlElement& camera) {
 
 std::vector<XmlElement> CamerasOf(const XmlElement& chunk) {
   const auto cameras = chunk.Find("cameras");
-  return cameras ? cameras->Below("camera") : std::vector<XmlElement>();
+  return cameras ? cameras->Descendants("camera") : std::vector<XmlElement>();
 }
 
 bool IsPosed(const XmlElement& camera) { return camera.Find("transform").has_value() && IsEnabled(camera); }
 
 // ---- Sensors ----
 
-// The adjusted calibration, else the only other one.
+// Returns the adjusted calibration, or the only other one.
 std::optional<XmlElement> CalibrationOf(const XmlElement& sensor) {
   const std::vector<XmlElement> all = sensor.Children("calibration");
   for (const XmlElement& calibration : all)
@@ -110,7 +110,7 @@ CameraModel ModelOfSensor(const XmlElement& sensor) {
 
 // ---- Transforms ----
 
-// Of a chunk or a component; none: it has none.
+// Returns the transform of a chunk or a component, if any.
 std::optional<Similarity3> TransformOf(const XmlElement& owner, bool& has_scale) {
   const auto transform = owner.Find("transform");
   if (!transform) return std::nullopt;
@@ -142,8 +142,7 @@ struct PosedComponent {
   std::size_t cameras = 0;  // with a pose
 };
 
-// Which component each camera belongs to, and how it lies in the world. A chunk of old files is one
-// component.
+// Maps cameras to components, and components to the world. A chunk of old files is one component.
 class ChunkComponents {
  public:
   explicit ChunkComponents(const XmlElement& chunk) {
@@ -159,7 +158,7 @@ class ChunkComponents {
         made.label = LabelOf(component);
         made.world_from_chunk = TransformOf(component, has_scale_);
         if (!made.world_from_chunk) made.world_from_chunk = of_chunk;
-        for (const XmlElement& part : component.Below("camera_ids")) {
+        for (const XmlElement& part : component.Descendants("camera_ids")) {
           std::istringstream ids(part.Text());
           for (std::string camera; ids >> camera;) of_camera_[camera] = id;
         }
@@ -175,7 +174,7 @@ class ChunkComponents {
     Share();
   }
 
-  // None: its component does not share the world of the largest.
+  // Returns none if its component does not share the world of the largest.
   const PosedComponent* Of(const XmlElement& camera) const {
     const PosedComponent& component = components_.at(IdOf(camera));
     return one_world_ || &component == &components_.at(largest_) ? &component : nullptr;
@@ -196,8 +195,7 @@ class ChunkComponents {
     return id;
   }
 
-  // Several components lie in one world where each has a transform. A geocentric origin moves to the
-  // largest's.
+  // Several components share a world if each has a transform. The largest's origin replaces a geocentric one.
   void Share() {
     one_world_ = std::ranges::all_of(components_, [](const auto& entry) {
       return entry.second.cameras == 0 || entry.second.world_from_chunk;
@@ -234,10 +232,10 @@ Rigid3 CamFromWorldOf(const XmlElement& camera, const std::optional<Similarity3>
 
 // ---- Chunks ----
 
-// The first with cameras that have a pose.
+// Returns the first with cameras that have a pose.
 XmlElement ChosenChunk(const XmlElement& document, const fs::path& xml, std::vector<std::string>& doubts) {
   const std::vector<XmlElement> chunks =
-      document.Name() == "chunk" ? std::vector<XmlElement>{document} : document.Below("chunk");
+      document.Name() == "chunk" ? std::vector<XmlElement>{document} : document.Descendants("chunk");
   std::optional<XmlElement> chosen;
   std::vector<std::string> others;
   for (const XmlElement& chunk : chunks)
@@ -320,7 +318,7 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
   }
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
-                first_missing, light_field.root.string(), SayWhereTheyLie());
+                first_missing, light_field.root.string(), ImagesRemedy());
   if (components.has_scale()) light_field.units = "metres";
   std::vector<std::string>& doubts = light_field.doubts;
   SayWhatIsLeftOut(unaligned, "not aligned", doubts);

@@ -23,8 +23,7 @@ std::string_view WithoutSpaces(std::string_view text) {
 }
 
 // The header is a Python dictionary such as {'descr': '<f8', 'fortran_order': False, 'shape': (20, 17), }.
-// Regular expressions of the standard library call themselves once a character, and a header may have
-// millions.
+// The standard library's regular expressions recurse for each character, and a header may have millions.
 class NpyHeader {
  public:
   NpyHeader(std::string_view text, const std::string& where) : text_(text), where_(where) {}
@@ -58,7 +57,7 @@ class NpyHeader {
   const std::string& where_;
 };
 
-// "20, 17", "20," or "20, 17,": one or two sides.
+// Parses "20, 17", "20," or "20, 17,": one or two sizes.
 std::optional<std::pair<std::size_t, std::size_t>> Sides(std::string_view shape) {
   constexpr std::size_t kMostSides = 2;
   std::vector<std::size_t> sides;

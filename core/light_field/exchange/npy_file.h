@@ -1,5 +1,5 @@
-// Arrays that numpy.save() wrote (NumPy's format, versions 1 to 3): numbers of 4 or 8 bytes in one or two
-// dimensions.
+// Reads arrays that numpy.save() wrote (NumPy's format, versions 1 to 3): numbers of 4 or 8 bytes in one or
+// two dimensions.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,9 +7,8 @@
 
 namespace ulf {
 
-// A row for each entry of the first dimension. Throws Error that names the file for another kind of file, one
-// that is cut short or whose shape disagrees with its size, and for a type of number or a shape that is not
-// supported.
+// Returns a row for each entry of the first dimension. Throws Error that names the file if it is of another
+// kind, truncated, of a shape that disagrees with its size, or of an unsupported type or shape.
 Eigen::MatrixXd ReadNpyMatrix(const std::filesystem::path& file);
 
 }  // namespace ulf

@@ -45,7 +45,7 @@ namespace fs = std::filesystem;
               path);
 }
 
-// Whether the set's files hold the intrinsics.
+// Returns whether the set's files hold the intrinsics.
 bool HasIntrinsics(SetFormat format) { return format != SetFormat::kTum; }
 
 void RequireOneSourceOfIntrinsics(SetFormat format, const fs::path& source, bool is_camera_given) {
@@ -72,7 +72,7 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
                       fmt::format("{} is a light field, which holds its photographs", place.string()),
                       "leave the option out");
       PosedSet set{ReadLightField(place), "ulf", {}, {}};
-      set.light_field.doubts.clear();  // they have been said
+      set.light_field.doubts.clear();  // they have been logged
       return set;
     }
     case SetFormat::kTransforms:
@@ -95,7 +95,7 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
   return {};
 }
 
-// The greatest distance of a camera centre from the first.
+// Returns the greatest distance of a camera centre from the first.
 double SpreadOf(const std::vector<View>& views) {
   double spread = 0;
   for (const View& view : views)
@@ -105,8 +105,8 @@ double SpreadOf(const std::vector<View>& views) {
   return spread;
 }
 
-// But for rounding: of the rotations, of the centres in a set of this spread, and of coordinates that are far
-// from zero.
+// Compares except for rounding: of the rotations, of the centres in a set of this spread, and of coordinates
+// that are far from zero.
 bool IsSamePose(const Rigid3& a, const Rigid3& b, double spread) {
   constexpr double kRounding = 1e-6, kRoundingOfCoordinates = 1e-12;
   const Eigen::Vector3d center = a.OriginInSource();
@@ -114,8 +114,8 @@ bool IsSamePose(const Rigid3& a, const Rigid3& b, double spread) {
          (center - b.OriginInSource()).norm() <= kRounding * spread + kRoundingOfCoordinates * center.norm();
 }
 
-// A photograph has one pose: that is given twice in sets whose validation is their test, and taken once. Two
-// poses are those of two photographs of the same name.
+// A photograph has one pose: sets whose validation is their test give it twice, and it is taken once. Two
+// poses belong to two photographs of the same name.
 void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
   const double spread = SpreadOf(light_field.views);
   std::map<std::string, const View*> taken;

@@ -1,4 +1,4 @@
-// Finds out in which format a set of posed photographs is, and reads it.
+// Recognises the format of a set of posed photographs and reads it.
 #pragma once
 
 #include <filesystem>
@@ -11,10 +11,10 @@
 
 namespace ulf {
 
-// `format`: none: the first of FormatsIn(), with a doubt that names the others. `images`: the folder of the
-// photographs where the format names them without it; empty: found by itself. `camera`: of the photographs,
-// for a format that has no intrinsics, and for none else: Refusal. Throws Error for a source that holds no
-// such set, with the way in which videos and plain photographs can be used, and what the readers throw.
+// `format` is by default the first of FormatsIn(), with a doubt that names the others. `images` is the folder
+// of the photographs, searched for if empty. `camera` is given for formats without intrinsics only; otherwise
+// Refusal is thrown. Throws Error for a source without such a set, with the way to use videos and plain
+// photographs, and what the readers throw.
 PosedSet ReadPosedSet(const std::filesystem::path& source, const std::optional<SetFormat>& format,
                       const std::filesystem::path& images, const std::optional<CameraModel>& camera = {});
 

@@ -33,7 +33,7 @@ class XmpValues {
  public:
   explicit XmpValues(const fs::path& file) : file_(file.string()) {
     const XmlElement top = ReadXmlFile(file);
-    descriptions_ = top.Below("rdf:Description");
+    descriptions_ = top.Descendants("rdf:Description");
     if (top.Name() == "rdf:Description") descriptions_.push_back(top);
   }
 
@@ -108,7 +108,7 @@ CameraModel ModelOfXmp(const XmpValues& xmp, const fs::path& image) {
   return camera;
 }
 
-// None: the file has no pose.
+// Returns none if the file has no pose.
 std::optional<Rigid3> PoseOfXmp(const XmpValues& xmp) {
   const auto rotation = xmp.Numbers("Rotation", 9), position = xmp.Numbers("Position", 3);
   if (!rotation && !position) return std::nullopt;
@@ -124,7 +124,7 @@ std::optional<Rigid3> PoseOfXmp(const XmpValues& xmp) {
   return cam_from_world;
 }
 
-// What the position counts from. As RealityScan reads it, a file that names no component is absolute.
+// Returns the frame of the position. As in RealityScan, a file that names no component is absolute.
 std::string FrameOfXmp(const XmpValues& xmp) {
   const std::string coordinates = Lowercase(xmp.Text("Coordinates").value_or("absolute"));
   if (coordinates == "absolute") return {};
@@ -135,7 +135,7 @@ std::string FrameOfXmp(const XmpValues& xmp) {
   return xmp.Text("ComponentId").value_or("");
 }
 
-// XMP files of a folder by their stem.
+// Returns the XMP files of a folder by their stem.
 std::map<std::string, fs::path> XmpFilesIn(const fs::path& folder) {
   std::map<std::string, fs::path> files;
   std::error_code unknown;
@@ -148,7 +148,7 @@ std::map<std::string, fs::path> XmpFilesIn(const fs::path& folder) {
 // Masks lie beside photographs as NAME.mask.png.
 bool IsMaskBeside(const std::string& name) { return fs::path(name).stem().extension() == ".mask"; }
 
-// Those of the folder itself; where it holds none, those of the folders in it.
+// Returns those of the folder itself, or if it holds none, those of its subfolders.
 std::vector<std::string> PhotographsOf(const SetImages& images) {
   std::vector<std::string> names = images.names();
   std::error_code unknown;

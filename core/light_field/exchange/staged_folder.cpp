@@ -52,7 +52,7 @@ StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
   if (target_.empty())
     throw Refusal("", "", "the name of the folder to write is empty", "give one with " + Parameter("output"));
   const fs::path whole =
-      fs::weakly_canonical(target_, unknown);  // none where a folder around it may not be entered
+      fs::weakly_canonical(target_, unknown);  // fails if a parent folder may not be entered
   target_ = unknown ? fs::absolute(target_) : whole;
   if (target_.filename().empty()) target_ = target_.parent_path();
   if (fs::exists(target_, unknown) && !(fs::is_directory(target_, unknown) && fs::is_empty(target_, unknown)))
@@ -77,7 +77,7 @@ StagedFolder::~StagedFolder() {
   std::error_code unknown;
   if (path_ != target_) {
     fs::remove_all(path_, unknown);
-    for (const fs::path& made : made_parents_) fs::remove(made, unknown);  // those that are empty
+    for (const fs::path& made : made_parents_) fs::remove(made, unknown);  // only empty ones are removed
     return;
   }
   for (fs::directory_iterator entry(path_, unknown), end; !unknown && entry != end;

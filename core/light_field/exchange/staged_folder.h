@@ -1,5 +1,5 @@
-// Creates a folder atomically: it is filled under a hidden name and renamed at the end. The remains of a
-// killed process are removed by the next one with the same target.
+// Creates a folder atomically: it is filled under a hidden name and renamed at the end. The next process with
+// the same target removes the remains of a killed one.
 #pragma once
 
 #include <filesystem>
@@ -15,15 +15,15 @@ class StagedFolder {
   StagedFolder& operator=(const StagedFolder&) = delete;
   ~StagedFolder();  // without Commit(): removes the folder and the parents that were made for it
 
-  // The folder to write to until Commit(): beside the target (hidden, `.NAME.part`), or the target itself if
-  // it is the root of a file system.
+  // Returns the folder to write to until Commit(): beside the target (hidden, `.NAME.part`), or the target
+  // itself if it is the root of a file system.
   const std::filesystem::path& path() const { return path_; }
   // Syncs the file system and gives the folder its name. Throws DiskFullError, Error.
   void Commit();
 
  private:
   std::filesystem::path target_, path_;
-  std::vector<std::filesystem::path> made_parents_;  // the innermost first
+  std::vector<std::filesystem::path> made_parents_;  // innermost first
   bool committed_ = false;
 };
 

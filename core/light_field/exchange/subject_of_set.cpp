@@ -13,7 +13,7 @@
 namespace ulf {
 namespace {
 
-// Of one view: the nearest and the farthest depth that is shown, and the middle by disparity.
+// The nearest and the farthest depth in one view, and the median disparity's depth.
 struct ShownDepths {
   double nearest = 0, middle = 0, farthest = 0;
 };
@@ -26,10 +26,10 @@ DepthsOfViews FromBounds(const std::vector<Eigen::Vector2d>& bounds) {
   return depths;
 }
 
-// Of the points that a view is known to have seen; of all that project into it where no track is known.
+// Uses the points that a view is known to have seen; without tracks, all that project into it.
 DepthsOfViews FromPoints(const LightField& light_field) {
-  constexpr std::size_t kFewestPoints = 10;  // that tell a view's depths. Guessed.
-  constexpr double kAstray = 0.05;           // of them at either end may be wrong. Guessed.
+  constexpr std::size_t kFewestPoints = 10;  // needed for a view's depths. Guessed.
+  constexpr double kAstray = 0.05;           // share of outliers at either end. Guessed.
   std::unordered_map<int, std::size_t> index_of_view;
   for (std::size_t i = 0; i < light_field.views.size(); ++i) index_of_view[light_field.views[i].id] = i;
   std::vector<std::vector<double>> disparities(light_field.views.size());
@@ -90,7 +90,7 @@ std::optional<Subject> SubjectFromDepths(const LightField& light_field, const De
   return is_before_cameras ? std::optional(subject) : std::nullopt;
 }
 
-// How far the cameras stand from their middle, in the mean of squares.
+// Returns the RMS distance of the cameras from their middle.
 double SpreadOfCenters(const LightField& light_field) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double squares = 0;
@@ -100,14 +100,14 @@ double SpreadOfCenters(const LightField& light_field) {
   return squares / count;
 }
 
-// Whether the cameras would look at one thing if each pose were what its inverse is, with the axes of either
-// convention. Cameras around a thing stand far from each other, and their inverses at about one place, near
-// which these axes meet as well, by chance also before them.
+// Returns whether the cameras would look at one thing if each pose were inverted, with the axes of either
+// convention. Cameras around a thing are far apart, while their inverses are at about one place, near which
+// these axes meet as well, by chance also before them.
 bool InversesMeet(const LightField& light_field) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
   LightField inverted = light_field;
   for (View& view : inverted.views) view.cam_from_world = view.cam_from_world.Inverse();
-  constexpr double kFarFromEachOther = 4;  // times the spread of those that are read. Guessed
+  constexpr double kFarFromEachOther = 4;  // times the spread of the given poses. Guessed
   if (SpreadOfCenters(inverted) < kFarFromEachOther * SpreadOfCenters(light_field)) return false;
   if (SubjectFromAxes(inverted)) return true;
   for (View& view : inverted.views) view.cam_from_world = half_turn * view.cam_from_world;
@@ -118,7 +118,7 @@ bool InversesMeet(const LightField& light_field) {
 
 std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share) {
   const LightField& light_field = set.light_field;
-  const bool points_fit = MisfitInWords(FitOfPoints(light_field)).empty();
+  const bool points_fit = DescribeMisfit(FitOfPoints(light_field)).empty();
   const DepthsOfViews points = points_fit ? FromPoints(light_field) : DepthsOfViews();
   const bool points_tell = std::ranges::any_of(points, [](const auto& depths) { return depths.has_value(); });
   const DepthsOfViews depths = points_tell ? points : FromBounds(set.depth_bounds);
@@ -138,7 +138,7 @@ std::string WhyNoSubject(const LightField& light_field) {
         "transform_matrix leads from the camera to the world, COLMAP's poses from the world to the camera), "
         "or, where they are right, {}",
         give_it);
-  const auto meeting = MeetingOfAxes(light_field);
+  const auto meeting = ConvergenceOfAxes(light_field);
   const auto behind = !meeting ? 0 : std::ranges::count_if(light_field.views, [&](const View& view) {
     return (view.cam_from_world * *meeting).z() < 0;
   });

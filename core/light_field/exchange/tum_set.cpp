@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr double kMostGapS = 0.1;
 constexpr double kMostOffS = 0.02;   // the default of associate.py
-constexpr double kRoundingS = 1e-6;  // of times since 1970 with six digits
+constexpr double kRoundingS = 1e-6;  // for times since 1970 with six digits
 constexpr const char* kBlanks = " \t\r";
 
 struct ListedPhotograph {
@@ -35,7 +35,7 @@ struct ListedPhotograph {
   int line = 0;
 };
 
-// In order of time.
+// Returns them in order of time.
 std::vector<ListedPhotograph> ReadTumList(const fs::path& file) {
   RequireRegularFile(file);
   std::ifstream stream(file);
@@ -60,7 +60,7 @@ std::vector<ListedPhotograph> ReadTumList(const fs::path& file) {
   return photographs;
 }
 
-// In order of time.
+// Returns them in order of time.
 std::vector<TimedPose> ReadTumPoses(const fs::path& file) {
   std::vector<TimedPose> poses = ReadTum(file);
   if (poses.empty()) throw Error("{}: holds no pose; take the file that belongs to the set", file.string());
@@ -132,7 +132,7 @@ PosedSet ReadTumSet(const fs::path& rgb_txt, const fs::path& chosen, const Camer
         poses_file.string(), poses.front().time_s, poses.back().time_s);
   if (light_field.views.empty())
     throw Error("{}: none of its photographs is in {} ({} is the first); {}", rgb_txt.string(),
-                images.folder().string(), missing.front(), SayWhereTheyLie());
+                images.folder().string(), missing.front(), ImagesRemedy());
   if (!unposed.empty())
     light_field.doubts.push_back(fmt::format(
         "{} without a pose at its time (none within {} s, no two around it at most {} s apart): left out, {} "

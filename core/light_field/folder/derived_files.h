@@ -1,6 +1,6 @@
-// The derived files of a light field: transforms.json, sparse/0 and points.ply (from the journal) and
-// photographs in images/ (from their masters). They can be made again at any time. A derived file that
-// another program or a person has changed is moved to kept/ before it is replaced.
+// Makes the derived files of a light field: transforms.json, sparse/0 and points.ply from the journal, and
+// photographs in images/ from their masters. A derived file that another program or a person has changed is
+// moved to kept/ before it is replaced.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,19 @@ namespace ulf {
 // Writes transforms.json, sparse/0 and, if there are points, points.ply and points.ulf, with the stamp of the
 // journal on disk. Throws DiskFullError, Error.
 void WriteDerivedFiles(const LightField& light_field);
-// The same, but logs a warning instead of throwing: a capture can continue without these files.
+// Does the same but logs a warning instead of throwing: a capture can continue without these files.
 void WriteDerivedFilesOrWarn(const LightField& light_field);
 
 // Makes the photographs of images/ that are missing and can be made from their masters. Returns how many
 // could not be made; logs a warning for each.
 std::size_t MakeMissingPictures(const LightField& light_field);
 
-// Moves `dir`/`name` to kept/, as `as` or the next free name. Returns where it is now; none: there was no
+// Moves `dir`/`name` to kept/, as `as` or the next free name. Returns its new path, or none if there was no
 // such file. Throws Error.
 std::optional<std::filesystem::path> MoveToKept(const std::filesystem::path& dir, const std::string& name,
                                                 const std::string& as);
 
-// The same for a file that stays until another one replaces it.
+// Does the same for a file that stays until another one replaces it.
 void LinkToKept(const std::filesystem::path& dir, const std::string& name);
 
 // Moves to kept/ the derived files that another program or a person has changed (`check`) and, with

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// False also where a link leads to itself or a folder may not be entered.
+// Returns false also if a link leads to itself or a folder may not be entered.
 bool IsFile(const fs::path& file) {
   std::error_code unknown;
   return fs::is_regular_file(file, unknown);
@@ -76,7 +76,7 @@ void Compare(const std::vector<View>& views, const JournalContents& journal, Der
   }
 }
 
-// Whether views of both have different cameras. A lens whose coefficients are all 0 is none.
+// Tells whether views of both have different cameras. A lens whose coefficients are all 0 is none.
 bool CamerasDiffer(const LightField& journal, const LightField& other) {
   const auto plain = [](CameraModel camera) {
     if (camera.distortion == Distortion::kRadialTangential && camera.coefficients == std::array<double, 5>{})
@@ -91,7 +91,7 @@ bool CamerasDiffer(const LightField& journal, const LightField& other) {
   });
 }
 
-// What `check` finds in a file that exists; unreadable where it throws.
+// Runs `check` on a file that exists; it is unreadable if `check` throws.
 Derived CheckFile(const fs::path& file, const std::function<void(Derived&)>& check) {
   Derived derived;
   if (!fs::is_regular_file(file)) return derived;
@@ -123,8 +123,8 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   });
 }
 
-// A pose is rounded when it becomes a matrix of transforms.json; the model has it to the last digit. Depth
-// maps, mesh and points fit no other.
+// transforms.json rounds a pose to a matrix; the model has it to the last digit, which depth maps, mesh and
+// points require.
 void TakeExactPoses(const Derived& model, Derived& transforms) {
   for (auto* views : {&transforms.unknown, &transforms.other_poses, &transforms.lost_poses})
     for (auto& [id, view] : *views)
@@ -134,7 +134,7 @@ void TakeExactPoses(const Derived& model, Derived& transforms) {
           view.cam_from_world = found->second.cam_from_world;
 }
 
-// False for most truncated text files.
+// Returns false for most truncated text files.
 bool EndsWithNewline(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   stream.seekg(-1, std::ios::end);
@@ -165,7 +165,7 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
   });
 }
 
-// The number before the first dot or hyphen: 000012.png, 000012.master.tif, 000012-2.png.
+// Returns the number before the first dot or hyphen: 000012.png, 000012.master.tif, 000012-2.png.
 int NumberOf(const fs::path& file) {
   const std::string name = file.filename().string();
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());

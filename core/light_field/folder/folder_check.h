@@ -31,18 +31,18 @@ enum class Lineage {
 // The differences between one derived file and the journal.
 struct Derived {
   Lineage lineage = Lineage::kMissing;
-  std::string problem;              // why it is unreadable
+  std::string problem;              // among these: corrections whose journal lines are damaged
   std::map<int, View> unknown;      // views that the journal neither contains nor removed
   std::map<int, View> other_poses;  // views whose poses differ
   std::map<int, View> lost_poses;   // of these: corrections whose journal lines are damaged
   bool other_cameras = false;
-  bool is_cut = false;                // its end is missing
+  bool is_cut = false;                // the file lacks its end
   std::uint64_t made_from_bytes = 0;  // length of the journal; 0: unknown
-  // The file contains views or poses that the journal has lost.
+  // Returns whether the file contains views or poses that the journal has lost.
   bool KnowsMoreThanJournal() const;
-  // Another program or a person has changed it.
+  // Returns whether another program or a person has changed it.
   bool WasChanged() const;
-  // It can be replaced without loss.
+  // Returns whether it can be replaced without loss.
   bool IsOurs() const { return !KnowsMoreThanJournal() && !WasChanged() && lineage != Lineage::kUnreadable; }
 };
 
@@ -53,29 +53,29 @@ struct FolderCheck {
   std::set<int> missing_masters;     // views with a photograph whose master is missing
   std::set<int> unmade_images;       // views whose photograph is missing and can be made from their master
   std::set<int> missing_images;      // views whose photograph and master are missing
-  std::vector<OutsideLink>
-      refused_links;               // that lead out of the folder: what lies behind them was not looked at
-  int highest_number = 0;          // the highest view number in a file name of the folder
-  bool not_closed = false;         // derived files are missing or older
-  std::vector<std::string> words;  // messages; empty: no problem
+  std::vector<OutsideLink> refused_links;  // links out of the folder, whose targets were not examined
+  int highest_number = 0;                  // the highest view number in a file name of the folder
+  bool not_closed = false;                 // derived files are missing or older
+  std::vector<std::string> words;          // messages; empty: no problem
   bool KnowsMoreThanJournal() const {
     return transforms.KnowsMoreThanJournal() || model.KnowsMoreThanJournal();
   }
 };
 
-// Only reads. While a writer is active (`being_written`), it checks only what the writer does not change.
+// This only reads. While a writer is active (`being_written`), it checks only what the writer does not
+// change.
 FolderCheck CheckFolder(const std::filesystem::path& dir, const JournalContents& journal, bool being_written);
 
-// Throws Error for a light field whose photographs are elsewhere: missing, or behind links that are refused.
+// Throws Error if the photographs are missing, or behind links that are refused.
 void RequireImages(const LightField& light_field, const FolderCheck& check);
 
-// Whether derived files with a journal's stamp exist but the journal does not; `ulf repair` restores it.
+// Returns whether derived files with a journal's stamp exist without the journal; `ulf repair` restores it.
 bool IsJournalMissing(const std::filesystem::path& dir);
-// An Error for a writer about a folder without a journal: a light field that has lost it, a data set of
-// another program, or neither; with the remedy.
+// Returns an Error for a writer about a folder without a journal, with the remedy: a light field that has
+// lost it, a data set of another program, or neither.
 Error MissingJournalError(const std::filesystem::path& dir);
 
-// Problems with pictures, as ids of views.
+// Lists view ids with defective pictures.
 struct PictureCheck {
   std::set<int> others;   // the photograph differs from its master, is unreadable although its master is
                           // readable, or has another size than its camera

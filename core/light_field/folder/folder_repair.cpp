@@ -36,7 +36,7 @@ void MoveToUnposed(const fs::path& dir, const View& view) {
   MoveWithoutReplacing(dir / view.image_path, dir / "unposed" / fs::path(view.image_path).filename());
 }
 
-// The old lines unchanged, with the recovered views inserted by their numbers, so that later corrections
+// Copies the old lines unchanged and inserts the recovered views by their numbers, so that later corrections
 // apply to them.
 void WriteLines(const fs::path& old_journal, const JournalContents& contents, const RepairPlan& plan,
                 Journal& to) {
@@ -133,7 +133,7 @@ RepairPlan Repair(const fs::path& dir) {
     if (plan.new_journal) {
       WriteNewJournal(dir, plan, *new_journal);
       const std::size_t views = ReadJournal(dir / kNewJournal).light_field.views.size();
-      // More where a camera that came back makes views readable again.
+      // There are more if a recovered camera makes views readable again.
       if (views < plan.views_after)
         throw Error("{}: the repaired journal would have {} instead of {}; nothing was changed", dir.string(),
                     Counted(views, "view"), plan.views_after);

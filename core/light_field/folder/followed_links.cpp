@@ -24,7 +24,7 @@ using nlohmann::json;
 
 std::atomic<bool> follow_from_now_on{false};
 
-// What may lie in a light field's folder beside the files that its journal names.
+// Entries of a light field's folder beside the files that its journal names.
 constexpr const char* kOwnEntries[] = {"journal.jsonl",
                                        "transforms.json",
                                        "sparse",
@@ -59,7 +59,7 @@ bool IsInside(const fs::path& canonical_root, const fs::path& canonical) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
-// Returns where the link leads, also where nothing is there.
+// Returns where the link leads, also if nothing is there.
 fs::path TargetOf(const fs::path& link) {
   std::error_code unknown;
   const fs::path target = fs::canonical(link, unknown);
@@ -69,7 +69,7 @@ fs::path TargetOf(const fs::path& link) {
   return unknown ? fs::absolute(said).lexically_normal() : named;  // a link to itself
 }
 
-// Finds links that lead out of the folder. Folders are looked at once, however many files they hold.
+// Finds links that lead out of the folder. Each folder is read once, however many files it holds.
 class LinkFinder {
  public:
   explicit LinkFinder(const fs::path& root) : root_(root), canonical_root_(fs::weakly_canonical(root)) {
@@ -77,7 +77,7 @@ class LinkFinder {
     if (status) owner_ = status->st_uid;
   }
 
-  // `path`: relative to the folder.
+  // `path` is relative to the folder.
   void Look(const fs::path& path) {
     const fs::path folder = path.parent_path();
     if (!folder.empty() && !LeadsInside(folder)) return;
@@ -114,7 +114,7 @@ class LinkFinder {
   std::map<fs::path, bool> is_inside_;
 };
 
-// What identifies the folder and the place: nobody who makes a folder for others to open knows these numbers.
+// Identifies the folder and the place by numbers that nobody who makes a folder for others knows.
 json Entry(const fs::path& root, const OutsideLink& link) {
   const auto of_root = StatusOf(root), of_target = StatusOf(link.target);
   return {{"link", link.link},
@@ -123,7 +123,7 @@ json Entry(const fs::path& root, const OutsideLink& link) {
           {"target_inode", of_target ? of_target->st_ino : 0}};
 }
 
-// The entries of links.json; none where it cannot be read.
+// Returns the entries of links.json; none if it cannot be read.
 json FollowedIn(const fs::path& root) {
   const fs::path file = root / kLinksFile;
   std::error_code unknown;
@@ -141,13 +141,13 @@ void Keep(const fs::path& root, const json& followed) {
   try {
     WriteFileAtomically(root / kLinksFile, JsonText(json{{"follow", followed}}, 1) + "\n");
   } catch (const Error&) {
-    // A folder that cannot be written to is asked about again.
+    // For a folder that is not writable, the permission must be given again.
   }
 }
 
 }  // namespace
 
-void FollowLinksFromNowOn(bool follow) { follow_from_now_on = follow; }
+void FollowOutsideLinks(bool follow) { follow_from_now_on = follow; }
 
 std::vector<OutsideLink> RefusedLinks(const fs::path& root, const std::vector<View>& views) {
   LinkFinder finder(root);

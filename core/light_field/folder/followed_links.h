@@ -1,7 +1,7 @@
-// Symbolic links in a light field's folder that lead out of it, such as images/ after a move to a larger
+// Guards symbolic links that lead out of a light field's folder, such as images/ after a move to a larger
 // disk. A folder may come from anybody, so nothing is read or written through such a link until the caller
-// says so (FollowLinksFromNowOn). What was said is kept in DIR/links.json, for these links of this folder,
-// to these places alone: a copy of the folder asks again. A place that belongs to another user than the
+// permits it (FollowOutsideLinks). The permission is kept in DIR/links.json, for these links of this folder
+// to these places alone: a copy of the folder needs a new one. A place that belongs to another user than the
 // folder is never followed.
 #pragma once
 
@@ -15,25 +15,25 @@ namespace ulf {
 
 inline constexpr const char* kLinksFile = "links.json";
 
-// From now on this process follows the links that it meets, and keeps that in the folders.
-void FollowLinksFromNowOn(bool follow = true);
+// Lets this process follow the links that it meets, and stores the permission in the folders.
+void FollowOutsideLinks(bool follow = true);
 
 struct OutsideLink {
   std::string link;  // relative to the light field's folder: "images", "images/000007.png"
-  // The folder that it leads to, or that holds the file that it leads to; where nothing is there, that place.
+  // The folder that it leads to, or that holds the file that it leads to; otherwise the missing place itself.
   std::filesystem::path target;
   bool is_there = false, is_of_same_owner = false;
 };
 
-// The links that lead out of the folder `root` and may not be followed, among its own entries and the files
-// of `views`, each once. Links that may be followed from now on are noted in links.json; where that cannot be
-// written they are followed all the same.
+// Returns the links that lead out of the folder `root` and may not be followed, among its entries and the
+// files of `views`, each once. New permissions are noted in links.json; if that cannot be written, the links
+// are followed all the same.
 std::vector<OutsideLink> RefusedLinks(const std::filesystem::path& root, const std::vector<View>& views);
 
-// "images leads to /large/images, outside of the light field; ..." with the way out.
+// Describes them: "images leads to /large/images, outside of the light field; ..." with the remedy.
 std::string Words(const std::filesystem::path& root, const std::vector<OutsideLink>& refused);
 
-// Throws Error with these words where there are any.
+// Throws Error with this description if there are any.
 void RequireFollowed(const std::filesystem::path& root, const std::vector<OutsideLink>& refused);
 
 }  // namespace ulf

@@ -26,12 +26,12 @@ using nlohmann::json;
 
 constexpr const char* kDamaged = "damaged";
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
-// Events that hold neither a view nor a pose.
+// These events hold neither a view nor a pose.
 constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",   "readout",  "gap",
                                                "remove",    "unposed", "close",  "exposure", "merged",
                                                "turntable", "masks",   "camera", "checked"};
 
-// A camera of the header, or of a line of its own.
+// Adds a camera of the header, or of a line of its own.
 void AppendCamera(const json& camera, const std::string& where, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const int index = static_cast<int>(light_field.cameras.size());
@@ -57,14 +57,14 @@ void ApplyHeader(const JsonPlace& event, JournalContents& contents) {
   if (contents.light_field.cameras.size() == 1) NoteCalibrationSource(event, 0, contents.light_field);
 }
 
-// A line that is whole and is left out all the same: it names a path that leaves the folder, or is of a newer
-// version. A repair keeps such lines.
+// Reports a complete line that is ignored: it names a path that leaves the folder, or is of a newer version.
+// A repair keeps such lines.
 class LineStaysError : public Error {
  public:
   using Error::Error;
 };
 
-// Views name cameras by index: where the line of one is damaged, none may take its place.
+// Views name cameras by index: if a camera's line is damaged, none may take its place.
 void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const int index = event.Integer("index"), there = static_cast<int>(light_field.cameras.size());
@@ -72,7 +72,7 @@ void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
   if (index > there)
     throw LineStaysError("{}: camera {} cannot be read without camera {}, which is missing", event.where,
                          index, there);
-  if (index < there) {  // the header was made again, and has it as it was corrected since
+  if (index < there) {  // the header was made again, with later corrections
     const CameraModel noted = CameraFromJson(camera);
     if (index >= 0) contents.recorded_cameras[static_cast<std::size_t>(index)] = noted;
     return;
@@ -97,7 +97,7 @@ void ReadPaths(const Read& read) {
   }
 }
 
-// Reads the paths of a view, or of a photograph that is none, whose other properties are read.
+// Reads the paths of a view or photograph whose other properties are read.
 void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view) {
   view.image_path = event.Text("image");
   ReadPaths([&] {
@@ -109,7 +109,7 @@ void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view
     throw LineStaysError("{}: camera {} is not among the cameras before", event.where, view.camera);
 }
 
-// A name is given again once its photograph has become a view: the last line counts.
+// A name is reused once its photograph has become a view: the last line counts.
 void ApplyUnposed(const JsonPlace& event, LightField& light_field) {
   UnposedPhotograph photograph;
   ReadPhotographJson(event, photograph.view);
@@ -149,7 +149,7 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
       poses.emplace_back(view, PoseFromJson(given, id.c_str()));
   std::optional<std::string> unknown_camera;
   const std::string source =
-      event.Text("calibration_source", "");  // of all cameras, in lines of older writers
+      event.Text("calibration_source", "");  // for all cameras, in lines of older writers
   if (event.Has("cameras"))
     for (const auto& [index, camera] : event.Raw("cameras").items()) {
       const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
@@ -195,7 +195,7 @@ void ApplyMerged(const JsonPlace& event, LightField& light_field) {
   view.merged = with_merged.merged;
 }
 
-// Of views that are not there (any more) they are passed over.
+// Masks of missing views are ignored.
 void ApplyMasks(const JsonPlace& event, LightField& light_field) {
   std::vector<std::pair<View*, std::string>> paths;
   const JsonPlace given{event.Raw("masks"), event.where + ", masks"};
@@ -287,7 +287,7 @@ std::optional<json> ParsedLine(std::string_view line) {
   return object;
 }
 
-// Where the first whole line from `begin` on begins; npos: there is none.
+// Returns where the first complete line from `begin` on begins; npos if there is none.
 std::size_t NextWholeLine(std::string_view bytes, std::size_t begin) {
   for (std::size_t end; (end = bytes.find('\n', begin)) != std::string_view::npos; begin = end + 1)
     if (IsJson(bytes.substr(begin, end - begin))) return begin;
@@ -301,8 +301,8 @@ bool MayHaveCorrectedPoses(std::string_view line) {
   });
 }
 
-// A run of damaged lines is one entry, and so is all that is damaged beyond many places: a journal of damage
-// must not take more memory and time than one of views.
+// A run of damaged lines is one entry, and so is all that is damaged beyond many places: a damaged journal
+// must not need more memory and time than one of views.
 void NoteDamaged(int number, std::string reason, std::string_view line, JournalContents& contents) {
   constexpr std::size_t kMostPlaces = 100;  // guessed: blocks of a disk damage one or two
   const bool in_a_run = !contents.damaged.empty() && contents.damaged.back().last + 1 == number &&
@@ -316,7 +316,7 @@ void NoteDamaged(int number, std::string reason, std::string_view line, JournalC
     entry.reason = fmt::format("lines {} to {}: {}", entry.number, entry.last,
                                entry.IsWhole() ? kDamaged : fmt::format("{} of them damaged", entry.lines));
   }
-  // Within a run no views come.
+  // No views come within a run.
   if (std::set<int>& poses = contents.damaged.back().poses; poses.empty() && MayHaveCorrectedPoses(line))
     for (const View& view : contents.light_field.views) poses.insert(view.id);
 }
@@ -325,7 +325,7 @@ void NoteDamaged(int number, std::string reason, std::string_view line, JournalC
 void NameMissingViews(JournalContents& contents) {
   if (contents.damaged.empty()) return;
   std::set<int> recorded;
-  // Of the lines before one, and of it and all behind it.
+  // The highest id before a line, and the lowest from it on.
   std::vector<int> highest{0}, lowest(contents.lines.size() + 1, contents.next_view_id);
   for (const JournalLine& line : contents.lines) {
     highest.push_back(std::max(highest.back(), line.view_id));
@@ -359,11 +359,11 @@ std::string DamagedLine::Words() const {
 
 namespace {
 
-// Notes the view of a line that stays: its number is taken, and the view is in doubt.
+// Notes the view of a kept line: its number is taken, and the view is in doubt.
 void NoteStayingView(const json& object, JournalContents& contents) {
   ++contents.staying_lines;
   if (object.value("event", "") != "view") return;
-  const int id = object["id"].get<int>();  // ReadViewJson() has read it
+  const int id = object["id"].get<int>();  // validated by ReadViewJson()
   if (id < 1 || id > kMostViewId) return;
   contents.lines.back().view_id = id;
   contents.damaged.back().views.insert(id);

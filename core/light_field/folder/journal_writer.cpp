@@ -32,8 +32,8 @@ bool IsSameFile(int descriptor, const std::filesystem::path& path) {
 }  // namespace
 
 Journal::Journal(const std::filesystem::path& file) : file_(file) {
-  // Another writer may put a copy in the file's place before the lock is ours.
-  constexpr int kMostTries = 100;  // file systems are conceivable that tell two numbers of one file
+  // Another writer may replace the file by a copy before we hold the lock.
+  constexpr int kMostTries = 100;  // a limit for file systems that report two numbers of one file
   for (int tries = 0; tries == 0 || (tries < kMostTries && !IsSameFile(descriptor_, file_)); ++tries) {
     if (descriptor_ >= 0) close(descriptor_);
     Open();
@@ -53,7 +53,7 @@ void Journal::Open() {
   }
 }
 
-void Journal::BecomeTheOnlyName() {
+void Journal::BreakHardLinks() {
   struct stat status {
   }, of_name{};
   const bool is_link = lstat(file_.c_str(), &of_name) == 0 && S_ISLNK(of_name.st_mode);
@@ -70,7 +70,7 @@ void Journal::BecomeTheOnlyName() {
     ThrowDiskError(reason, fmt::format("{}: shares its bytes with another light field and cannot be copied",
                                        file_.string()));
   };
-  // The copy is locked before it bears the name: no other writer comes between.
+  // The copy is locked before it gets the name, so that no other writer can intervene.
   if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) != 0) refuse();
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t written = write(descriptor_, bytes.data() + done, bytes.size() - done);
@@ -86,7 +86,7 @@ void Journal::BecomeTheOnlyName() {
 void Journal::CutAt(std::size_t whole_bytes) {
   struct stat status {};
   if (fstat(descriptor_, &status) == 0 && static_cast<std::size_t>(status.st_size) == whole_bytes) return;
-  BecomeTheOnlyName();
+  BreakHardLinks();
   if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
     throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
 }
@@ -96,7 +96,7 @@ Journal::~Journal() {
 }
 
 void Journal::Append(const std::string& lines) {
-  BecomeTheOnlyName();
+  BreakHardLinks();
   const std::string text = lines + "\n";
   const off_t before = lseek(descriptor_, 0, SEEK_END);
   // Removes a partial line: the next one would be appended to it.

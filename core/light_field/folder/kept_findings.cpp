@@ -17,13 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Views whose photographs are told apart from others, and examples of a light field that is wrong as a whole:
-// they are opened on every reading. Guessed.
+// Limit of views with photograph digests, and of examples of a light field that is wrong as a whole: they are
+// opened on every reading. Guessed.
 constexpr std::size_t kMostPhotographs = 100;
 constexpr std::size_t kMostExamples = 200;
 
-// Copies have other times, so that the content tells: its length, and blocks at the beginning, in the middle
-// and at the end.
+// Copies have other times, so the content identifies a file: its length, and blocks at the beginning, in the
+// middle and at the end.
 std::string PhotographDigest(const LightField& light_field, const View& view) {
   std::error_code unknown;
   fs::path file = light_field.root / view.image_path;
@@ -50,7 +50,7 @@ std::string PoseDigest(const LightField& light_field, const View& view) {
   return ChecksumText(digest.Value());
 }
 
-// At most so many of the values, from the first to the last.
+// Returns at most so many of the values, from the first to the last.
 template <typename Value>
 std::vector<Value> Evenly(const std::vector<Value>& values, std::size_t most) {
   if (values.size() <= most) return values;
@@ -85,7 +85,7 @@ std::string WhyNotWritable(const fs::path& dir, const JournalContents& contents)
 
 }  // namespace
 
-std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightField& light_field) {
+std::vector<Finding> StillValid(const std::vector<KeptFinding>& kept, const LightField& light_field) {
   std::map<int, const View*> by_id;
   if (!kept.empty())
     for (const View& view : light_field.views) by_id[view.id] = &view;
@@ -99,7 +99,7 @@ std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightF
       ++as_judged;
       if (!each.whole) finding.views[id] = view->second->image_path;
     }
-    // Light is told by comparison: of views that are all alike nothing is said.
+    // Light is judged by comparison: nothing follows for views that are all alike.
     const bool has_others = each.check != Name(Check::kLight) || 2 * as_judged <= light_field.views.size();
     if (each.whole ? 2 * as_judged > each.views.size() : as_judged > 0 && has_others)
       standing.push_back(std::move(finding));
@@ -107,7 +107,7 @@ std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightF
   return standing;
 }
 
-std::string Keep(const fs::path& dir, Check check, const std::vector<Finding>& found) {
+std::string KeepFindings(const fs::path& dir, Check check, const std::vector<Finding>& found) {
   const fs::path file = dir / kJournalFile;
   std::error_code unknown;
   if (!fs::is_regular_file(file, unknown)) return "a set by another program is never written to";

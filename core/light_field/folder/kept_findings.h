@@ -11,12 +11,12 @@
 
 namespace ulf {
 
-// What of `kept` still holds for the light field.
-std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightField& light_field);
+// Returns those of `kept` that still hold for the light field.
+std::vector<Finding> StillValid(const std::vector<KeptFinding>& kept, const LightField& light_field);
 
-// Notes in the journal of the light field in DIR what `check` found, in place of what it found before.
-// Returns an empty string, or why it cannot be noted: DIR has no journal, cannot be written, is being
-// recorded into or must be repaired first.
-std::string Keep(const std::filesystem::path& dir, Check check, const std::vector<Finding>& found);
+// Notes in the journal of the light field in DIR what `check` found, replacing what it found before. Returns
+// an empty string, or why it cannot: DIR has no journal, cannot be written, is being recorded into or must be
+// repaired first.
+std::string KeepFindings(const std::filesystem::path& dir, Check check, const std::vector<Finding>& found);
 
 }  // namespace ulf

@@ -11,10 +11,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Written to by the holder of the journal's lock alone.
+// Only the holder of the journal's lock writes here.
 constexpr const char* kOfTheWriter[] = {"images",         "masters",     "masks",   "unposed",
                                         kExposuresFolder, kMergedFolder, "sparse/0"};
-// Written to by `ulf proxy`, renderers and whoever edits links, too.
+// `ulf proxy`, renderers and whoever edits links write here, too.
 constexpr const char* kOfSeveral[] = {"depth", "cache", "kept"};
 
 template <typename Entries, typename IsLeft>

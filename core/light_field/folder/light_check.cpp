@@ -21,7 +21,7 @@ namespace ulf {
 namespace {
 
 constexpr std::size_t kLeastShared = 12;  // points for a pair to count. Guessed.
-constexpr int kLeastViews = 10;           // in a connected set, or nothing is said of the lamp. Guessed.
+constexpr int kLeastViews = 10;           // in a connected set; with fewer the lamp is not judged. Guessed.
 constexpr int kLeastPart = 5;             // views on either side of a cut. Guessed.
 // A drift is reported from this difference (of the logarithm) and so many standard errors on. Guessed;
 // simulated sessions without drift come to 0.003 (docs/rendering.md, Light that changes), what people see of
@@ -32,7 +32,7 @@ constexpr double kLeastDifference = 0.03, kDriftStandardErrors = 5;
 // Guessed.
 constexpr double kLeastWaverSpread = 0.08;
 
-constexpr int kMostViews = 100;  // their number sets the time. Guessed.
+constexpr int kMostViews = 100;  // sets the time. Guessed.
 
 using LogLight = std::array<double, 3>;  // B G R, per exposure
 
@@ -41,7 +41,7 @@ struct LitView {
   std::map<std::size_t, LogLight> points;  // by index into LightField::points
 };
 
-// The logarithm of what a view's light is divided by to be that of the scene; none where only others say.
+// Returns the logarithm of the exposure, which divides a view's light; none if only other views have one.
 std::optional<double> LogExposure(const View& view, bool has_times, bool has_apertures) {
   if (has_times && !(view.exposure_s > 0)) return std::nullopt;
   if (has_apertures && !view.f_number) return std::nullopt;
@@ -119,7 +119,7 @@ struct PairRatio {
 };
 
 std::vector<PairRatio> RatiosOf(const std::vector<LitView>& views, std::size_t least_shared) {
-  constexpr std::size_t kEnough = 100;  // points: more of the same pair say little more. Guessed.
+  constexpr std::size_t kEnough = 100;  // points: more of the same pair add little. Guessed.
   std::vector<PairRatio> pairs;
   for (std::size_t a = 0; a < views.size(); ++a)
     for (std::size_t b = a + 1; b < views.size(); ++b) {
@@ -135,7 +135,7 @@ std::vector<PairRatio> RatiosOf(const std::vector<LitView>& views, std::size_t l
   return pairs;
 }
 
-// Indices of the largest set of views that pairs connect, ascending.
+// Returns the indices of the largest set of views that pairs connect, ascending.
 std::vector<std::size_t> Connected(std::size_t count, const std::vector<PairRatio>& pairs) {
   std::vector<std::size_t> root(count);
   std::iota(root.begin(), root.end(), std::size_t{0});
@@ -152,12 +152,12 @@ std::vector<std::size_t> Connected(std::size_t count, const std::vector<PairRati
   return largest;
 }
 
-// Log gains of the views `of`, B G R in columns, with mean 0.
+// Returns log gains of the views `of`, B G R in columns, with mean 0.
 Eigen::MatrixXd GainsOf(const std::vector<std::size_t>& of, const std::vector<PairRatio>& pairs) {
   std::map<std::size_t, Eigen::Index> place;
   for (const std::size_t view : of) place.emplace(view, static_cast<Eigen::Index>(place.size()));
   const auto count = static_cast<Eigen::Index>(of.size());
-  // One more equation: the gains sum to 0.
+  // One more equation makes the gains sum to 0.
   Eigen::MatrixXd normal = Eigen::MatrixXd::Ones(count, count), right = Eigen::MatrixXd::Zero(count, 3);
   for (const PairRatio& pair : pairs) {
     const auto a = place.find(pair.a), b = place.find(pair.b);
@@ -178,11 +178,11 @@ Eigen::MatrixXd GainsOf(const std::vector<std::size_t>& of, const std::vector<Pa
 }
 
 struct Cut {
-  std::size_t at = 0;  // the first of the later part
+  std::size_t at = 0;  // first of the later part
   double difference = 0, standard_error = 0;
 };
 
-// The squares and the products of neighbours of what a line through each part leaves.
+// Sums of squares and of products of neighbours of the residuals of a line through each part.
 struct Left {
   double squares = 0, products = 0;
 };
@@ -206,7 +206,7 @@ void LeaveOfLine(const std::vector<double>& values, std::size_t from, std::size_
   }
 }
 
-// Where the values, in order of time, fall best into two parts of one value each.
+// Splits the values, in order of time, into two parts of one value each with least squares.
 Cut BestCut(const std::vector<double>& values, int least_part) {
   const auto part = static_cast<std::size_t>(least_part);
   Cut best;
@@ -227,8 +227,8 @@ Cut BestCut(const std::vector<double>& values, int least_part) {
     least = squares;
     best = {at, after - before, 0};
   }
-  // A lamp that goes on drifting is no noise: that is what lines in the two parts leave. Neighbours in time
-  // look from nearly the same place, and err alike: there are fewer independent values than views.
+  // A lamp that keeps drifting is no noise, so lines are fitted to the two parts. Neighbours in time look
+  // from nearly the same place, and err alike: there are fewer independent values than views.
   Left left;
   LeaveOfLine(values, 0, best.at, left);
   LeaveOfLine(values, best.at, values.size(), left);
@@ -247,13 +247,13 @@ std::string LampDrift::Words() const {
   const char* how = kind == Kind::kBrightness ? (more ? "brighter" : "darker")
                     : kind == Kind::kBlueness ? (more ? "bluer" : "redder")
                                               : (more ? "greener" : "less green");
-  // "50 % darker" is half of the light.
+  // A text "50 % darker" means half of the light.
   const double shown = kind == Kind::kBrightness && !more ? -100 * std::expm1(difference) : percent;
   return fmt::format("views {} to {} are {:.0f} % {} than views {} to {}", to_first, to_last, shown, how,
                      from_first, from_last);
 }
 
-std::string LampWaver::Words() const {
+std::string LampFluctuation::Words() const {
   const char* what = kind == LampDrift::Kind::kBrightness ? "brightness"
                      : kind == LampDrift::Kind::kBlueness ? "blue against red"
                                                           : "green against blue and red";
@@ -279,7 +279,7 @@ LightCheck CheckLight(const LightField& light_field, const std::function<void(do
         std::abs(cut.difference) < kDriftStandardErrors * cut.standard_error) {
       const std::vector<double> all(values.begin(), values.end());
       const double spread = Quantile(all, 0.9) - Quantile(all, 0.1);
-      if (spread > kLeastWaverSpread) check.wavers.push_back({kind, spread});
+      if (spread > kLeastWaverSpread) check.fluctuations.push_back({kind, spread});
       return;
     }
     check.drifts.push_back({kind, cut.difference, cut.standard_error, views[compared.front()].id,

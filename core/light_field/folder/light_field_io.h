@@ -5,7 +5,7 @@
 //   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ulf  points.ply  unposed/
 //   kept/  cache/
 //
-// docs/light_field.md has every file and key; docs/light_field.md says what is promised about them.
+// docs/light_field.md describes every file and key, and what is promised about them.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@
 
 namespace ulf {
 
-// Reads DIR from its journal, else from transforms.json (keys of nerfstudio and instant-ngp). Throws Error
+// Reads DIR from its journal, or else from transforms.json (keys of nerfstudio and instant-ngp). Throws Error
 // that names file, frame and key for a value that is missing, of the wrong type, not finite, not a rotation,
-// or a path outside DIR. Damaged journal lines are left out. These and all differences between the files
+// or a path outside DIR. Damaged journal lines are ignored. These and all differences between the files
 // (folder_check.h) are reported in LightField::doubts and as warnings.
 LightField ReadLightField(const std::filesystem::path& dir);
 

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// What a frame says of itself.
+// Copies a frame's metadata.
 void NoteFrame(const Frame& frame, View& view) {
   view.f_number = frame.f_number;
   view.focal_mm = frame.focal_mm;
@@ -110,7 +110,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     view.master_path = add.files.master ? "masters/" + name + add.files.master->extension : "";
     view.master_transfer = add.files.master_transfer;
     view.master_mosaic = add.files.master_mosaic;
-    if (add.files.raw) view.raw_white_balance = state_->white_balance.InPlaceOf(*add.files.raw);
+    if (add.files.raw) view.raw_white_balance = state_->white_balance.WhiteBalanceFor(*add.files.raw);
     NoteFrame(add.frame, view);
   }
   state_->folder.RequireInPlace();
@@ -156,7 +156,7 @@ void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3
                         .gain = taken.gain,
                         .black_level = taken.black_level,
                         .f_number = taken.f_number};
-  if (files.raw) exposure.raw_white_balance = state_->white_balance.InPlaceOf(*files.raw);
+  if (files.raw) exposure.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   state_->MakeFolder(kExposuresFolder);
   FileBatch batch(FileBatch::Existing::kKeep);
   if (files.image) batch.Write(root / exposure.image_path, files.image->content);
@@ -165,7 +165,7 @@ void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3
   try {
     state_->journal.AddExposure(view_id, exposure);
   } catch (...) {
-    batch.TakeBack();  // the caller tries again
+    batch.TakeBack();  // the caller can try again
     throw;
   }
   view->exposures.push_back(std::move(exposure));
@@ -286,7 +286,7 @@ void LightFieldWriter::RemoveViews(const std::set<int>& view_ids) {
       files.erase(files.begin());
     }
   }
-  // Only now: until all of them are moved, the caller may ask again for all.
+  // This comes last: until all of them are moved, the caller may retry all.
   for (const int id : view_ids) state_->to_unposed.erase(id);
 }
 
@@ -297,7 +297,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& proble
   View& view = photograph.view;
   NoteFrame(frame, view);
   view.camera = state_->camera;
-  // Else the raw file is there already.
+  // Otherwise the raw file exists already.
   const bool has_master = files.master && (!frame.image.empty() || frame.encoded);
   const auto is_taken = [&](const std::string& path) {
     return !path.empty() && fs::exists(state_->light_field.root / path);
@@ -313,13 +313,13 @@ void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& proble
     batch.Write(state_->light_field.root / view.master_path, files.master->content);
     view.master_transfer = files.master_transfer;
     view.master_mosaic = files.master_mosaic;
-    if (files.raw) view.raw_white_balance = state_->white_balance.InPlaceOf(*files.raw);
+    if (files.raw) view.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   }
   batch.Commit();
   try {
     state_->journal.NoteUnposed(photograph);
   } catch (...) {
-    batch.TakeBack();  // the caller tries again
+    batch.TakeBack();  // the caller can try again
     throw;
   }
   state_->light_field.unposed.push_back(std::move(photograph));
@@ -329,7 +329,7 @@ void LightFieldWriter::AddUnposed(std::vector<View> photographs) {
   LightField& light_field = state_->light_field;
   for (View& view : photographs) {
     state_->RequireReserved(view.id, light_field.views.empty() ? 0 : light_field.views.back().id);
-    std::vector<fs::path> done;  // in unposed/
+    std::vector<fs::path> done;  // paths in unposed/
     FileBatch batch(FileBatch::Existing::kKeep);
     const auto copy = [&](const char* folder, std::string& path) {
       const fs::path from = light_field.root / path;
@@ -348,7 +348,7 @@ void LightFieldWriter::AddUnposed(std::vector<View> photographs) {
       batch.TakeBack();
       throw;
     }
-    std::error_code refused;  // then it is both
+    std::error_code refused;  // otherwise it remains in both places
     for (const fs::path& file : done) fs::remove(file, refused);
     std::erase_if(light_field.unposed, [&](const UnposedPhotograph& noted) {
       return light_field.root / noted.view.image_path == done.front();

@@ -31,7 +31,7 @@ bool OpenedFolder::IsAt(const fs::path& path) const {
          of_descriptor.st_ino == of_path.st_ino && of_descriptor.st_dev == of_path.st_dev;
 }
 
-std::optional<std::string> OpenedFolder::WhyGone() const {
+std::optional<std::string> OpenedFolder::WhyNotInPlace() const {
   std::error_code unknown;
   if (tells_numbers_ ? IsAt(path_) : fs::is_directory(path_, unknown)) return std::nullopt;
   const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", descriptor_), unknown);
@@ -47,7 +47,7 @@ std::optional<std::string> OpenedFolder::WhyGone() const {
 }
 
 void OpenedFolder::RequireInPlace() const {
-  if (const auto why = WhyGone()) throw Error("{}", *why);
+  if (const auto why = WhyNotInPlace()) throw Error("{}", *why);
 }
 
 void MakeFolderIn(const fs::path& light_field, const fs::path& inside) {

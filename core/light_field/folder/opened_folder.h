@@ -1,6 +1,5 @@
-// The folder of a light field that is being written. It is held open, so that its writer notices when another
-// program moves or deletes it: nothing is then written under its old name, which may be another folder's by
-// now.
+// Holds the folder of a light field open while it is written, so that its writer notices when another program
+// moves or deletes it and does not write under its old name, which may be another folder's by now.
 #pragma once
 
 #include <filesystem>
@@ -11,23 +10,23 @@ namespace ulf {
 
 class OpenedFolder {
  public:
-  // Throws Error where there is no such folder.
+  // Throws Error if there is no such folder.
   explicit OpenedFolder(const std::filesystem::path& folder);
   ~OpenedFolder();
   OpenedFolder(const OpenedFolder&) = delete;
   OpenedFolder& operator=(const OpenedFolder&) = delete;
 
-  // None: the path still leads to this folder. Else says that it was moved, and to where, or that it is gone.
-  // Safe to call from any thread.
-  std::optional<std::string> WhyGone() const;
-  // Throws these words as Error.
+  // Returns none if the path still leads to this folder, otherwise says that it was moved, and to where, or
+  // deleted. Any thread may call it.
+  std::optional<std::string> WhyNotInPlace() const;
+  // Throws this reason as Error.
   void RequireInPlace() const;
 
  private:
   bool IsAt(const std::filesystem::path& path) const;
   const std::filesystem::path path_;
   int descriptor_ = -1;
-  bool tells_numbers_ = false;  // file systems are conceivable that tell two numbers of one folder
+  bool tells_numbers_ = false;  // false on file systems that give one folder several inode numbers
 };
 
 // Makes the folder `inside` ("sparse/0") of a light field, but never `light_field` itself. Throws Error

@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The limits are far from what right sets come to (docs/light_field.md, "Checks").
+// The limits are far from the values of right sets (docs/light_field.md, "Checks").
 constexpr double kMostMisplacedShare = 0.5, kLeastShownShare = 0.05, kLeastViewsShare = 0.25;
 constexpr double kLeastSpreadShare = 0.01, kLeastBaselineShare = 0.0015;
 
@@ -51,7 +51,7 @@ double Interquartile(const std::vector<double>& values) {
   return Quantile(values, 0.75) - Quantile(values, 0.25);
 }
 
-// How far most cameras stand from their middle, coordinate by coordinate.
+// Returns the spread of the cameras around their middle, coordinate by coordinate.
 double Baseline(const std::vector<const View*>& views) {
   std::vector<double> of[3];
   for (const View* view : views)
@@ -75,7 +75,7 @@ PointsFit FitOfPoints(const LightField& light_field) {
   const auto views = Sample(light_field.views, kSampledViews);
   if (points.empty() || views.size() < 2) return fit;
   CountMisplaced(light_field, points, fit);
-  // What was left out on reading was among all points, not among the sample.
+  // Observations left out on reading are counted among all points, not in the sample.
   fit.observations += light_field.misplaced_observations * points.size() / light_field.points.size();
   fit.misplaced += light_field.misplaced_observations * points.size() / light_field.points.size();
 
@@ -109,7 +109,7 @@ PointsFit FitOfPoints(const LightField& light_field) {
   return fit;
 }
 
-std::string MisfitInWords(const PointsFit& fit) {
+std::string DescribeMisfit(const PointsFit& fit) {
   if (static_cast<double>(fit.misplaced) > kMostMisplacedShare * static_cast<double>(fit.observations))
     return fmt::format(
         "{:.0f} % of the places where views show them are more than {:g} px from where the poses put them",
@@ -126,7 +126,7 @@ std::string MisfitInWords(const PointsFit& fit) {
   return {};
 }
 
-// Why the subject does not belong to the poses, as a clause; empty: it may.
+// Says why the subject does not belong to the poses, as a clause; empty if it may.
 std::string SubjectMisfit(const Subject& subject, const LightField& light_field) {
   if (!IsInAnyPhotograph(subject, light_field)) return "no photograph shows the middle of the subject";
   const auto views = Sample(light_field.views, kSampledViews);
@@ -147,7 +147,7 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
     spdlog::debug("{}: points: {} of {} observations misplaced; shown {:.3f}, spread {:.4f}, baseline {:.5f}",
                   light_field.root.string(), fit.misplaced, fit.observations, fit.shown_share,
                   fit.spread_share, fit.baseline_share);
-  if (const std::string misfit = MisfitInWords(fit); !misfit.empty())
+  if (const std::string misfit = DescribeMisfit(fit); !misfit.empty())
     findings.push_back(
         {Name(Check::kPoints),
          fmt::format("the points do not belong to the poses: {}; are they of another scale, or of "
@@ -166,7 +166,7 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
 }
 
 std::vector<Finding> KnownFindings(const std::vector<KeptFinding>& kept, const LightField& light_field) {
-  std::vector<Finding> findings = Standing(kept, light_field);
+  std::vector<Finding> findings = StillValid(kept, light_field);
   for (Finding& each : QuickFindings(light_field)) findings.push_back(std::move(each));
   return findings;
 }

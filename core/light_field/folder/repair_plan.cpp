@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The readable part of the journal. Where its header is lost, transforms.json gives one, else the cameras of
+// The readable part of the journal. If its header is lost, transforms.json gives one, or else the cameras of
 // sparse/0.
 struct Found {
   JournalContents journal;
@@ -32,14 +32,14 @@ struct Found {
   const char* header_from = kTransformsFile;
 };
 
-// Throws Error.
+// Throws Error if the cameras cannot be read.
 std::vector<CameraModel> CamerasOfModel(const fs::path& sparse) {
   std::vector<CameraModel> cameras;
   for (const auto& [id, camera] : ReadColmapCameras(sparse / "cameras.txt")) cameras.push_back(camera);
   return cameras;
 }
 
-// True when ulf wrote the model: then its cameras are the journal's, in the same order.
+// Returns true if ulf wrote the model: then its cameras are the journal's, in the same order.
 bool HeaderFromModel(const fs::path& dir, Found& found) {
   const fs::path sparse = dir / "sparse/0";
   if (!fs::is_regular_file(sparse / "images.txt") || !ReadColmapPoses(sparse / "images.txt").made_from)
@@ -113,8 +113,8 @@ Found FindJournal(const fs::path& dir) {
   return found;
 }
 
-// The journal's camera for each camera of the other file: the one of most common views, else one with the
-// same model.
+// Returns the journal's camera for each camera of the other file: the one of most common views, or one with
+// the same model.
 std::map<int, int> MatchCameras(const LightField& journal, const LightField& other) {
   std::map<int, int> ours_by_id;
   for (const View& view : journal.views) ours_by_id[view.id] = view.camera;
@@ -200,7 +200,7 @@ void FindMaster(const fs::path& dir, const std::vector<CameraModel>& cameras, Vi
             !check.others.empty() || !check.damaged_masters.empty())
           continue;
       } catch (const std::exception&) {
-        continue;  // this is not how to read it
+        continue;  // wrong interpretation
       }
       view = tried;
       return;
@@ -220,7 +220,7 @@ void RecoverFromModel(const fs::path& dir, const LightField& journal, const Fold
     });
   };
   if (plan.new_cameras.empty() && !all_are_known()) {
-    // They are the journal's, in the same order.
+    // These cameras are the journal's, in the same order.
     const std::vector<CameraModel> of_model = CamerasOfModel(dir / "sparse/0");
     for (std::size_t i = cameras.size(); i < of_model.size(); ++i) {
       cameras.push_back(of_model[i]);
@@ -294,8 +294,8 @@ std::string WithoutRepairHint(std::string words) {
   return words;
 }
 
-// Whether two texts differ by the rounding of numbers alone, as what two builds of ulf write of one journal
-// may.
+// Returns whether two texts differ by the rounding of numbers alone, as texts by two builds of ulf for one
+// journal may.
 bool SameButForRounding(const std::string& a, const std::string& b) {
   constexpr double kRounding = 1e-12;
   constexpr char kOfNumbers[] = "0123456789+-.eE";
@@ -334,7 +334,7 @@ void CompareDerived(const fs::path& dir, const JournalContents& journal, const F
     return StampOf(dir / kJournalFile, derived.made_from_bytes);
   };
   const ColmapFiles colmap = ToColmapText(ToColmap(light_field), stamp(check.model));
-  // Observations and points lose digits in points.ulf: for their files only the number of lines is compared.
+  // points.ulf rounds observations and points: only the number of lines is compared for their files.
   const auto compare = [&](const char* name, bool same) {
     if (same) return;
     plan.found.push_back(
@@ -350,14 +350,14 @@ void CompareDerived(const fs::path& dir, const JournalContents& journal, const F
   compare("sparse/0/cameras.txt", SameButForRounding(text("sparse/0/cameras.txt"), colmap.cameras));
   compare("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));
   compare("sparse/0/points3D.txt", points.ends_with('\n'));
-  // Earlier versions did not write there what a capture measured.
+  // Earlier versions did not write measured errors there.
   if (check.from_transforms && !check.from_transforms->measured) light_field.measured.reset();
   compare(kTransformsFile, SameButForRounding(text(kTransformsFile),
                                               TransformsJsonText(light_field, stamp(check.transforms))));
 }
 
-// What the header and the other lines of a journal had and sparse/0 has not.
-std::string WhatTheModelLacks() {
+// Lists the values of the header and the journal that sparse/0 lacks.
+std::string FieldsMissingInModel() {
   return fmt::format(
       "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back (device, threshold, "
       "where the calibration is from, flat field, colour profile); without the journal's other lines, nor "
@@ -370,7 +370,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   const FolderCheck check = CheckFolder(dir, journal, false);
   RepairPlan plan;
   plan.views_before = plan.views_after = journal.light_field.views.size();
-  if (!check.refused_links.empty()) {  // What lies behind them is neither missing nor damaged.
+  if (!check.refused_links.empty()) {  // their targets are neither missing nor damaged
     plan.found = check.words;
     return plan;
   }
@@ -378,7 +378,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
     plan.found.push_back(
         fmt::format("{}; {}", WithoutRepairHint(found.problem),
                     found.settings ? "a flat field or a colour profile that the header had cannot be put back"
-                                   : WhatTheModelLacks()));
+                                   : FieldsMissingInModel()));
   plan.header_from = found.header_from;
   for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
   plan.header = found.header;

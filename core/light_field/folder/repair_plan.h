@@ -22,27 +22,27 @@ struct RepairPlan {
   std::vector<std::string> not_done;  // steps that Repair() could not do
   std::size_t views_before = 0, views_after = 0, damaged_lines = 0;
 
-  // The content of the steps.
-  std::optional<LightField> header;      // when the journal has none,
-  std::string header_from;               // and the file that it is from
+  // The content of the steps:
+  std::optional<LightField> header;      // if the journal has none
+  std::string header_from;               // the file that the header is from
   std::map<int, View> recovered;         // views for the journal, by id
-  std::vector<NewCamera> new_cameras;    // of some of these views, that the journal has lost: behind its own
+  std::vector<NewCamera> new_cameras;    // of some of these views, behind the journal's own
   std::map<int, Rigid3> poses;           // of views in the journal
   std::map<int, CorrectedLens> cameras;  // of the journal, by index
   std::set<int> taken_out;               // views whose photograph is missing
   std::set<int> pictures_of_others;      // views whose photograph differs from its master
-  std::optional<LightField> settings;    // lost subject, up, goal, capture time
-  std::uint64_t longest_stamp = 0;       // bytes of the journal that a derived file was made from
+  std::optional<LightField> settings;    // lost subject, up, goal and capture time
+  std::uint64_t longest_stamp = 0;       // bytes of the longest journal that a derived file was made from
   bool new_journal = false, new_derived = false, missing_pictures = false;
   bool damaged_points = false, other_transforms = false, other_model = false;  // files that go to kept/
   bool any() const { return !steps.empty(); }
 };
 
-// Only reads. Throws Error when the folder contains no light field, or a writer is active.
+// This only reads. Throws Error if the folder contains no light field, or a writer is active.
 RepairPlan PlanRepair(const std::filesystem::path& dir);
 
-// The readable part of the journal, with a header from transforms.json or sparse/0 if its own is lost. Throws
-// Error when none of them contains the cameras.
+// Reads the readable part of the journal, with a header from transforms.json or sparse/0 if its own is lost.
+// Throws Error if none of them contains the cameras.
 JournalContents ReadDamagedJournal(const std::filesystem::path& dir);
 
 // Repairs the folder of a light field: restores views that the journal has lost from transforms.json or

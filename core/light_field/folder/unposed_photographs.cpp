@@ -29,8 +29,8 @@ bool IsPicture(const fs::path& file) {
 
 bool IsMaster(const fs::path& file) { return file.stem().extension() == ".master"; }
 
-// The view that was taken back and whose file this is: 000012.png, 000012-2.png, as RemoveView() calls those
-// of view 12.
+// Returns the removed view to which this file belongs: 000012.png and 000012-2.png are names of RemoveView()
+// for view 12.
 std::optional<int> TakenBackView(const LightField& light_field, const fs::path& file) {
   const std::string name = file.filename().string();
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size() - 1);
@@ -44,7 +44,7 @@ bool Is8BitSrgb(const fs::path& file) {
   return header && header->bits <= 8;
 }
 
-// Photographs of views by their length in bytes: only those of one length are compared.
+// Photographs of views by their length in bytes: only those of equal length are compared.
 class ViewBytes {
  public:
   explicit ViewBytes(const LightField& light_field) {

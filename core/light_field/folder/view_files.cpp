@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr const char* kTiff = ".tif";
 constexpr const char* kPng = ".png";
 
-// Content that owns its bytes.
+// Makes content that owns its bytes.
 FileContent Owning(std::shared_ptr<const std::string> bytes) {
   FileContent content = ContentOf(*bytes);
   content.copy = [bytes, copy = std::move(content.copy)](std::uint64_t offset, std::span<char> out) {
@@ -36,18 +36,18 @@ bool IsPlain8BitSrgb(const Image& image) {
   return image.transfer == Transfer::kSrgb && image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U;
 }
 
-// The camera's own file, where it can serve as the photograph.
+// Returns the camera's own file, if it can serve as the photograph.
 std::optional<EncodedImage> CameraFile(const Frame& frame) {
   if (frame.encoded && frame.encoded->extension == ".jpg" && IsPlain8BitSrgb(frame.image))
     return frame.encoded;
   if (!frame.image.empty()) return std::nullopt;
-  if (const auto& file = frame.encoded ? frame.encoded : frame.raw) return file;  // that could not be decoded
+  if (const auto& file = frame.encoded ? frame.encoded : frame.raw) return file;  // could not be decoded
   throw Error("a frame without pixels or a file cannot be kept");
 }
 
 std::string NameOf(const EncodedImage& raw) { return "the photograph's raw file (" + raw.extension + ")"; }
 
-// By its head alone; none: it cannot be read.
+// Reads its header only; none if it cannot be read.
 std::optional<RawFacts> FactsOf(const EncodedImage& raw) {
   try {
     return RawFactsOf(*raw.bytes, NameOf(raw));
@@ -75,13 +75,13 @@ ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pict
   if (own) {
     files.image = FileOf(*own);
   } else if (files.raw) {
-    // Its pixels were developed for following alone: the photograph is made from the file.
+    // Its pixels were developed for tracking only: the photograph is made from the file.
     if (pictures == MakePictures::kNow)
-      files.image =
-          Png(Srgb8({.pixels = DecodeRaw(*frame.raw->bytes, NameOf(*frame.raw), RawQuality::kBest, {},
-                                         white_balance ? white_balance->InPlaceOf(*files.raw) : std::nullopt)
-                                   .light,
-                     .transfer = Transfer::kLinear}));
+      files.image = Png(Srgb8(
+          {.pixels = DecodeRaw(*frame.raw->bytes, NameOf(*frame.raw), RawQuality::kBest, {},
+                               white_balance ? white_balance->WhiteBalanceFor(*files.raw) : std::nullopt)
+                         .light,
+           .transfer = Transfer::kLinear}));
   } else if (pictures == MakePictures::kNow || !files.master_transfer) {
     files.image = Png(Srgb8(frame.image));
   }

@@ -21,29 +21,29 @@ struct ViewFile {
 };
 
 struct ViewFiles {
-  // None: to be made from the master when that is on disk.
+  // None: it will be made from the master on disk.
   std::optional<ViewFile> image;
   std::string image_extension;
   std::optional<ViewFile> master;
   std::optional<Transfer> master_transfer;  // none: no master, or a camera's raw file
   Mosaic master_mosaic = Mosaic::kNone;
-  std::optional<RawFacts> raw = {};  // where the master is a raw file that can be read
+  std::optional<RawFacts> raw = {};  // if the master is a readable raw file
 };
 
-// kNow: photograph and master; kLater: only the master if the photograph can be made from it, because the
-// master alone is on disk ten times sooner.
+// kNow makes photograph and master; kLater makes only the master if the photograph can be made from it,
+// because the master alone is on disk ten times sooner.
 enum class MakePictures { kNow, kLater };
 
 // The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked 16-bit linear colours. A
-// camera's own JPEG is kept byte for byte; where a raw file came without one the photograph is made from it,
-// by `white_balance` (none: the file's own). Throws Error for a frame without pixels and without a file.
+// camera's own JPEG is kept byte for byte; a photograph for a raw file without one is made from it, by
+// `white_balance` (null: the file's own). Throws Error for a frame without pixels and without a file.
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures,
                         LockedWhiteBalance* white_balance = nullptr);
 
-// Whether the photograph can be made from the master.
+// Returns whether the photograph can be made from the master.
 bool PictureFollowsFromMaster(const View& view);
-// The photograph in images/ as made from the master. `size`: what a raw file is cropped to, the camera
-// model's; none: as the camera crops it. Throws Error when the master is missing or truncated.
+// Returns the photograph in images/ as made from the master. `size` is what a raw file is cropped to, the
+// camera model's; by default as the camera crops it. Throws Error if the master is missing or truncated.
 Image PictureFromMaster(const std::filesystem::path& root, const View& view,
                         std::optional<cv::Size> size = std::nullopt);
 // Writes the photograph if it is missing. Throws DiskFullError, Error.

@@ -35,7 +35,7 @@ bool HasReadableMaster(const LightField& light_field, const View& view) {
          fs::is_regular_file(light_field.root / master);
 }
 
-// Null where the camera has none that holds for pictures of this kind.
+// Returns null if the camera has none for pictures of this kind.
 const ColorProfile* ProfileFor(const LightField& light_field, const View& view, bool is_raw) {
   const auto found = light_field.color_profiles.find(view.camera);
   return found != light_field.color_profiles.end() && found->second.raw_white_balance.has_value() == is_raw
@@ -43,7 +43,7 @@ const ColorProfile* ProfileFor(const LightField& light_field, const View& view, 
              : nullptr;
 }
 
-// What the camera gave, and what is to be known of it.
+// The camera's picture with its metadata.
 struct Recorded {
   Image image;
   cv::Mat clipped;
@@ -62,7 +62,7 @@ Image Corrected(const LightField& light_field, const View& view, const Recorded&
 
 }  // namespace
 
-// The view's photograph or its master at `path`; a raw file is cropped to the camera's size.
+// Reads the view's photograph or its master at `path`; a raw file is cropped to the camera's size.
 static Recorded ReadPixels(const LightField& light_field, const View& view, const fs::path& path,
                            bool finds_clipped) {
   const CameraModel& camera = light_field.CameraOf(view);
@@ -120,7 +120,7 @@ static bool HasMerged(const LightField& light_field, const View& view) {
   return view.merged && fs::is_regular_file(light_field.root / view.merged->path);
 }
 
-// As the numbers of the view's master: above the black level, which whoever reads a view subtracts.
+// Converts to numbers of the view's master: above the black level, which the reader subtracts.
 static Recorded ReadMerged(const LightField& light_field, const View& view) {
   const fs::path path = light_field.root / view.merged->path;
   Recorded recorded{.image = {ReadExr(path.string()), Transfer::kLinear}, .clipped = {}, .is_raw = false};
@@ -141,7 +141,7 @@ bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
   return TransferOfFile(path) == Transfer::kLinear || (header && header->bits > 8);
 }
 
-// What is damaged is replaced by what it was made from, or from what was made of it.
+// A damaged file is replaced by its source, or by what was made of it.
 static Recorded ReadMostLight(const LightField& light_field, const View& view) {
   if (HasMerged(light_field, view)) {
     try {

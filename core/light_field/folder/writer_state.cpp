@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Cuts off damaged lines at the journal's end; keeps them where they are more than one partial line.
+// Cuts off damaged lines at the journal's end; keeps them if they are more than one partial line.
 void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journal) {
   const std::string bytes = ReadWholeFile(dir / kJournalFile);
   const std::string end = bytes.substr(std::min(contents.whole_bytes, bytes.size()));
@@ -51,8 +51,7 @@ void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
               ShellWord(dir.string()));
 }
 
-// Refuses a journal that has lost more views than it tells: what would be recorded into it is another light
-// field.
+// Refuses a journal that has lost more views than it has: further views would make another light field.
 void RequireMostViews(const fs::path& dir, const JournalContents& contents) {
   std::set<int> lost;
   for (const DamagedLine& line : contents.damaged) lost.insert(line.views.begin(), line.views.end());
@@ -64,7 +63,7 @@ void RequireMostViews(const fs::path& dir, const JournalContents& contents) {
       ShellWord(dir.string()));
 }
 
-// Refuses a journal beside which most photographs are no views: it has lost its lines, and nothing else holds
+// Refuses a journal if most photographs beside it are no views: it has lost its lines, and nothing else holds
 // them.
 void RequireMostPhotographs(const fs::path& dir, const JournalContents& contents, const FolderCheck& check) {
   constexpr std::size_t kUnderWay = 16;  // views that a kill may leave without their lines
@@ -95,14 +94,14 @@ void RequireMatchingPictures(const LightField& light_field) {
       light_field.root.string(), ViewNumbers(check.others), ShellWord(light_field.root.string()));
 }
 
-// By what the first raw file is developed that can still be read.
+// Uses the white balance of the first readable raw file.
 void LockAsBefore(const LightField& light_field, LockedWhiteBalance& white_balance) {
   for (const View& view : light_field.views) {
     if (!IsRawFile(view.master_path)) continue;
     try {
       RawFacts facts = ReadRawFacts((light_field.root / view.master_path).string());
       facts.white_balance = view.raw_white_balance.value_or(facts.white_balance);
-      white_balance.InPlaceOf(facts);
+      white_balance.WhiteBalanceFor(facts);
       return;
     } catch (const Error&) {
       continue;
@@ -141,14 +140,14 @@ void WriterState::RequireReserved(int view_id, int last_id) const {
     throw Error("{}: view {} cannot follow view {}", light_field.root.string(), view_id, last_id);
 }
 
-// Returns the paths of the view's files that are there, or can be made.
+// Returns the paths of the view's files that exist, or can be made.
 std::set<std::string> WriterState::FilesToKeep(const View& view) const {
   std::set<std::string> files = FilesOf(view);
   try {
     if (PictureFollowsFromMaster(view))
       WritePictureFromMaster(light_field.root, view, SizeOf(light_field.CameraOf(view)));
   } catch (const DiskFullError&) {
-    throw;  // the caller tries again when there is room
+    throw;  // the caller can try again when there is room
   } catch (const Error& error) {
     spdlog::warn("{}; only the master of view {} is kept in unposed/", error.what(), view.id);
     files.erase(view.image_path);
@@ -156,7 +155,7 @@ std::set<std::string> WriterState::FilesToKeep(const View& view) const {
   return files;
 }
 
-// Leaves out views whose files are still to be moved: the caller repeats the moving alone.
+// Omits views whose files are still to be moved: the caller repeats the moving alone.
 void WriterState::TakeOutOfJournal(const std::set<int>& view_ids) {
   std::map<int, std::set<std::string>> files;
   std::set<int> ids;
@@ -170,7 +169,7 @@ void WriterState::TakeOutOfJournal(const std::set<int>& view_ids) {
   }
   const fs::path unposed = light_field.root / "unposed";
   MakeFolder("unposed");
-  journal.RemoveViews(ids);  // before a file moves: the journal never names a file that is gone
+  journal.RemoveViews(ids);  // before a file moves: the journal never names a missing file
   for (const auto& [id, paths] : files)
     for (const std::string& file : paths) to_unposed[id][file] = unposed / UnposedName(file);
   std::erase_if(light_field.views, [&](const View& view) { return ids.contains(view.id); });
@@ -188,7 +187,7 @@ void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
 }
 
 std::unique_ptr<WriterState> WriterState::Created(const fs::path& dir, const CaptureHeader& header) {
-  std::error_code unknown;  // MakeFolder below says what stands in the way
+  std::error_code unknown;  // MakeFolder below reports the obstacle
   if (fs::exists(dir, unknown) && !fs::is_directory(dir))
     throw Error("{}: is a file; choose another name", dir.string());
   RequireFollowed(dir, RefusedLinks(dir, {}));
@@ -203,7 +202,7 @@ std::unique_ptr<WriterState> WriterState::Created(const fs::path& dir, const Cap
   ulf::MakeFolder(dir / "images");
   auto state = std::make_unique<WriterState>(dir);
   if (unused) {
-    if (!IsUnused(dir)) throw taken;  // another process recorded into it before the lock was ours
+    if (!IsUnused(dir)) throw taken;  // another process recorded into it before we held the lock
     state->journal.CutAt(0);
   }
   LightField& light_field = state->light_field;

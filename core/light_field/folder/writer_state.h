@@ -1,4 +1,4 @@
-// What a LightFieldWriter knows between its calls.
+// The state of a LightFieldWriter between its calls.
 #pragma once
 
 #include <atomic>
@@ -18,14 +18,14 @@
 namespace ulf {
 
 struct WriterState {
-  // A new light field in DIR, or an old one for more views: LightFieldWriter::Create() and Resume().
+  // These serve LightFieldWriter::Create() and Resume().
   static std::unique_ptr<WriterState> Created(const std::filesystem::path& dir, const CaptureHeader& header);
   static std::unique_ptr<WriterState> Resumed(const std::filesystem::path& dir);
 
   explicit WriterState(const std::filesystem::path& dir) : journal(dir / kJournalFile), folder(dir) {
     light_field.root = dir;
   }
-  // A folder of the light field, which must still be where it was opened.
+  // Makes a folder in the light field, which must still be where it was opened.
   void MakeFolder(const std::filesystem::path& inside) const {
     folder.RequireInPlace();
     MakeFolderIn(light_field.root, inside);
@@ -39,20 +39,19 @@ struct WriterState {
   LightField light_field;
   std::atomic<int> next_view_id = 1;
   int next_unposed = 1;
-  int camera = 0;                             // under which views are recorded
+  int camera = 0;                             // index of the camera of later views
   std::vector<CameraModel> recorded_cameras;  // JournalContents::recorded_cameras
-  // Of views that the journal no longer names, by id: files that are still to be moved, and their targets.
+  // Files of views removed from the journal that are still to be moved, by view id, with their targets.
   std::map<int, std::map<std::string, std::filesystem::path>> to_unposed;
   bool keep_mosaics = false;
   LockedWhiteBalance white_balance;
   std::set<int> moved_since_points;  // views
 };
 
-// The name in unposed/: of a master beside the photograph's, which may have the same ending.
+// Returns the name in unposed/; a master beside the photograph may have the same ending.
 std::filesystem::path UnposedName(const std::filesystem::path& file);
 
-// Moves to unposed/ the files of views that the journal has removed, where a killed writer or a repair left
-// them.
+// Moves to unposed/ the files of removed views that a killed writer or a repair left in place.
 void MoveRemoved(const std::filesystem::path& dir, const JournalContents& journal);
 
 }  // namespace ulf

@@ -1,4 +1,4 @@
-// COLMAP's two forms of a model on disk.
+// Reads and writes COLMAP's text and binary models.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace ulf {
 
-// COLMAP's text model: cameras.txt, images.txt, points3D.txt.
+// COLMAP's text model is cameras.txt, images.txt, points3D.txt.
 
 struct ColmapFiles {
   std::string cameras;
@@ -19,8 +19,8 @@ struct ColmapFiles {
   std::string points3d;
 };
 
-// Image points are rounded to 1/10000 pixel, all other values are exact. `made_from`: the journal of the
-// values.
+// Image points are rounded to 1/10000 pixel, all other values are exact. `made_from` is the stamp of the
+// values' journal.
 ColmapFiles ToColmapText(const ColmapReconstruction& model,
                          const std::optional<JournalStamp>& made_from = std::nullopt);
 
@@ -37,21 +37,21 @@ struct ColmapPoses {
 // Throws Error that names file and line for an invalid file.
 ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt);
 
-// DIR/cameras.txt, images.txt and, where it is there, points3D.txt. The cameras have COLMAP's model number.
+// Reads DIR/cameras.txt, images.txt and, if it exists, points3D.txt. The cameras have COLMAP's model number.
 // Throws Error that names file and line for an invalid file.
 ColmapReconstruction ReadColmapText(const std::filesystem::path& dir);
 
-// Cameras by CAMERA_ID. Throws Error that names file and line for an invalid file or a camera model that
-// CameraModel does not support.
+// Returns cameras by CAMERA_ID. Throws Error that names file and line for an invalid file or a camera model
+// that CameraModel does not support.
 std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& cameras_txt);
 
-// COLMAP's binary model: cameras.bin, images.bin, points3D.bin. Readers prefer it to a text model in the same
-// folder.
+// COLMAP's binary model is cameras.bin, images.bin, points3D.bin. Readers prefer it to a text model in the
+// same folder.
 
 ColmapFiles ToColmapBinary(const ColmapReconstruction& model);
 
-// DIR/cameras.bin, images.bin and, where it is there, points3D.bin. Throws Error that names the file, for one
-// that is cut short, whose counts lie, or whose values make no camera or pose.
+// Reads DIR/cameras.bin, images.bin and, if it exists, points3D.bin. Throws Error that names a file that is
+// truncated, has wrong counts, or whose values make no camera or pose.
 ColmapReconstruction ReadColmapBinary(const std::filesystem::path& dir);
 
 }  // namespace ulf

@@ -18,7 +18,7 @@ struct ColmapLens {
   const char* name;
   bool one_focal;
   Distortion distortion;
-  std::vector<int> coefficients;  // index into CameraModel's for each further parameter; -1: it must be 0
+  std::vector<int> coefficients;  // CameraModel's index of each further parameter; -1: must be 0
 };
 
 const std::vector<ColmapLens>& ColmapLenses() {
@@ -37,7 +37,7 @@ const std::vector<ColmapLens>& ColmapLenses() {
   return lenses;
 }
 
-// The names of the models that ulf has no lens for, by COLMAP's number.
+// The names of COLMAP's models without an equivalent, by number.
 constexpr std::array<std::pair<int, const char*>, 3> kOtherLenses{
     {{7, "FOV"}, {10, "THIN_PRISM_FISHEYE"}, {11, "RAD_TAN_THIN_PRISM_FISHEYE"}}};
 

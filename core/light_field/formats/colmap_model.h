@@ -1,4 +1,4 @@
-// A light field as COLMAP's model, to be written as text (colmap_text) or binary (colmap_binary). Poses are
+// A light field as COLMAP's model, to be written as text or binary (colmap_files.h). Poses are
 // world-to-camera with y down and z forward, pixel centres at integer + 0.5, both as in ulf. Image names are
 // relative to the images folder. A camera's id is its index + 1, an image's id is its view's; points are
 // numbered.
@@ -33,7 +33,7 @@ struct ColmapReconstruction {
     std::vector<Point2d> points;  // never empty, because some readers fail on empty lines
   };
   struct Seen {
-    std::uint32_t image = 0, index = 0;  // into its points
+    std::uint32_t image = 0, index = 0;  // index into the image's points
   };
   struct Point {
     std::uint64_t id = 0;
@@ -49,7 +49,7 @@ struct ColmapReconstruction {
   std::vector<Point> points;
 };
 
-// How far from 1 the length of a pose's quaternion may be.
+// The length of a pose's quaternion may differ from 1 by this much.
 inline constexpr double kQuaternionTolerance = 1e-3;
 
 // Points without observations are left out if others have some. A view without observations gets one at its
@@ -57,18 +57,18 @@ inline constexpr double kQuaternionTolerance = 1e-3;
 // (image_names.h).
 ColmapReconstruction ToColmap(const LightField& light_field);
 
-// The simplest of COLMAP's camera models that is equivalent.
+// Returns the simplest of COLMAP's camera models that is equivalent.
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera);
 
-// A row of cameras.txt behind the camera's number: MODEL WIDTH HEIGHT PARAMS[]. Knows (SIMPLE_)PINHOLE,
-// (SIMPLE_)RADIAL, OPENCV, FULL_OPENCV without k4 k5 k6, and (SIMPLE_RADIAL_, RADIAL_, OPENCV_)FISHEYE.
-// Throws Error that begins with `where`.
+// Reads the part of a cameras.txt row behind the camera's number: MODEL WIDTH HEIGHT PARAMS[]. It knows
+// (SIMPLE_)PINHOLE, (SIMPLE_)RADIAL, OPENCV, FULL_OPENCV without k4 k5 k6, and (SIMPLE_RADIAL_, RADIAL_,
+// OPENCV_)FISHEYE. Throws Error that begins with `where`.
 CameraModel ReadColmapCamera(std::istream& row, const std::string& where);
 
-// How many parameters the camera model of this number of COLMAP's has. Throws Error that begins with `where`
+// Returns how many parameters COLMAP's camera model of this number has. Throws Error that begins with `where`
 // for one that ReadColmapCamera() does not know.
 std::size_t ColmapParameters(int model, const std::string& where);
-// By model number, width, height and parameters. Throws as ReadColmapCamera().
+// Converts by model number, width, height and parameters. Throws as ReadColmapCamera() does.
 CameraModel FromColmapCamera(const ColmapReconstruction::Camera& camera, const std::string& where);
 
 }  // namespace ulf

@@ -23,7 +23,7 @@
 namespace ulf {
 namespace {
 
-// As ToColmapText() writes it.
+// The form is that of ToColmapText().
 constexpr const char* kStamp = "from journal.jsonl, ";
 constexpr const char* kStampFormat = "%" SCNu64 " bytes, crc32 %" SCNu32;
 
@@ -81,13 +81,13 @@ void ForEachImage(const std::filesystem::path& images_txt,
       image.cam_from_world.rotation.normalize();
     const int at = number;
     line.clear();
-    std::getline(file, line);  // its points, which may be none
+    std::getline(file, line);  // its points, possibly none
     ++number;
     use(id, std::move(image), line, at);
   }
 }
 
-// X Y POINT3D_ID for each point.
+// A row has X Y POINT3D_ID for each point.
 std::vector<ColmapReconstruction::Point2d> Points2dOf(const std::string& line, const std::string& where) {
   std::vector<ColmapReconstruction::Point2d> points;
   const char* at = line.c_str();

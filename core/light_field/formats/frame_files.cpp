@@ -11,16 +11,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The path with '/' between folders, though it was written on Windows.
+// Returns the path with '/' between folders, also from Windows.
 std::string WithSlashes(std::string path) {
   std::ranges::replace(path, '\\', '/');
   return path;
 }
 
-// A '/'-separated path relative to `root`, with the symbolic links of both followed; none: it leaves `root`.
+// Returns a '/'-separated path relative to `root`, with the symbolic links of both followed; none if it
+// leaves `root`.
 std::optional<std::string> PathWithin(const fs::path& root, const std::string& relative,
                                       const std::string& where) {
-  std::error_code unknown;  // such as a name that is too long
+  std::error_code unknown;  // for example a name that is too long
   const fs::path canonical_root = fs::weakly_canonical(root);
   const fs::path target = fs::weakly_canonical(canonical_root / relative, unknown);
   if (unknown)
@@ -63,7 +64,7 @@ std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, 
             where, given, files.root.string(), kFindByName);
       if (fs::is_regular_file(files.root / *inside)) return *inside;
     }
-    // The set was made of JPEGs that another program developed; the raw files are there.
+    // Another program made JPEGs of these raw files for the set.
     if (const fs::path raw = RawBeside(files.root / path); !raw.empty())
       return PathInside(files.root, (fs::path(path).parent_path() / raw.filename()).generic_string(), where);
   }
@@ -91,7 +92,7 @@ fs::path MeasuredPhotograph(const FrameFiles& files, const std::string& given, c
   return {};
 }
 
-std::string MaskElsewhere(const FrameFiles& files, const std::string& given, const std::string& where) {
+std::string MaskOfSet(const FrameFiles& files, const std::string& given, const std::string& where) {
   const std::string inside = FileWithin(files.root, given, where);
   if (inside.empty())
     throw Error("{}: the mask '{}' is missing in {}; restore it or take it out of the frame", where, given,
@@ -104,7 +105,7 @@ std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const st
     if (std::string beside = files.images->MaskOf(photograph); !beside.empty()) return beside;
   if (!frame.Has("mask_path")) return {};
   const std::string given = frame.Text("mask_path");
-  return files.are_read ? MaskElsewhere(files, given, frame.where) : given;
+  return files.are_read ? MaskOfSet(files, given, frame.where) : given;
 }
 
 }  // namespace ulf

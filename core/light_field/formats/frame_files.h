@@ -1,5 +1,5 @@
-// Where the photographs and masks are that the frames of a transforms.json name, and what keeps their paths
-// within a folder.
+// Finds the photographs and masks that the frames of a transforms.json name, and keeps their paths within a
+// folder.
 #pragma once
 
 #include <cstddef>
@@ -13,29 +13,29 @@
 namespace ulf {
 
 // Resolves symbolic links of `root`/`relative`; returns a '/'-separated path relative to `root`. Throws Error
-// when it is outside `root`.
+// if it is outside `root`.
 std::string PathInside(const std::filesystem::path& root, const std::string& relative,
                        const std::string& where);
 
-// The file of this name, relative to `root`; empty: it is missing. Throws Error where the name leaves `root`.
+// Returns the file's path relative to `root`, or "" if missing. Throws Error if the name leaves `root`.
 std::string FileWithin(const std::filesystem::path& root, const std::string& given, const std::string& where);
 
-// Where the photographs and masks are that frames name.
+// Says where the photographs and masks of frames are.
 struct FrameFiles {
-  bool are_read = true;                  // else paths are taken as they are written
-  bool may_be_resized = false;           // photographs: then their cameras are scaled
-  std::filesystem::path root = {};       // they lie here
-  std::optional<SetImages> images = {};  // photographs lie here instead
+  bool are_read = true;                  // if false, paths are taken as they are written
+  bool may_be_resized = false;           // photographs may be resized; then their cameras are scaled
+  std::filesystem::path root = {};       // the folder that frames' paths are relative to
+  std::optional<SetImages> images = {};  // if set, the photographs' folder instead of `root`
 };
 
-// Empty: it is missing. nerfstudio writes paths with their ending, Blender's original NeRF sets without.
+// Returns "" if missing. nerfstudio writes paths with their ending, Blender's original NeRF sets without.
 std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, const std::string& where);
 
-// The photograph of this name in the set's own folder, where others of it are read; empty: it is not there.
+// Returns the photograph in the set's own folder although others are read; empty if it does not exist.
 std::filesystem::path MeasuredPhotograph(const FrameFiles& files, const std::string& given,
                                          const std::string& where);
 
-// Photographs that frames name and that are not there.
+// Counts photographs that frames name and that do not exist.
 class MissingPhotographs {
  public:
   void Add(const std::string& where, const std::string& given) {
@@ -48,11 +48,11 @@ class MissingPhotographs {
   std::string first_where_, first_;
 };
 
-// The set's own mask, relative to where the photographs lie. Throws Error where it is missing or leaves the
-// folder.
-std::string MaskElsewhere(const FrameFiles& files, const std::string& given, const std::string& where);
+// Returns the set's own mask, relative to the photographs' folder. Throws Error if it is missing or leaves
+// the folder.
+std::string MaskOfSet(const FrameFiles& files, const std::string& given, const std::string& where);
 
-// Empty: none. Of photographs that lie elsewhere the mask beside them comes first: it has their size.
+// Returns "" if there is none. A mask beside photographs in another folder has precedence: it has their size.
 std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const std::string& photograph);
 
 }  // namespace ulf

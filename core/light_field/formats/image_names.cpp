@@ -25,7 +25,7 @@ bool IsWhiteSpace(std::uint32_t point) {
          std::ranges::find(kAlone, point) != kAlone.end();
 }
 
-// The code point that begins at `at` and how many bytes it takes; none where the bytes are not UTF-8.
+// Returns the code point that begins at `at` and its number of bytes; none if the bytes are not UTF-8.
 std::pair<std::uint32_t, std::size_t> CodePoint(std::string_view text, std::size_t at) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(at);
@@ -52,7 +52,7 @@ std::string Shortened(const fs::path& path) {
   if (name.size() <= kMostBytes) return path.generic_string();
   const std::string digest = fmt::format("-{:016x}{}", ChecksumOf(name), ending.size() > 16 ? "" : ending);
   std::size_t kept = kMostBytes - digest.size();
-  while (kept > 0 && static_cast<unsigned char>(name[kept]) >> 6 == 2) --kept;  // no character is cut in two
+  while (kept > 0 && static_cast<unsigned char>(name[kept]) >> 6 == 2) --kept;  // do not split a character
   return (path.parent_path() / (name.substr(0, kept) + digest)).generic_string();
 }
 

@@ -7,15 +7,15 @@
 
 namespace ulf {
 
-// "a/b.jpg" for "images/a/b.jpg".
+// Returns "a/b.jpg" for "images/a/b.jpg".
 std::string NameInImagesFolder(std::string_view image_path);
 
-// The name for rows whose fields are separated by spaces: white space of any script (Python also splits at
-// U+202F), control characters and bytes that are not UTF-8 become '_'.
+// Makes a name for rows whose fields are separated by spaces: white space of any script (Python also splits
+// at U+202F), control characters and bytes that are not UTF-8 become '_'.
 std::string SafeName(std::string_view name);
 
-// The name, or "name-2.jpg", "name-3.jpg" if the name without its ending is taken. A name that is too long
-// for a file system is cut, with a digest of the whole name at its end. Adds the result to `taken`.
+// Returns the name, or "name-2.jpg", "name-3.jpg" if the name without its ending is taken. A name that is too
+// long for a file system is cut, with a digest of the whole name at its end. Adds the result to `taken`.
 std::string UniqueName(const std::string& name, std::set<std::string>& taken);
 
 }  // namespace ulf

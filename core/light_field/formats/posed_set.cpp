@@ -46,7 +46,7 @@ bool HoldsPhotographsBelow(const fs::path& folder) {
   return false;
 }
 
-// The path, and what is left of it without its first folders: a/b/c, b/c, c.
+// Returns the path, and its ends without its first folders: a/b/c, b/c, c.
 std::vector<fs::path> EndsOf(const fs::path& path) {
   std::vector<fs::path> ends;
   const std::string whole = path.relative_path().generic_string();
@@ -59,16 +59,14 @@ std::vector<fs::path> EndsOf(const fs::path& path) {
   return ends;
 }
 
-// Without the ending of an image: 'r_0.5' has none.
+// Returns the name without the ending of an image: 'r_0.5' has none.
 std::string StemOf(const fs::path& photograph) {
   return HasImageEnding(photograph) ? photograph.stem().string() : photograph.filename().string();
 }
 
 }  // namespace
 
-std::string SayWhereTheyLie() {
-  return fmt::format("say where they lie with {} FOLDER", Parameter("images"));
-}
+std::string ImagesRemedy() { return fmt::format("say where they lie with {} FOLDER", Parameter("images")); }
 
 SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::vector<fs::path>& folders) {
   if (!chosen.empty()) {
@@ -90,7 +88,7 @@ SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::ve
     folder_ = (base / folder).lexically_normal();
     if (HoldsPhotographsBelow(folder_)) return;
   }
-  throw Error("{}: no photographs in {}; {}", base.string(), tried, SayWhereTheyLie());
+  throw Error("{}: no photographs in {}; {}", base.string(), tried, ImagesRemedy());
 }
 
 const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) const {
@@ -102,7 +100,7 @@ const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) co
 
 std::string SetImages::Find(const std::string& name) const {
   std::string slashed = name;
-  std::ranges::replace(slashed, '\\', '/');  // on Windows
+  std::ranges::replace(slashed, '\\', '/');  // from Windows
   using IsMeant = std::function<bool(const std::string& there, const std::string& wanted)>;
   const IsMeant ways[] = {
       [](const std::string& there, const std::string& wanted) { return there == wanted; },
@@ -115,7 +113,7 @@ std::string SetImages::Find(const std::string& name) const {
       [](const std::string& there, const std::string& wanted) { return StemOf(there) == StemOf(wanted); }};
   for (const std::string& given : slashed == name ? std::vector{name} : std::vector{name, slashed}) {
     const std::vector<fs::path> ends = EndsOf(fs::path(given).lexically_normal());
-    // Most names are right as they are: no folder needs to be read for these.
+    // Most names match as they are: no folder needs to be read for these.
     std::error_code unknown;
     for (const fs::path& end : ends)
       if (fs::is_regular_file(folder_ / end, unknown)) return end.generic_string();
@@ -150,7 +148,7 @@ std::string SetImages::MaskOf(const std::string& name) const {
 
 CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std::string& where,
                      std::vector<std::string>& doubts) {
-  // A raw file shows some pixels more than the JPEG that was posed, and is cropped.
+  // A raw file has some pixels more than the JPEG that was posed, and is cropped.
   if (IsRawFile(image) && CanCropRaw(ReadRawFacts(image.string()), {camera.width, camera.height}))
     return camera;
   const cv::Size size = ReadImageSize(image.string());

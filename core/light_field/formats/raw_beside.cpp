@@ -46,9 +46,9 @@ fs::path RawBeside(const fs::path& photograph) {
 fs::path JpegBeside(const fs::path& raw) { return FileBeside(raw, IsJpegPath); }
 
 std::optional<double> LargestShiftPx(const cv::Mat& srgb8, const cv::Mat& other_srgb8) {
-  // The middle of a patch of a sixth of the picture is looked for in the other picture's patch, so that
-  // shifts of a quarter of the patch are found. What shows less contrast than so many levels, or correlates
-  // less, tells nothing. Guessed.
+  // The middle of a patch of a sixth of the picture is searched in the other picture's patch, so that shifts
+  // of a quarter of the patch are found. Patches with less contrast in levels, or less correlation, do not
+  // count. Guessed.
   constexpr double kLeastContrast = 3, kLeastCorrelation = 0.7;
   const int side = std::clamp(std::min(srgb8.cols, srgb8.rows) / 6, 32, 256), margin = side / 4;
   if (srgb8.size() != other_srgb8.size() || srgb8.cols < 2 * side || srgb8.rows < 2 * side)
@@ -90,7 +90,7 @@ std::optional<WhiteBalance> RawSetDoubts::Add(const std::string& file, const Raw
   if (!facts.has_color_matrix) no_matrix_.push_back(file);
   if (!facts.has_white_balance) no_balance_.push_back(file);
   if (first_.empty()) first_ = file;
-  const std::optional<WhiteBalance> locked = white_balance_.InPlaceOf(facts);
+  const std::optional<WhiteBalance> locked = white_balance_.WhiteBalanceFor(facts);
   if (locked) other_balance_.push_back(file);
   return locked;
 }

@@ -1,5 +1,5 @@
-// Photographs of a set that exist twice, as the camera's raw file and as its JPEG: the raw file becomes the
-// view's master, the JPEG its photograph, where the two show the same.
+// Joins photographs of a set that exist as the camera's raw file and as its JPEG: the raw file becomes the
+// view's master, the JPEG its photograph, if the two show the same.
 #pragma once
 
 #include <filesystem>
@@ -13,26 +13,24 @@
 
 namespace ulf {
 
-// The raw file with the name of this photograph beside it; the JPEG with the name of this raw file. Empty:
-// none.
+// Return the raw file beside the photograph of its name, and the JPEG beside the raw file; empty if none.
 std::filesystem::path RawBeside(const std::filesystem::path& photograph);
 std::filesystem::path JpegBeside(const std::filesystem::path& raw);
 
-// How far apart two pictures of one size show the same thing: the largest of the shifts in their middle and
-// near their corners, in whole pixels. Pictures by other tone curves may be compared. None: neither shows
-// enough to tell.
+// Returns the misalignment of two pictures of one size: the largest of the shifts in their middle and near
+// their corners, in whole pixels. Their tone curves may differ. Returns none if neither has enough texture.
 std::optional<double> LargestShiftPx(const cv::Mat& srgb8, const cv::Mat& other_srgb8);
 
-// What the raw file says of the photograph becomes the view's, where the view does not know it.
+// Copies metadata of the raw file to the view if the view lacks them.
 void NoteRawFacts(const RawFacts& facts, View& view);
 
-// What is worth a warning about the raw files of a set: lines for people.
+// Collects warnings about the raw files of a set, as lines for people.
 class RawSetDoubts {
  public:
-  // Returns the white balance by which the file is to be developed in place of its own: that of the set's
-  // first raw file of this camera; none: its own.
+  // Returns the white balance for the file, that of the set's first raw file of this camera; none means its
+  // own.
   std::optional<WhiteBalance> Add(const std::string& file, const RawFacts& facts);
-  // The raw file is not used beside its JPEG because they show different things.
+  // Notes a raw file that is not used beside its JPEG because they show different things.
   void AddUnlike(const std::string& file, double shift_px);
   void AddUnusable(const std::string& why) { unusable_.push_back(why); }
   std::vector<std::string> Lines() const;

@@ -53,7 +53,8 @@ bool IsBundlerFile(const fs::path& file) {
   return Lowercase(file.extension().string()) == ".out" && BeginningOf(file).starts_with("# Bundle file");
 }
 
-// The first file, by name, in the folder or in one of its `below` for which `is_one` is true; empty: none.
+// Returns the first file, by name, in the folder or in one of its `below` for which `is_one` is true; empty
+// if none.
 fs::path FirstFileIn(const fs::path& folder, std::initializer_list<const char*> below,
                      bool (*is_one)(const fs::path&)) {
   std::error_code unknown;
@@ -145,7 +146,7 @@ bool HoldsColmapPart(const fs::path& folder, const std::string& part, const char
 }
 
 fs::path ColmapModelIn(const fs::path& source) {
-  // A model that has lost its images is one still, so that its reader can name the missing file.
+  // A model without its images still counts, so that its reader can name the missing file.
   for (const char* named_by : {"images", "cameras"})
     for (const char* folder : {".", "sparse/0", "sparse", "colmap/sparse/0", "0"}) {
       const fs::path model = (source / folder).lexically_normal();

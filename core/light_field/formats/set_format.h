@@ -1,4 +1,4 @@
-// The formats of sets of posed photographs, and where the files of each lie.
+// The formats of sets of posed photographs, and the places of their files.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@ inline constexpr char kLlffFile[] = "poses_bounds.npy";
 inline constexpr char kTumListFile[] = "rgb.txt";
 inline constexpr char kTumPosesFile[] = "groundtruth.txt";
 
-// In the order in which they are looked for: what knows more comes first.
+// The order is that of the search: formats with more information come first.
 enum class SetFormat {
   kUlf,            // a light field: journal.jsonl
   kTransforms,     // nerfstudio, instant-ngp: transforms.json
@@ -25,23 +25,23 @@ enum class SetFormat {
   kRealityScan,    // .xmp beside the photographs
   kTum             // rgb.txt and groundtruth.txt
 };
-// As on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
+// Returns the name on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
 const char* Name(SetFormat format);
-// "auto" is none. Throws Refusal that lists the names.
+// Returns none for "auto". Throws Refusal that lists the names.
 std::optional<SetFormat> SetFormatFromName(const std::string& name);
 
-// The formats in which `source`, a folder or a file, holds a set.
+// Returns the formats in which `source`, a folder or a file, holds a set.
 std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
 
-// The file, or the folder, that the reader of the format wants; empty: `source` holds no such set.
+// Returns the file or folder that the format's reader takes; empty if `source` holds no such set.
 std::filesystem::path PlaceOf(SetFormat format, const std::filesystem::path& source);
 
-// The folder of a model in `source`: the folder itself, sparse/0, sparse, colmap/sparse/0 or 0; empty: there
-// is none.
+// Returns the folder of a model in `source`: the folder itself, sparse/0, sparse, colmap/sparse/0 or 0; empty
+// if there is none.
 std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
 
-// Whether the folder holds this part of a COLMAP model ("images", "cameras", "points3D") with this ending
-// ("bin", "txt").
+// Returns whether the folder holds this part of a COLMAP model ("images", "cameras", "points3D") with this
+// ending ("bin", "txt").
 bool HoldsColmapPart(const std::filesystem::path& folder, const std::string& part, const char* ending);
 
 }  // namespace ulf

@@ -20,7 +20,7 @@ using nlohmann::json;
 constexpr std::string_view kCameraKeys[] = {"fl_x", "fl_y", "cx", "cy", "w", "h", "camera_angle_x",
                                             "camera_angle_y", "k1", "k2", "k3", "k4", "p1", "p2",
                                             "camera_model", "is_fisheye",
-                                            // Of instant-ngp, refused.
+                                            // instant-ngp's; refused.
                                             "ftheta_p0", "latlong", "equirectangular"};
 
 constexpr int kMostPx = 1 << 20;
@@ -80,7 +80,8 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   }
   camera.cx = place.Number("cx", 0.5 * camera.width);
   camera.cy = place.Number("cy", 0.5 * camera.height);
-  // In parts of the picture, or from its middle: no lens has its axis at a picture's corner.
+  // The principal point keeps this margin, in parts of the picture: no lens has its axis at a picture's
+  // corner.
   constexpr int kLeastSide = 8;
   if (std::abs(camera.cx) <= 1 && std::abs(camera.cy) <= 1 &&
       std::max(camera.width, camera.height) >= kLeastSide)

@@ -1,5 +1,5 @@
-// Cameras in transforms.json: intrinsics with the keys of nerfstudio and instant-ngp, for the whole set or
-// per frame.
+// Reads and writes cameras in transforms.json: intrinsics with the keys of nerfstudio and instant-ngp, for
+// the whole set or per frame.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 namespace ulf {
 
 bool IsCameraKey(const std::string& key);
-// The camera keys of an object, without null values.
+// Returns the camera keys of an object, without null values.
 nlohmann::json CameraKeysOf(const nlohmann::json& object);
 // Merges camera keys as nerfstudio does: the keys of a frame override those of the set. If a frame contains
 // one key for the focal length, or for the lens model, no such key of the set is used.
@@ -24,7 +24,7 @@ bool HasIntrinsics(const JsonPlace& place);
 CameraModel ReadCamera(const JsonPlace& place, const std::filesystem::path& example_image);
 
 void WriteCamera(const CameraModel& camera, nlohmann::json& object);
-// For sets with several cameras: nerfstudio reads the lens model only at the top level.
+// Writes the lens model for sets with several cameras: nerfstudio reads it only at the top level.
 void WriteCameraKind(const std::vector<CameraModel>& cameras, nlohmann::json& object);
 
 }  // namespace ulf

@@ -36,7 +36,8 @@ using nlohmann::json;
 constexpr int kFormatVersion = 1;
 constexpr const char* kPointsFile = "points.ply";
 
-// Between camera axes with y up, z back (OpenGL) and y down, z forward (ours); its own inverse.
+// Converts between camera axes with y up, z back (OpenGL) and y down, z forward (ours); it is its own
+// inverse.
 Eigen::Matrix4d OpenGlFromOurs() { return Eigen::Vector4d(1, -1, -1, 1).asDiagonal(); }
 
 Rigid3 CamFromWorld(const JsonPlace& frame) {
@@ -86,7 +87,7 @@ bool Among(const std::string_view (&keys)[N], const std::string& key) {
   return std::ranges::find(keys, key) != std::end(keys);
 }
 
-// Keys that are read here, and keys that only trainers need; all others are reported as not used.
+// These keys are read, or only trainers need them; all others are reported as not used.
 constexpr std::string_view kSetKeys[] = {"frames",
                                          "ulf",
                                          "ply_file_path",
@@ -109,7 +110,7 @@ constexpr std::string_view kSetKeys[] = {"frames",
 constexpr std::string_view kFrameKeys[] = {"file_path", "transform_matrix", "mask_path", "ulf",
                                            "sharpness", "colmap_im_id",     "rotation"};
 
-// The set's values without its frames, then each frame, so that only one of them is in memory at a time.
+// Parses the set's values without its frames, then each frame, so that one of them is in memory at a time.
 class Document {
  public:
   explicit Document(const fs::path& file) : file_(file) {
@@ -157,7 +158,7 @@ class Document {
                  : std::string("not valid JSON: a number is too large");
   }
 
-  // Beside a journal whoever reads the light field says that this file follows from it.
+  // Beside a journal, the light field's reader says that this file is derived.
   std::string WayOut() const {
     return fs::exists(file_.parent_path() / "journal.jsonl")
                ? ""
@@ -168,7 +169,7 @@ class Document {
   json top_;
 };
 
-// The number that an image is named by; none where it is none, or too large for an id.
+// Returns the number in an image's name; none if there is none, or it is too large for an id.
 std::optional<int> NumberOfName(const std::string& path) {
   const std::string stem = fs::path(path).stem().string();
   if (stem.empty() || stem.size() > 9 || stem.find_first_not_of("0123456789") != std::string::npos)
@@ -177,7 +178,7 @@ std::optional<int> NumberOfName(const std::string& path) {
   return number > 0 ? std::optional(number) : std::nullopt;
 }
 
-// The cameras of a set, each once: many sets repeat the camera in every frame.
+// Collects the cameras of a set, each once: many sets repeat the camera in every frame.
 class Cameras {
  public:
   explicit Cameras(std::vector<CameraModel>& cameras) : cameras_(cameras) {}
@@ -208,13 +209,13 @@ void AddOnce(const std::string& doubt, std::vector<std::string>& doubts) {
   if (std::ranges::find(doubts, doubt) == doubts.end()) doubts.push_back(doubt);
 }
 
-// Masters and exposures show what the set's own photographs show, and belong to no others.
+// Masters and exposures belong to the set's own photographs and to no others.
 void ReadOurView(const FrameFiles& files, const JsonPlace& ours, View& view) {
   const std::string mask = view.mask_path;
   ReadViewJson(ours, view);
   if (files.images) {
     view.mask_path =
-        mask.empty() && !view.mask_path.empty() ? MaskElsewhere(files, view.mask_path, ours.where) : mask;
+        mask.empty() && !view.mask_path.empty() ? MaskOfSet(files, view.mask_path, ours.where) : mask;
     view.master_path.clear();
     view.exposures.clear();
     view.merged.reset();
@@ -226,7 +227,7 @@ void ReadOurView(const FrameFiles& files, const JsonPlace& ours, View& view) {
   }
 }
 
-// Where files are read, there must be frames, and the images and masks that they name.
+// If files are read, frames must exist, and the images and masks that they name.
 LightField ReadFrames(const Document& document, const fs::path& file, const FrameFiles& files) {
   LightField light_field;
   light_field.root = files.images ? files.images->folder() : files.root;
@@ -236,7 +237,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
   std::optional<CameraModel> shared_camera;
   MissingPhotographs missing;
   std::map<std::string, std::size_t> unused;
-  // A camera without size has that of the photograph that was measured.
+  // A camera without size has that of the measured photograph.
   const auto camera_of = [&](const json& object, const JsonPlace& frame, const std::string& given,
                              const fs::path& image) {
     const json own_keys = CameraKeysOf(object);
@@ -410,7 +411,7 @@ json TransformsDocument(const LightField& light_field, const std::optional<Journ
   json document;
   const bool one_camera = light_field.cameras.size() == 1;
   if (one_camera) WriteCamera(light_field.cameras.front(), document);
-  document["aabb_scale"] = 16;  // instant-ngp: the cube that it renders, in unit cubes; others ignore it
+  document["aabb_scale"] = 16;  // instant-ngp: size of the rendered cube, in unit cubes
   if (!light_field.points.empty()) document["ply_file_path"] = kPointsFile;
   json& ours = document["ulf"] = OurKeys(light_field);
   if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};

@@ -25,9 +25,9 @@ inline constexpr const char* kTransformsFile = "transforms.json";
 // the wrong type, not finite or not a rotation.
 LightField ReadTransformsJson(const std::filesystem::path& file);
 
-// The same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf).
-// `images`: the folder in which photographs are looked for by their names instead (SetImages::Find); the
-// light field's paths then count from there, and masters and exposures under "ulf" are left out. Empty: where
+// Does the same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf).
+// `images` is a folder in which photographs are searched by name (SetImages::Find); the light field's paths
+// are then relative to it, and masters and exposures under "ulf" are ignored. If empty, FILE's paths apply.
 // FILE says.
 LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {});
 
@@ -35,24 +35,24 @@ LightField ReadTransformsSet(const std::filesystem::path& file, const std::files
 // "ulf" gets the number in its image's name, else its position in the list.
 struct TransformsText {
   LightField light_field;
-  std::optional<JournalStamp> made_from;  // none: written by another program or an older version
+  std::optional<JournalStamp> made_from;  // none: by another program or an older version
   bool ours = false;                      // it has values under "ulf"
 };
 TransformsText ReadTransformsText(const std::filesystem::path& file);
 
-// `made_from`: the journal of the values.
+// `made_from` is the stamp of the journal that holds the values.
 nlohmann::json TransformsDocument(const LightField& light_field,
                                   const std::optional<JournalStamp>& made_from = std::nullopt);
-// The document as a file.
+// Returns the document as the text of a file.
 std::string TransformsJsonText(const LightField& light_field,
                                const std::optional<JournalStamp>& made_from = std::nullopt);
 
-// The rows of "transform_matrix" for a camera-to-world matrix with our axes.
+// Returns the rows of "transform_matrix" for a camera-to-world matrix with our axes.
 nlohmann::json OpenGlRows(const Eigen::Matrix4d& world_from_cam);
 
 // Throws Error naming `where` and `key` unless the matrix is a rotation and a translation.
 void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key);
-// cam_from_world from a camera-to-world matrix with OpenGL's axes, with the same check.
+// Returns cam_from_world from a camera-to-world matrix with OpenGL's axes, with the same check.
 Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key);
 
 }  // namespace ulf

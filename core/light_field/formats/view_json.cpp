@@ -13,7 +13,7 @@ namespace {
 
 constexpr char kSharedClock[] = "ieee1588";
 
-// Numbers of JSON are exact up to here.
+// JSON numbers are exact up to this value.
 constexpr double kMostExact = 9007199254740992;
 
 std::optional<std::uint64_t> CountIn(const JsonPlace& place, const char* key) {

@@ -16,7 +16,7 @@
 
 namespace ulf {
 
-// What is parsed points into `bytes`.
+// The parsed nodes point into `bytes`.
 struct XmlDocument {
   std::string file;
   std::string bytes;
@@ -113,8 +113,8 @@ std::vector<XmlElement> XmlElement::AllChildren() const {
   return found;
 }
 
-// One step after the other instead of a call for each depth: a file may be as deep as it likes.
-std::vector<XmlElement> XmlElement::Below(const char* name) const {
+// Iterates instead of recursing, because a file may be nested to any depth.
+std::vector<XmlElement> XmlElement::Descendants(const char* name) const {
   std::vector<XmlElement> found;
   const pugi::xml_node top = NodeOf(node_);
   pugi::xml_node at = top.first_child();

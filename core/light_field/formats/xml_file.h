@@ -1,7 +1,7 @@
-// A thin door to pugixml: XML read with checks. The only files that know the library are these two.
+// Wraps pugixml to read XML with checks. Only this header and its source use the library.
 //
-// What is missing, no number or not finite becomes an Error that names the file, the line and the element, as
-// "cameras.xml, line 12, <sensor>". Names of elements and attributes have their prefix, as in the file.
+// A value that is missing, no number or not finite becomes an Error that names the file, the line and the
+// element, as "cameras.xml, line 12, <sensor>". Names of elements and attributes include their prefix.
 #pragma once
 
 #include <cstddef>
@@ -17,33 +17,33 @@ namespace ulf {
 
 struct XmlDocument;
 
-// Keeps the document that it belongs to.
+// An element shares ownership of its document.
 class XmlElement {
  public:
   std::string Name() const;
-  // For messages: the file, the line and the element.
+  // Returns the file, the line and the element for messages.
   std::string Where() const;
 
-  // The first child of this name; none: there is none.
+  // Returns the first child of this name; none if there is none.
   std::optional<XmlElement> Find(const char* name) const;
-  // The same after each name of a path, "calibration/resolution".
+  // Descends along a path of names, "calibration/resolution".
   std::optional<XmlElement> FindPath(const std::string& path) const;
-  // The first child of this name. Throws Error where there is none.
+  // Returns the first child of this name. Throws Error if there is none.
   XmlElement Child(const char* name) const;
   std::vector<XmlElement> Children(const char* name) const;
-  // Those of every name.
+  // Returns children of every name.
   std::vector<XmlElement> AllChildren() const;
-  // All of this name inside this element, at any depth, in the file's order.
-  std::vector<XmlElement> Below(const char* name) const;
+  // Returns all descendants of this name, in the file's order.
+  std::vector<XmlElement> Descendants(const char* name) const;
 
   std::optional<std::string> Attribute(const char* name) const;
   std::vector<std::string> AttributeNames() const;
-  // Throws Error where it is missing or no whole number from `least` to `most`.
+  // Throws Error if it is missing or no whole number from `least` to `most`.
   int IntegerAttribute(const char* name, int least, int most) const;
-  // The element's own text without white space around it.
+  // Returns the element's own text without white space around it.
   std::string Text() const;
   double Number() const;
-  // Exactly `count` numbers between white space.
+  // Returns exactly `count` numbers that white space separates.
   std::vector<double> Numbers(std::size_t count) const;
 
  private:
@@ -55,16 +55,16 @@ class XmlElement {
   void* node_ = nullptr;
 };
 
-// The outermost element. Throws Error for a file that cannot be read, is larger than 256 MB or is no XML,
-// with the line at which it ceases to be one.
+// Returns the outermost element. Throws Error for a file that cannot be read, is larger than 256 MB or is no
+// XML, with the line of the fault.
 XmlElement ReadXmlFile(const std::filesystem::path& file);
-// The same of a text that was read already; `where` stands for the file.
+// Does the same for a text in memory; `where` stands for the file.
 XmlElement ReadXmlText(std::string text, const std::string& where);
 
-// Text as it may stand in an element or an attribute, of XML and of HTML.
+// Escapes text for an element or an attribute, of XML and of HTML.
 std::string XmlEscaped(std::string_view text);
 
-// Exactly `count` finite numbers between white space. Throws Error that begins with `where` and names `what`.
+// Parses exactly `count` finite numbers. Throws Error that begins with `where` and names `what`.
 std::vector<double> NumbersOf(const std::string& text, std::size_t count, const std::string& where,
                               const std::string& what);
 

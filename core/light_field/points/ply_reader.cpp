@@ -105,7 +105,7 @@ Body::Body(const std::string& bytes, const Header& header, std::string name)
       name_(std::move(name)) {}
 
 void Body::Require(const Element& element) const {
-  std::size_t least_bytes = 0;  // in text a digit and a space for each
+  std::size_t least_bytes = 0;  // for text a digit and a space each
   for (const Property& property : element.properties)
     least_bytes += format_ == Format::kAscii ? 2 : SizeOf(property.count_type.value_or(property.type));
   // The last number of a text file may have no space behind it.
@@ -117,7 +117,7 @@ double Body::Next(Number type) {
   if (format_ == Format::kAscii) return NextText();
   const std::size_t size = SizeOf(type);
   if (static_cast<std::size_t>(end_ - at_) < size) Truncated();
-  std::array<char, 8> bytes{};  // as this machine would write them
+  std::array<char, 8> bytes{};  // in this machine's byte order
   const bool turn = (format_ == Format::kBigEndian) == (std::endian::native == std::endian::little);
   for (std::size_t i = 0; i < size; ++i) bytes[turn ? size - 1 - i : i] = at_[i];
   at_ += size;

@@ -17,7 +17,7 @@ enum class Format { kAscii, kLittleEndian, kBigEndian };
 struct Property {
   std::string name;
   Number type = Number::kFloat;
-  std::optional<Number> count_type;  // of a list
+  std::optional<Number> count_type;  // set for a list
 };
 
 struct Element {
@@ -30,23 +30,23 @@ struct Header {
   Format format = Format::kAscii;
   std::vector<Element> elements;
   std::vector<std::string> comments;
-  std::size_t size = 0;  // bytes
+  std::size_t size = 0;  // length of the header in bytes
 };
 
 // Throws Error that begins with `name`.
 Header ParseHeader(const std::string& bytes, const std::string& name);
 
-// The numbers after the header. `bytes` and `header` must outlive it. Throws Error that begins with `name`
-// when the file is truncated.
+// Reads the numbers after the header. `bytes` and `header` must outlive it. Throws Error that begins with
+// `name` if the file is truncated.
 class Body {
  public:
   Body(const std::string& bytes, const Header& header, std::string name);
 
-  // At the start of an element: throws unless the file has at least the minimum size of its rows, so that a
-  // header cannot make the caller allocate more than the file contains.
+  // Called at the start of an element, throws unless the file has at least the minimum size of its rows, so
+  // that a header cannot make the caller allocate more than the file contains.
   void Require(const Element& element) const;
   double Next(Number type);
-  // The number of values that follow: the length of a list, else 1.
+  // Returns the number of values that follow: the length of a list, or 1.
   double Count(const Property& property);
   void Skip(const Element& element);
 
@@ -64,7 +64,7 @@ class Body {
 
 namespace ulf {
 
-// Parses a number, also "nan" and "inf". False: `text` is no number.
+// Parses a number, also "nan" and "inf". Returns false if `text` is no number.
 bool ParseNumber(std::string_view text, double& value);
 
 }  // namespace ulf

@@ -105,8 +105,7 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
 
 namespace {
 
-// Tells a file that ulf wrote for a light field from one that somebody changed, and from another light
-// field's.
+// Identifies a file that ulf wrote for a light field, against edited ones and other light fields' files.
 std::string OwnComment(std::string_view body, const std::string& light_field) {
   return fmt::format("written by ulf, checksum of the vertices {}{}", ChecksumText(FastChecksumOf(body)),
                      light_field.empty() ? "" : ", of the light field " + light_field);
@@ -150,11 +149,11 @@ void Take(const ply::Property& property, ply::Body& body, ScenePoint& point) {
   }
 }
 
-// Whether the vertices of two files that were written so are the same, whatever their headers say.
+// Returns whether the vertices of two such files are the same, whatever their headers say.
 bool HoldsSamePoints(std::string_view ply, std::string_view other) { return BodyOf(ply) == BodyOf(other); }
 
-// Whether ulf wrote the file for this light field and nobody changed it since, by mark and checksum in its
-// header.
+// Returns whether ulf wrote the file for this light field and nobody changed it since, by mark and checksum
+// in its header.
 bool IsOwnPointPly(std::string_view ply, const std::string& light_field) {
   const std::string_view header = ply.substr(0, ply.size() - BodyOf(ply).size());
   return header.find("comment " + OwnComment(BodyOf(ply), light_field) + "\n") != std::string_view::npos;
@@ -208,7 +207,7 @@ StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
   }
 }
 
-// Tells light fields apart by how their journals begin: with the device, and the first view and its times.
+// Identifies light fields by the beginning of their journals: the device, the first view and its times.
 std::string LightFieldMark(const fs::path& root) {
   std::ifstream journal(root / kJournalFile);
   std::string begin;
@@ -219,9 +218,9 @@ std::string LightFieldMark(const fs::path& root) {
   return ChecksumText(FastChecksumOf(begin));
 }
 
-// Whether another program, a person, or ulf for another light field wrote the file. One of this light field
-// that is only older, because a kill came between the two files, says nothing: the next writer makes it
-// again.
+// Returns whether another program, a person, or ulf for another light field wrote the file. A file of this
+// light field that is only older, because a kill came between the two files, is ours: the next writer makes
+// it again.
 bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
   std::error_code unknown;
   if (!fs::is_regular_file(ply, unknown)) return false;

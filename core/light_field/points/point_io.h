@@ -1,5 +1,5 @@
-// A light field's points on disk: points.ulf with all their observations, and points.ply with their positions
-// for other programs, which is derived from it.
+// Reads and writes a light field's points: points.ulf with all their observations, and points.ply, which is
+// derived from it, with their positions for other programs.
 #pragma once
 
 #include <filesystem>
@@ -16,14 +16,13 @@ namespace ulf {
 // light_field.doubts.
 void ReadPoints(LightField& light_field);
 
-// Reads positions from a PLY file; false: there is none. A damaged file is not an error but adds a message to
-// light_field.doubts, because a light field is usable without points.
+// Reads positions from a PLY file; returns false if there is none. A damaged file is not an error but adds a
+// message to light_field.doubts, because a light field is usable without points.
 bool ReadPointPositions(const std::filesystem::path& ply, LightField& light_field);
 
 void WritePoints(const LightField& light_field);
 
-// points.ulf: the points with all their observations. points.ply and sparse/0 are derived from it.
-// (docs/light_field.md, for other programs.)
+// points.ulf holds the points with all their observations (docs/light_field.md, for other programs).
 //
 // Little-endian:
 //   8 bytes "ulfpts\0" and version
@@ -41,18 +40,18 @@ void WritePoints(const LightField& light_field);
 std::string PointFileBytes(const LightField& light_field);
 
 struct StoredPoints {
-  std::string problem;             // the problem with the bytes; empty: none, and the rest is set
+  std::string problem;             // empty if the bytes are valid and the rest is set
   std::vector<ScenePoint> points;  // as stored
-  std::set<int> moved;             // views whose pose or camera has changed
+  std::set<int> moved;             // ids of views whose pose or camera has changed
 };
 StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_field);
 
 // Reads and writes points as PLY. Written files are binary little-endian: x y z float, red green blue uchar.
 
-// `light_field`: a mark of the light field whose points they are; empty: they are a file of their own.
+// `light_field` identifies the light field whose points they are; it is empty for a separate file.
 std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field = "");
-// The vertices of any PLY, with their colours if any, without those that are not finite. Throws Error for a
-// file that is no PLY or is truncated.
+// Returns the finite vertices of any PLY, with their colours if any. Throws Error for a file that is no PLY
+// or is truncated.
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file);
 
 }  // namespace ulf

@@ -15,7 +15,7 @@ class ObservationsById {
   explicit ObservationsById(const LightField& light_field) : light_field_(light_field) {
     for (const View& view : light_field.views) views_[view.id] = &view;
   }
-  // Without a camera: there is no such view.
+  // Has no camera if there is no such view.
   PosedObservation Of(const ViewObservation& seen) const {
     const auto view = views_.find(seen.view_id);
     if (view == views_.end()) return {};
@@ -112,7 +112,7 @@ std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observat
                   solver.values.cwiseInverse().cwiseProduct(solver.vectors.transpose() * right));
 }
 
-// One Gauss-Newton step under Huber's loss; zero where too few views see the point.
+// Returns one Gauss-Newton step under Huber's loss; zero if too few views see the point.
 Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d& point) {
   // Threshold of Huber's loss. Guessed: observations are good to less than a pixel.
   constexpr double kDoubtPx = 1;

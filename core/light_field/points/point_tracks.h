@@ -29,7 +29,7 @@ std::size_t MeasurePoints(LightField& light_field);
 struct PointStatistics {
   std::size_t points = 0, tracked = 0, observations = 0;
   double mean_track_length = 0;  // of points with a track
-  double mean_error_px = 0;      // of observations
+  double mean_error_px = 0;      // px, of all observations
 };
 PointStatistics StatisticsOf(const std::vector<ScenePoint>& points);
 
@@ -42,11 +42,11 @@ struct PosedObservation {
   Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
 };
 
-// Starts at the point nearest to all rays and minimises Huber's loss with a threshold of one pixel. None:
-// fewer than two cameras have the point in front of them, or the rays are nearly parallel.
+// Starts at the point nearest to all rays and minimises Huber's loss with a threshold of one pixel. Returns
+// none if fewer than two cameras have the point in front of them, or the rays are nearly parallel.
 std::optional<Eigen::Vector3d> FitPoint(std::span<const PosedObservation> observations);
 
-// Distance of an observation from the point's projection in pixels; infinite when it has none.
+// Returns an observation's distance from the point's projection in pixels; infinite if it has none.
 double ReprojectionErrorPx(const PosedObservation& observation, const Eigen::Vector3d& point_in_world);
 
 }  // namespace ulf

@@ -253,7 +253,7 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
                        Counted(closed.recorded, "view"), render::ProxyCommand(root)));
     spool_.Folder().RequireInPlace();
   } catch (const std::exception& error) {
-    closed.problem = spool_.Folder().WhyGone().value_or(error.what());
+    closed.problem = spool_.Folder().WhyNotInPlace().value_or(error.what());
     closed.geometry.reset();
   }
   return closed;

@@ -107,7 +107,7 @@ ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
       problem);
   const MutexLock lock(mutex_);
   if (outcome == Outcome::kWritten) no_room_.reset();
-  if (outcome == Outcome::kFailed && tasks.size() == 1) failure_ = folder_.WhyGone().value_or(problem);
+  if (outcome == Outcome::kFailed && tasks.size() == 1) failure_ = folder_.WhyNotInPlace().value_or(problem);
   return outcome;
 }
 
@@ -242,7 +242,7 @@ void ViewSpool::PictureLoop() {
           WritePictureFromMaster(root_, view);
         },
         problem);
-    const std::optional<std::string> gone = folder_.WhyGone();
+    const std::optional<std::string> gone = folder_.WhyNotInPlace();
     lock.lock();
     std::erase(pictures_being_made_, view.id);
     if (outcome == Outcome::kWritten) {
@@ -442,7 +442,7 @@ LightFieldWriter ViewSpool::Finish() {
   StopThreads();
   if (!threaded_) WriteInCaller(false);
   const MutexLock lock(mutex_);
-  if (pictures_not_made_ > 0 && !folder_.WhyGone())
+  if (pictures_not_made_ > 0 && !folder_.WhyNotInPlace())
     spdlog::warn(
         "{} of images/ could not be made now and will be made from masters/ when the light field is next "
         "opened",

@@ -1,5 +1,5 @@
-// For all fragment shaders: where a point falls in a view, and the depth of the proxy.
-// Points are in the virtual camera's frame (x right, y down, z forward); row 0 of the target is the image's top.
+// For all fragment shaders: where a point falls in a view, and the depth of the proxy. Points are in the
+// virtual camera's frame (x right, y down, z forward); row 0 of the target is the image's top.
 
 layout(binding = 0) uniform sampler2DArray photographs[ARRAYS];
 
@@ -78,7 +78,8 @@ float ShadowMapVisibility(vec4 shadow_map, ivec4 place, vec3 in_view) {
 #endif
 }
 
-// The point's place in the view's image; returns the feather times the visibility, 0 where the view does not see it.
+// The point's place in the view's image; returns the feather times the visibility, 0 where the view does not
+// see it.
 float See(View v, vec3 point, out vec2 img) {
   vec3 in_view = InView(v, point);
   float feather = Frame(v, in_view, img);
@@ -98,8 +99,8 @@ vec4 Photograph(ivec4 place, vec2 uv) {
 }
 
 #ifdef CORRECTED
-// What light on the common scale is multiplied by, for a view's correction. `from_axis`: from the principal point, in
-// the units of `size`, the photograph's.
+// What light on the common scale is multiplied by, for a view's correction. `from_axis`: from the principal
+// point, in the units of `size`, the photograph's.
 vec3 Correction(vec4 correction, float falloff_r4, vec2 from_axis, vec2 size) {
   float r2 = 4.0 * dot(from_axis, from_axis) / dot(size, size);
   return correction.rgb / (1.0 + r2 * (correction.w + r2 * falloff_r4));

@@ -1,6 +1,7 @@
-// Second pass: every triangle once for up to VIEWS of the views that have weight in it and whose photographs lie in one
-// array, so that the fixed cost of a fragment, and adding up in memory, is paid once for all of them. The data of the
-// views and of their weights is constant over the triangle; it is passed flat, in as few vectors as possible.
+// Second pass: every triangle once for up to VIEWS of the views that have weight in it and whose photographs
+// lie in one array, so that the fixed cost of a fragment, and adding up in memory, is paid once for all of
+// them. The data of the views and of their weights is constant over the triangle; it is passed flat, in as
+// few vectors as possible.
 struct Fan {
   uint triangle;
   uint view;
@@ -18,10 +19,11 @@ layout(std430, binding = 3) readonly buffer FanBatches { FanBatch batches[]; };
 invariant gl_Position;
 // view_from_cam, two rows, x and y of its translation; the third row is their cross product.
 flat out vec4 right[VIEWS], down[VIEWS];
-// A view's weight is numerator . ray / denominator . ray. The numerator's w is the z of the view's translation, the
-// denominator's w the triangle's confidence.
+// A view's weight is numerator . ray / denominator . ray. The numerator's w is the z of the view's
+// translation, the denominator's w the triangle's confidence.
 flat out vec4 numerator[VIEWS], denominator;
-// Layers of the views' photographs. HIDES: plus 4096 times the layers of their shadow maps, counted from 1; 0: no map.
+// Layers of the views' photographs. HIDES: plus 4096 times the layers of their shadow maps, counted from 1;
+// 0: no map.
 flat out vec4 layers[(VIEWS + 3) / 4];
 #ifndef ONE_CAMERA
 flat out vec4 to_uv[VIEWS];  // of (x, y) / z: scale, offset

@@ -1,9 +1,10 @@
-// Fills a pixel that its own views hardly cover (the depth test decides): with lumigraph weights of the nearest views
-// that see its point, or from the nearest view that has the point in its image although the proxy hides it. Alpha: -1
-// filled, -2 empty, else the confidence; where the nearest view is the field itself, the view's feather. Between
-// passes, when not all photographs are resident at the same time: light times weight, weight - 8. Skips views whose
-// photographs have no light there, as far as the photographs are resident. MARK: draws nothing; marks the views that
-// the pixel needs, whether their photographs are resident or not, and views whose shadow maps are needed and missing.
+// Fills a pixel that its own views hardly cover (the depth test decides): with lumigraph weights of the
+// nearest views that see its point, or from the nearest view that has the point in its image although the
+// proxy hides it. Alpha: -1 filled, -2 empty, else the confidence; where the nearest view is the field
+// itself, the view's feather. Between passes, when not all photographs are resident at the same time: light
+// times weight, weight - 8. Skips views whose photographs have no light there, as far as the photographs are
+// resident. MARK: draws nothing; marks the views that the pixel needs, whether their photographs are resident
+// or not, and views whose shadow maps are needed and missing.
 layout(binding = 10) uniform isamplerBuffer nearest_first;  // views of each tile
 flat in ivec2 looks_through;  // first and end in nearest_first
 uniform int asked;            // views to find that have light everywhere; 1: the first view gets all weight

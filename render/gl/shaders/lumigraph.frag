@@ -1,7 +1,7 @@
-// Lumigraph weights at every pixel over all views. The k best views are added up in the order of the views, as far as
-// their photographs are resident: the sum is the same in one pass or in several.
-// MARK: draws nothing; marks the views that decide, whether their photographs are resident or not. Nothing is hidden
-// from a view without a shadow map.
+// Lumigraph weights at every pixel over all views. The k best views are added up in the order of the views,
+// as far as their photographs are resident: the sum is the same in one pass or in several. MARK: draws
+// nothing; marks the views that decide, whether their photographs are resident or not. Nothing is hidden from
+// a view without a shadow map.
 uniform int view_count;
 uniform int k_best;  // at most 8
 uniform float resolution_penalty;

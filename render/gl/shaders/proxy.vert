@@ -1,4 +1,5 @@
-// The proxy's triangles for one camera (its frame: x right, y down, z forward; row 0 of the target is the image's top).
+// The proxy's triangles for one camera (its frame: x right, y down, z forward; row 0 of the target is the
+// image's top).
 layout(std430, binding = 6) readonly buffer Vertices { float vertices[]; };
 layout(std430, binding = 7) readonly buffer Corners { uint corners[]; };
 uniform vec4 row0, row1, row2;    // cam_from_world

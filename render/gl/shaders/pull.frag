@@ -1,4 +1,5 @@
-// A level of the pyramid of inverse depths: the mean of the known pixels among four of the finer level; 0: none.
+// A level of the pyramid of inverse depths: the mean of the known pixels among four of the finer level; 0:
+// none.
 layout(binding = 15) uniform sampler2D finer;
 uniform bool of_depths;  // the finer level holds depths
 out vec4 color;

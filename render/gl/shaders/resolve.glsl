@@ -1,6 +1,6 @@
-// A pixel after its own views are drawn: light over weight, and the confidence as alpha. Where their weight is too
-// small and other views must fill it up, alpha is -4 - (confidence in 1023 parts) - (weight, 0 to 1). Where none of its
-// own views sees it, alpha is -2.
+// A pixel after its own views are drawn: light over weight, and the confidence as alpha. Where their weight
+// is too small and other views must fill it up, alpha is -4 - (confidence in 1023 parts) - (weight, 0 to 1).
+// Where none of its own views sees it, alpha is -2.
 uniform float least_weight;
 uniform float whole_weight;  // other views fill up a smaller weight
 

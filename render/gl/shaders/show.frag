@@ -1,5 +1,5 @@
-// The picture for a screen: brightened, in sRGB, row 0 on top, and on request with stripes where its confidence is low.
-// What the views' masks leave out is grey.
+// The picture for a screen: brightened, in sRGB, row 0 on top, and on request with stripes where its
+// confidence is low. What the views' masks leave out is grey.
 layout(binding = 15) uniform sampler2D resolved;  // linear light; alpha: confidence, negative for none, -2 for empty
 layout(binding = 14) uniform sampler2D masks;     // the same of the masks
 uniform vec4 size;                                // of the picture, of the screen

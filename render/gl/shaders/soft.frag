@@ -1,6 +1,6 @@
-// The soft field's pixel, as render/renderer/soft_pixel.h defines it; constants come from there. Between passes, when not
-// all photographs are resident at the same time, each pass adds the mean of its own views, balanced among themselves, by
-// their share of all weight.
+// The soft field's pixel, as render/renderer/soft_pixel.h defines it; constants come from there. Between
+// passes, when not all photographs are resident at the same time, each pass adds the mean of its own views,
+// balanced among themselves, by their share of all weight.
 layout(binding = 10) uniform isamplerBuffer nearest_first;  // views of each tile
 #ifdef MAPS
 layout(binding = 14) uniform sampler2DArray depth_maps;  // inverse depth over the view's unit; 0: unknown

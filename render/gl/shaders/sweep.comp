@@ -1,9 +1,11 @@
-// The matching costs of four planes of the sweep at a pixel, computed as in render/stereo/plane_sweep.cpp. The program
-// defines RADIUS, NEIGHBOURS, KEEP and COST_UNIT. Computed and not drawn: some GPUs draw with a few of their cores only.
+// The matching costs of four planes of the sweep at a pixel, computed as in render/stereo/plane_sweep.cpp.
+// The program defines RADIUS, NEIGHBOURS, KEEP and COST_UNIT. Computed and not drawn: some GPUs draw with a
+// few of their cores only.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform sampler2DArray own;  // one layer
 layout(binding = 1) uniform sampler2DArray others;
-// Of each neighbour: three rows of the map at infinity, each with its factor of the plane's inverse depth; the size.
+// Of each neighbour: three rows of the map at infinity, each with its factor of the plane's inverse depth;
+// the size.
 layout(binding = 2) uniform samplerBuffer carriers;
 layout(std430, binding = 2) readonly buffer InverseDepths { float inverse_depths[]; };  // of the planes
 layout(std430, binding = 3) writeonly buffer Costs { uint costs[]; };  // of the band's pixels, four planes in one

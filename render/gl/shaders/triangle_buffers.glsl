@@ -1,5 +1,5 @@
-// Triangles of the viewpoint mesh or of the image. Their depth is their order, so that of overlapping triangles the
-// last one counts.
+// Triangles of the viewpoint mesh or of the image. Their depth is their order, so that of overlapping
+// triangles the last one counts.
 struct Triangle {
   vec4 corner[3];  // clip x, y, depth between -1 and 1, w
   vec4 row[3];     // barycentric_from_ray up to scale; the first's w: confidence

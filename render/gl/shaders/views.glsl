@@ -1,5 +1,6 @@
 const int VIEW_TEXELS = 14;
-// Texels: software rasterisers read them for all fragments together, and storage buffers for one fragment at a time.
+// Texels: software rasterisers read them for all fragments together, and storage buffers for one fragment at
+// a time.
 layout(binding = 9) uniform samplerBuffer view_texels;
 
 View ViewAt(int i) {

@@ -72,7 +72,7 @@ FrameTimes TimeReference(const std::shared_ptr<const RenderScene>& scene, const 
   const auto renderer = MakeRenderer(scene, {.field = field, .renderer = RendererKind::kReference});
   const ViewerCamera camera = StartingCamera(*scene);
   const auto draw = [&](int frame) {
-    renderer->Render(camera.For(size), Orbited(camera, 0.02 * frame, 0.01 * frame).CamFromWorld());
+    renderer->Render(camera.ModelFor(size), Orbited(camera, 0.02 * frame, 0.01 * frame).CamFromWorld());
   };
   draw(0);
   return Time(effort.Of(1, 3), 2, draw);

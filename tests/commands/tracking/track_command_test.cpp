@@ -121,14 +121,14 @@ TEST(TrackReport, PosesStandWithTheirWorld) {
   for (const auto& [live, final] : std::vector<std::pair<std::optional<int>, std::optional<int>>>{
            {0, 0}, {0, 0}, {1, 1}, {{}, 1}, {{}, 1}, {1, 1}, {1, 1}, {{}, 2}})
     add(live, final);
-  const std::vector<GivenPoses> maps = ByMap(run);
+  const std::vector<GivenPoses> maps = PosesOfMaps(run);
   ASSERT_EQ(maps.size(), 3u);
   EXPECT_EQ(maps[0].live.size(), 2u);
   EXPECT_EQ(maps[1].live.size(), 0u);
   EXPECT_EQ(maps[1].final.size(), 1u);
   EXPECT_EQ(maps[2].live.size(), 3u) << "the last map that gave live poses comes last";
   EXPECT_EQ(maps[2].final.size(), 5u);
-  EXPECT_EQ(OfLastMap(run).final.size(), 5u);
+  EXPECT_EQ(LastMapPoses(run).final.size(), 5u);
   EXPECT_EQ(LivePoses(run), 5);
   run.map.parts = 2;
   EXPECT_THAT(ToText(run, nullptr),

@@ -183,7 +183,7 @@ TEST(WaitingText, SaysWhatLongWorkIsAt) {
   ::testing::internal::CaptureStderr();
   {
     Waiting waiting("closing", "the last views");
-    waiting.For("the mesh");
+    waiting.SetStep("the mesh");
     std::this_thread::sleep_for(std::chrono::milliseconds(1600));
   }
   EXPECT_THAT(::testing::internal::GetCapturedStderr(),
@@ -193,9 +193,9 @@ TEST(WaitingText, SaysWhatLongWorkIsAt) {
 TEST(StopOnSignalTest, SignalAsksWithoutEndingTheProcess) {
   {
     const StopOnSignal stop;
-    EXPECT_FALSE(StopOnSignal::Asked());
+    EXPECT_FALSE(StopOnSignal::Requested());
     std::raise(SIGTERM);
-    EXPECT_TRUE(StopOnSignal::Asked());
+    EXPECT_TRUE(StopOnSignal::Requested());
   }
   struct sigaction after {};
   sigaction(SIGTERM, nullptr, &after);

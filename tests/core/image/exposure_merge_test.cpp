@@ -43,7 +43,7 @@ std::vector<AlignedExposure> Bracket(const cv::Mat& radiance, const std::vector<
                                      std::uint64_t seed) {
   std::vector<AlignedExposure> exposures;
   for (const double each : stops)
-    exposures.push_back(AsItLies(Exposed(radiance, each, seed++), std::exp2(each)));
+    exposures.push_back(WithoutAlignment(Exposed(radiance, each, seed++), std::exp2(each)));
   return exposures;
 }
 
@@ -149,7 +149,7 @@ TEST(ExposureMerge, MisalignedExposureDoesNotBlurEdges) {
   radiance.colRange(64, 128).setTo(cv::Scalar(0.06, 0.06, 0.06, 0));
   beside.colRange(65, 128).setTo(cv::Scalar(0.06, 0.06, 0.06, 0));
   std::vector<AlignedExposure> exposures = Bracket(radiance, {0, 3}, 11);
-  exposures[1] = AsItLies(Exposed(beside, 3, 12), 8);
+  exposures[1] = WithoutAlignment(Exposed(beside, 3, 12), 8);
   const auto error = [&](int from, int to) {
     const MergedLight merged = MergeExposures(exposures);
     double sum = 0;
@@ -172,7 +172,7 @@ TEST(ExposureMerge, MovedContentKeepsTheReference) {
   cv::Mat moved = radiance.clone();
   const cv::Rect thing(190, 60, 40, 60);  // bands 8 and 9
   moved(thing).setTo(cv::Scalar::all(0.05));
-  exposures[1] = AsItLies(Exposed(moved, -2, 77), 0.25);
+  exposures[1] = WithoutAlignment(Exposed(moved, -2, 77), 0.25);
   const MergedLight merged = MergeExposures(exposures);
   const double share = thing.area() / static_cast<double>(radiance.total());
   EXPECT_NEAR(merged.ghost_share, share, 0.25 * share);

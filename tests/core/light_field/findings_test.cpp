@@ -57,7 +57,7 @@ class KeptFindings : public testing::Test {
     WriteSample(dir_, 6);
     light_field_ = ReadLightField(dir_);
   }
-  void KeepTwo() { ASSERT_EQ(Keep(dir_, Check::kPoses, {WrongViews(light_field_, {1, 2})}), ""); }
+  void KeepTwo() { ASSERT_EQ(KeepFindings(dir_, Check::kPoses, {WrongViews(light_field_, {1, 2})}), ""); }
   fs::path PhotographOf(std::size_t view) const { return dir_ / light_field_.views[view].image_path; }
   ScratchFolder scratch_;
   fs::path dir_ = scratch_ / "lf";
@@ -79,9 +79,9 @@ TEST_F(KeptFindings, AreReadAgainAndNothingElseChanges) {
 
 TEST_F(KeptFindings, StandBesideThoseOfOtherChecks) {
   KeepTwo();
-  EXPECT_EQ(Keep(dir_, Check::kLight, {{Name(Check::kLight), "the lamp changed", {}}}), "");
+  EXPECT_EQ(KeepFindings(dir_, Check::kLight, {{Name(Check::kLight), "the lamp changed", {}}}), "");
   EXPECT_THAT(WordsIn(dir_), ElementsAre(HasSubstr("are wrong"), "the lamp changed"));
-  EXPECT_EQ(Keep(dir_, Check::kPoses, {}), "");
+  EXPECT_EQ(KeepFindings(dir_, Check::kPoses, {}), "");
   EXPECT_THAT(WordsIn(dir_), ElementsAre("the lamp changed"));
 }
 
@@ -106,7 +106,7 @@ TEST_F(KeptFindings, LapseForAViewWithAnotherPoseOrNone) {
 }
 
 TEST_F(KeptFindings, AboutAllStandWhileMostViewsDo) {
-  ASSERT_EQ(Keep(dir_, Check::kPoses, {{Name(Check::kPoses), "all poses are wrong", {}}}), "");
+  ASSERT_EQ(KeepFindings(dir_, Check::kPoses, {{Name(Check::kPoses), "all poses are wrong", {}}}), "");
   LightFieldWriter writer = LightFieldWriter::Resume(dir_);
   writer.UpdatePoses({{1, ViewNumber(5).cam_from_world}, {2, ViewNumber(5).cam_from_world}});
   EXPECT_THAT(WordsIn(dir_), ElementsAre("all poses are wrong"));
@@ -119,7 +119,7 @@ TEST_F(KeptFindings, AboutLightLapseWithTheirViews) {
   Finding darker{Name(Check::kLight), "views 5 to 6 are darker", {}};
   for (const std::size_t i : {4, 5})
     darker.views[light_field_.views[i].id] = light_field_.views[i].image_path;
-  ASSERT_EQ(Keep(dir_, Check::kLight, {darker}), "");
+  ASSERT_EQ(KeepFindings(dir_, Check::kLight, {darker}), "");
   fs::copy(dir_, scratch_ / "other", fs::copy_options::recursive);
   LightFieldWriter::Resume(dir_).RemoveViews({1, 5});
   EXPECT_THAT(WordsIn(dir_), ElementsAre("views 5 to 6 are darker"));
@@ -153,19 +153,19 @@ TEST_F(KeptFindings, AreNotWrittenIntoWhatMustStayAsItIs) {
   const std::string journal = ReadWholeFile(dir_ / kJournalFile);
   {
     const LightFieldWriter writer = LightFieldWriter::Resume(dir_);
-    EXPECT_THAT(Keep(dir_, Check::kPoses, found), HasSubstr("another process is recording"));
+    EXPECT_THAT(KeepFindings(dir_, Check::kPoses, found), HasSubstr("another process is recording"));
   }
   WriteFileAtomically(dir_ / kJournalFile, journal.substr(0, journal.size() - 20));
-  EXPECT_THAT(Keep(dir_, Check::kPoses, found), HasSubstr("damaged"));
+  EXPECT_THAT(KeepFindings(dir_, Check::kPoses, found), HasSubstr("damaged"));
   EXPECT_EQ(fs::file_size(dir_ / kJournalFile), journal.size() - 20);
   // The last view is lost, at the end of a line.
   const std::size_t view = journal.rfind('\n', journal.rfind(R"("event":"view")")) + 1;
   ASSERT_GT(view, 0u);
   WriteFileAtomically(dir_ / kJournalFile, journal.substr(0, view));
-  EXPECT_THAT(Keep(dir_, Check::kPoses, found), HasSubstr("lost its end"));
+  EXPECT_THAT(KeepFindings(dir_, Check::kPoses, found), HasSubstr("lost its end"));
   EXPECT_EQ(fs::file_size(dir_ / kJournalFile), view);
   fs::remove(dir_ / kJournalFile);
-  EXPECT_THAT(Keep(dir_, Check::kPoses, found), HasSubstr("never written to"));
+  EXPECT_THAT(KeepFindings(dir_, Check::kPoses, found), HasSubstr("never written to"));
   EXPECT_FALSE(fs::exists(dir_ / kJournalFile));
 }
 
@@ -174,7 +174,7 @@ TEST_F(KeptFindings, FailNothingInAReadOnlyFolder) {
   if (mount(dir.c_str(), dir.c_str(), nullptr, MS_BIND, nullptr) != 0)
     GTEST_SKIP() << "no folder can be made read-only here";
   ASSERT_EQ(mount(nullptr, dir.c_str(), nullptr, MS_REMOUNT | MS_BIND | MS_RDONLY, nullptr), 0);
-  const std::string why = Keep(dir_, Check::kPoses, {WrongViews(light_field_, {1})});
+  const std::string why = KeepFindings(dir_, Check::kPoses, {WrongViews(light_field_, {1})});
   EXPECT_EQ(umount(dir.c_str()), 0);
   EXPECT_THAT(why, HasSubstr("Read-only"));
 }

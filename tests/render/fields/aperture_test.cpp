@@ -41,8 +41,7 @@ ApertureField FieldOf(const std::shared_ptr<RenderScene>& scene, int level) {
   return ApertureField(std::make_shared<MeshField>(scene, level));
 }
 
-FieldSample WeightsAlong(const FieldFromHere& field, const Rigid3& cam_from_world,
-                         const Vector3d& ray_in_cam) {
+FieldSample WeightsAlong(const PlacedField& field, const Rigid3& cam_from_world, const Vector3d& ray_in_cam) {
   FieldSample sample;
   field.Weights({cam_from_world.rotation.conjugate() * ray_in_cam.normalized(), Vector3d::Zero()}, sample);
   return sample;

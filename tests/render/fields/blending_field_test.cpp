@@ -308,7 +308,8 @@ TEST(LumigraphField, SumsToOneOverAtMostKViews) {
         ASSERT_FALSE(sample.weights.empty());
         EXPECT_LE(sample.weights.size(), At(k));
         EXPECT_NEAR(Sum(sample), 1, 1e-12);
-        for (const ViewWeight& entry : sample.weights) EXPECT_TRUE(scene->views[At(entry.view)].See(point));
+        for (const ViewWeight& entry : sample.weights)
+          EXPECT_TRUE(scene->views[At(entry.view)].ProjectVisible(point));
       }
     }
   }

@@ -108,7 +108,7 @@ TEST(StillBackground, IsWhatRecursAndNotWhatChanges) {
       }
     pictures.push_back(picture);
   }
-  const StillBackground background = LearnBackground(pictures, {});
+  const StillBackground background = EstimateBackground(pictures, {});
   EXPECT_NEAR(cv::mean(background.noise)[0], 2, 1) << "too much, as a third of the pixels change";
   for (int y = 12; y < 40; ++y)
     for (int x = 12; x < 48; ++x) {
@@ -131,7 +131,7 @@ TEST(StillBackground, TellsByHowMuchAPictureIsShifted) {
   random.fill(wall, cv::RNG::UNIFORM, 0, 255);
   cv::GaussianBlur(wall, wall, {}, 3);
   cv::normalize(wall, wall, 0, 255, cv::NORM_MINMAX);
-  const StillBackground background = LearnBackground(std::vector<cv::Mat>(6, wall), {});
+  const StillBackground background = EstimateBackground(std::vector<cv::Mat>(6, wall), {});
   cv::Mat moved;
   cv::warpAffine(wall, moved, cv::Matx23d(1, 0, 1.5, 0, 1, -0.75), wall.size(), cv::INTER_CUBIC,
                  cv::BORDER_REPLICATE);
@@ -162,7 +162,7 @@ TEST(SilhouetteHull, HoldsTheBallAndForgivesASilhouette) {
   const SilhouetteHull hull(silhouettes, Eigen::Vector3d::Zero(), 0.5, 64);
   ASSERT_FALSE(hull.empty());
   const Rigid3 pose = silhouettes[5].cam_from_world;
-  const cv::Mat seen = hull.SeenFrom(camera, pose), truth = seen_from(pose);
+  const cv::Mat seen = hull.ProjectedInto(camera, pose), truth = seen_from(pose);
   EXPECT_EQ(cv::countNonZero(truth & ~seen), 0) << "the ball is in its hull";
   EXPECT_LT(cv::countNonZero(seen), 1.25 * cv::countNonZero(truth));
 }

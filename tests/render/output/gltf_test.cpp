@@ -321,7 +321,7 @@ TEST(SurfaceViews, SharesSumToOneAndLeaveOutWhatIsHidden) {
     for (const auto& [view, weight] : baked.shares[i]) {
       sum += weight;
       const Vector3d point = baked.mesh->vertices[i].cast<double>();
-      EXPECT_TRUE(baked.scene->views[static_cast<std::size_t>(view)].See(point)) << i;
+      EXPECT_TRUE(baked.scene->views[static_cast<std::size_t>(view)].ProjectVisible(point)) << i;
     }
     EXPECT_NEAR(sum, 1, 1e-5);
     EXPECT_LE(baked.shares[i].size(), 4u);

@@ -58,7 +58,7 @@ TEST_F(PhotographStoreTest, DecodesEachPhotographOnce) {
   for (const bool again : {false, true}) {
     const PhotographStore store = Open();
     EXPECT_EQ(store.counts().decoded, 0u);
-    const auto photograph = store.Of(4);
+    const auto photograph = store.PhotographOf(4);
     ASSERT_EQ(photograph->LevelCount(), static_cast<int>(truth.size()));
     for (int level = photograph->LevelCount() - 1; level >= 0; --level) {
       EXPECT_EQ(photograph->LevelSize(level), truth[static_cast<std::size_t>(level)].size());
@@ -72,17 +72,18 @@ TEST_F(PhotographStoreTest, DecodesEachPhotographOnce) {
 }
 
 TEST_F(PhotographStoreTest, LinearLightHasFilesOfItsOwn) {
-  const cv::Mat linear = Open({.linear = true}).Of(0)->Level(1), encoded = Open().Of(0)->Level(1);
+  const cv::Mat linear = Open({.linear = true}).PhotographOf(0)->Level(1),
+                encoded = Open().PhotographOf(0)->Level(1);
   EXPECT_EQ(linear.type(), CV_16FC4);
   EXPECT_EQ(encoded.type(), CV_8UC3);
   EXPECT_EQ(PyramidFiles().size(), 2u);
   const PhotographStore store = Open({.linear = true});
-  EXPECT_TRUE(Equal(store.Of(0)->Level(1), linear));
+  EXPECT_TRUE(Equal(store.PhotographOf(0)->Level(1), linear));
   EXPECT_EQ(store.counts().decoded, 0u);
 }
 
 TEST_F(PhotographStoreTest, DamagedFilesAreMadeAgain) {
-  const cv::Mat truth = Open().Of(4)->Level(0);
+  const cv::Mat truth = Open().PhotographOf(4)->Level(0);
   ASSERT_EQ(PyramidFiles().size(), 1u);
   const fs::path file = PyramidFiles().front();
   const auto size = static_cast<std::streamoff>(fs::file_size(file));
@@ -97,42 +98,42 @@ TEST_F(PhotographStoreTest, DamagedFilesAreMadeAgain) {
       stream.put(static_cast<char>(was ^ 4));
     }
     const PhotographStore store = Open();
-    EXPECT_TRUE(Equal(store.Of(4)->Level(0), truth)) << at;
+    EXPECT_TRUE(Equal(store.PhotographOf(4)->Level(0), truth)) << at;
     EXPECT_EQ(store.counts().files_refused, 1u) << at;
     EXPECT_EQ(store.counts().decoded, 1u) << at;
   }
   fs::resize_file(file, static_cast<std::uintmax_t>(size / 2));
-  EXPECT_TRUE(Equal(Open().Of(4)->Level(0), truth));
+  EXPECT_TRUE(Equal(Open().PhotographOf(4)->Level(0), truth));
   const PhotographStore healed = Open();
-  EXPECT_TRUE(Equal(healed.Of(4)->Level(0), truth));
+  EXPECT_TRUE(Equal(healed.PhotographOf(4)->Level(0), truth));
   EXPECT_EQ(healed.counts().decoded, 0u);
 }
 
 TEST_F(PhotographStoreTest, AChangedPhotographIsSeen) {
-  const cv::Mat before = Open().Of(4)->Level(0);
+  const cv::Mat before = Open().PhotographOf(4)->Level(0);
   const cv::Mat other(72, 96, CV_8UC3, cv::Scalar(10, 200, 30));
   cv::imwrite(PhotographFile(4).string(), other);
   fs::last_write_time(PhotographFile(4),
                       fs::last_write_time(PhotographFile(4)) + std::chrono::milliseconds(5));
-  EXPECT_TRUE(Equal(Open().Of(4)->Level(0), other));
+  EXPECT_TRUE(Equal(Open().PhotographOf(4)->Level(0), other));
   // Of the same size in bytes, too.
   const auto time = fs::last_write_time(PhotographFile(4));
   fs::last_write_time(PhotographFile(4), time + std::chrono::milliseconds(5));
   const PhotographStore store = Open();
-  EXPECT_TRUE(Equal(store.Of(4)->Level(0), other));
+  EXPECT_TRUE(Equal(store.PhotographOf(4)->Level(0), other));
   EXPECT_EQ(store.counts().files_refused, 1u);
 }
 
 TEST_F(PhotographStoreTest, MemoryHoldsWhatWasUsedLast) {
   const PhotographStore store = Open({.memory_limit_mb = 0.06});  // two pyramids
   for (int round = 0; round < 3; ++round)
-    for (std::size_t i = 0; i < 9; ++i) EXPECT_TRUE(Equal(store.Of(i)->Level(0), Truth(i)[0])) << i;
+    for (std::size_t i = 0; i < 9; ++i) EXPECT_TRUE(Equal(store.PhotographOf(i)->Level(0), Truth(i)[0])) << i;
   EXPECT_LE(store.counts().most_held_bytes, 60000u);
   EXPECT_GT(store.counts().most_held_bytes, 40000u);
   const std::size_t read = store.counts().levels_read;
-  store.Of(8)->Level(0);
+  store.PhotographOf(8)->Level(0);
   EXPECT_EQ(store.counts().levels_read, read);  // is held
-  store.Of(0)->Level(0);
+  store.PhotographOf(0)->Level(0);
   EXPECT_EQ(store.counts().levels_read, read + 1);
 }
 
@@ -147,18 +148,18 @@ TEST_F(PhotographStoreTest, WorksWithoutACacheAndSaysSo) {
 }
 
 TEST_F(PhotographStoreTest, DoesNotWriteToForeignSets) {
-  EXPECT_EQ(Open({.size_limit_px = 48}).Of(0)->Level(0).size(), cv::Size(48, 36));
+  EXPECT_EQ(Open({.size_limit_px = 48}).PhotographOf(0)->Level(0).size(), cv::Size(48, 36));
   EXPECT_TRUE(PyramidFiles().empty());
   fs::remove(dir_ / "journal.jsonl");  // transforms.json is left: a set as nerfstudio has it
-  EXPECT_TRUE(Equal(Open().Of(4)->Level(0), Truth(4)[0]));
+  EXPECT_TRUE(Equal(Open().PhotographOf(4)->Level(0), Truth(4)[0]));
   EXPECT_TRUE(PyramidFiles().empty());
 }
 
 TEST_F(PhotographStoreTest, MissingPhotographIsALateError) {
   const PhotographStore store = Open();
   fs::resize_file(PhotographFile(3), 100);
-  EXPECT_THROW(store.Of(3)->Level(0), Error);
-  EXPECT_NO_THROW(store.Of(4)->Level(0));
+  EXPECT_THROW(store.PhotographOf(3)->Level(0), Error);
+  EXPECT_NO_THROW(store.PhotographOf(4)->Level(0));
 }
 
 TEST_F(PhotographStoreTest, ManyReadersAtOnce) {
@@ -173,7 +174,7 @@ TEST_F(PhotographStoreTest, ManyReadersAtOnce) {
       for (int n = 0; n < 40; ++n) {
         const auto index = static_cast<std::size_t>((n * 5 + t) % 9);
         const int level = (n + t) % 3;
-        if (!Equal((t % 2 ? first : second).Of(index)->Level(level),
+        if (!Equal((t % 2 ? first : second).PhotographOf(index)->Level(level),
                    truths[index][static_cast<std::size_t>(level)]))
           ++wrong;
       }
@@ -245,7 +246,7 @@ TEST(PhotographLoader, GivesPhotographsAndThrowsErrors) {
   std::vector<PhotographLoader::Request> requests;
   for (int i = 0; i < 20; ++i) requests.push_back(RequestOf(i, std::make_shared<SlowPhotograph>(i)));
   requests.push_back(RequestOf(20, std::make_shared<SlowPhotograph>(-1)));
-  loader.Ask(requests);
+  loader.SetRequests(requests);
   for (int i = 19; i >= 0; --i) EXPECT_EQ(loader.Wait({i, 0}).at<cv::Vec3b>(3, 3)[1], i);
   EXPECT_THROW(loader.Wait({20, 0}), Error);
   EXPECT_FALSE(loader.Take({19, 0}));  // given away
@@ -260,8 +261,8 @@ TEST(PhotographLoader, DropsUnwantedRequests) {
     requests.push_back(RequestOf(i, photographs.back()));
   }
   photographs[0]->shut = true;
-  loader.Ask(requests);
-  loader.Ask({requests[9], requests[8]});
+  loader.SetRequests(requests);
+  loader.SetRequests({requests[9], requests[8]});
   photographs[0]->shut = false;
   EXPECT_EQ(loader.Wait({8, 0}).at<cv::Vec3b>(0, 0)[0], 8);
   EXPECT_EQ(photographs[9]->asked, 1);

@@ -152,7 +152,7 @@ TEST(PredictionError, MisregistrationFollowsDepthError) {
     const Vector3d center = kSubject.center_in_world + Vector3d(0, 0, 0.05);
     const Vector3d ray = center - frame.center_in_world;
     const Vector3d shown = frame.center_in_world + ray * ((center.z() + off) / center.z());
-    const double wrong = (*Views()[4].view.See(shown) - *Views()[4].view.See(center)).norm();
+    const double wrong = (*Views()[4].view.Project(shown) - *Views()[4].view.Project(center)).norm();
     // A tenth of a pixel may be the pose's.
     EXPECT_NEAR(error.inside.misregistration_px, wrong, 0.15 * wrong + 0.1) << off;
     EXPECT_LT(error.outside.misregistration_px, error.inside.misregistration_px + 0.1) << off;

@@ -204,11 +204,11 @@ TEST(ShadowMap, IsTheShareThatTheOccluderLeaves) {
   const auto with = WithProxy(*scene, SquareProxy(*scene));
   const SceneView& view = with->views[0];
   ASSERT_TRUE(view.shadow_map);
-  EXPECT_TRUE(view.See({0, 0, test::kSquareZ}));  // the square itself
-  EXPECT_TRUE(view.See({0.13, -0.13, test::kSquareZ}));
-  EXPECT_FALSE(view.See({0, 0, 0}));  // the plane behind it
-  EXPECT_TRUE(view.Frame({0, 0, 0}));
-  EXPECT_TRUE(view.See({0.4, 0.3, 0}));  // beside it
+  EXPECT_TRUE(view.ProjectVisible({0, 0, test::kSquareZ}));  // the square itself
+  EXPECT_TRUE(view.ProjectVisible({0.13, -0.13, test::kSquareZ}));
+  EXPECT_FALSE(view.ProjectVisible({0, 0, 0}));  // the plane behind it
+  EXPECT_TRUE(view.Project({0, 0, 0}));
+  EXPECT_TRUE(view.ProjectVisible({0.4, 0.3, 0}));  // beside it
   // Sight fades around the shadow's edge.
   const double edge = test::kSquareHalf * 2 / (2 - test::kSquareZ);
   const double texel = 2.0 * view.camera.width / view.camera.fx / kShadowMapPx;
@@ -219,7 +219,7 @@ TEST(ShadowMap, IsTheShareThatTheOccluderLeaves) {
   EXPECT_LT(fading, 1);
   EXPECT_EQ(view.shadow_map->Get().Visibility(view.cam_from_world * Vector3d(edge - 0.1 * texel, 0, 0)), 0);
   // A plane proxy hides nothing, whatever was hidden before.
-  EXPECT_TRUE(WithProxy(*with, scene->proxy)->views[0].See({0, 0, 0}));
+  EXPECT_TRUE(WithProxy(*with, scene->proxy)->views[0].ProjectVisible({0, 0, 0}));
 }
 
 TEST(ShadowMap, ASlantedSurfaceDoesNotHideItself) {

@@ -193,7 +193,7 @@ TEST(Choice, InMotionIsAmongThoseThatAreQuickEnough) {
       {{}, nullptr, 30, 12}, {{}, nullptr, 31, 11}, {{}, nullptr, 32, 80}, {{}, nullptr, 29, 5}};
   const auto quick = [&](double most_ms) {
     std::vector<double> psnr_db;
-    for (const ScoredChoice& candidate : QuickEnough(candidates, most_ms))
+    for (const ScoredChoice& candidate : WithinTime(candidates, most_ms))
       psnr_db.push_back(candidate.psnr_db);
     return psnr_db;
   };
@@ -208,7 +208,7 @@ TEST(Choice, InMotionIsAmongThoseThatAreQuickEnough) {
   const SceneView& view = scene->views.front();
   const auto choose = [&](double most_ms) {
     return ChooseByEvidence(*scene, fields, {scene->proxy}, RendererKind::kGl,
-                            {.in_motion = InMotion{view.camera, view.cam_from_world, most_ms}});
+                            {.in_motion = MotionTiming{view.camera, view.cam_from_world, most_ms}});
   };
   const Choice late = choose(1e-6);
   ASSERT_EQ(late.candidates.size(), 2u);
@@ -231,10 +231,10 @@ TEST(Choice, TimesWithTheMemoryThatTheViewerHas) {
   const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03)});
   const SceneView& view = scene->views.front();
   const auto subdivision_ms = [&](double gpu_memory_mb) {
-    return ChooseByEvidence(
-               *scene, {{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}}, {scene->proxy},
-               RendererKind::kGl,
-               {.in_motion = InMotion{view.camera, view.cam_from_world, 1e9}, .gpu_memory_mb = gpu_memory_mb})
+    return ChooseByEvidence(*scene, {{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}},
+                            {scene->proxy}, RendererKind::kGl,
+                            {.in_motion = MotionTiming{view.camera, view.cam_from_world, 1e9},
+                             .gpu_memory_mb = gpu_memory_mb})
         .candidates.front()
         .ms;
   };

@@ -100,14 +100,14 @@ TEST(Protocol, PointsKnowNothingOfWhatIsLeftOut) {
       Eigen::Vector2d(30, -20);  // a wrong observation of the view that is left out
   all.points[0].position_in_world += Eigen::Vector3d(0.1, 0, 0.2);
   all.subject = Subject{{9, 9, 9}, 1};
-  const LightField given = OnlyViews(all, {0, 2, 3});
+  const LightField given = SubsetOfViews(all, {0, 2, 3});
   ASSERT_THAT(given.views, SizeIs(3));
   ASSERT_THAT(given.points, SizeIs(1)) << "two views see only this one, and know that they do";
   EXPECT_LT((given.points[0].position_in_world - place).norm(), 1e-6);
   EXPECT_THAT(given.points[0].track, SizeIs(3));
   EXPECT_LT((given.subject->center_in_world - Eigen::Vector3d(0.5, 0, 3)).norm(), 1e-6) << "found anew";
   all.device_uri = "sim:studio";
-  EXPECT_EQ(OnlyViews(all, {0, 2, 3}).subject, all.subject) << "the operator's stays";
+  EXPECT_EQ(SubsetOfViews(all, {0, 2, 3}).subject, all.subject) << "the operator's stays";
 }
 
 // Straight from the definitions: a window around each pixel, channel by channel.

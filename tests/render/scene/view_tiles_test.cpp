@@ -51,7 +51,7 @@ Looked ExpectNoneIsMissed(const RenderScene& scene, const ViewTiler::Picture& pi
       }
       auto at = there.begin();
       for (const int view : order) {
-        if (!scene.views[At(view)].Frame(point)) continue;
+        if (!scene.views[At(view)].Project(point)) continue;
         at = std::find(at, there.end(), view);  // in their order, too
         missed += at == there.end();
         if (ends) break;

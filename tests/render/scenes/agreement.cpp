@@ -52,7 +52,7 @@ cv::Mat UncertainDepth(const RenderScene& scene, const CameraModel& camera, cons
   return uncertain;
 }
 
-cv::Mat BandOf(const RenderScene& scene, const FieldFromHere& field, const Filling& filling,
+cv::Mat BandOf(const RenderScene& scene, const PlacedField& field, const Filling& filling,
                const CameraModel& camera, const Rigid3& cam_from_world) {
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   const Vector3d v = cam_from_world.OriginInSource();
@@ -65,7 +65,7 @@ cv::Mat BandOf(const RenderScene& scene, const FieldFromHere& field, const Filli
   // How much of a view there is at a point, 0 where it does not see it or has no light there.
   const auto share = [&](int index, const Vector3d& point) -> double {
     const SceneView& view = scene.views[static_cast<std::size_t>(index)];
-    const auto seen = view.See(point);
+    const auto seen = view.ProjectVisible(point);
     if (!seen || !view.photograph->linear()) return seen ? seen->feather : 0;
     const int level = PyramidLevel(view, scene.subject, v, camera.MeanFocalPx());
     return seen->feather * SampleLevel(view.photograph->Level(level), view.camera, seen->img)[3];

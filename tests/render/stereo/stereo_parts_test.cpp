@@ -65,7 +65,7 @@ TEST(StereoView, IsThePhotographInGreyAtTheWorkingSize) {
       for (int x = 5; x < 55; ++x) {
         const Vector3d ray = view.RayInWorld(x, y);
         const Vector3d point = view.center_in_world - view.center_in_world.z() / ray.z() * ray;
-        EXPECT_LT((*view.See(point) - Vector2d(x + 0.5, y + 0.5)).norm(), 1e-6);
+        EXPECT_LT((*view.Project(point) - Vector2d(x + 0.5, y + 0.5)).norm(), 1e-6);
         const cv::Vec3f light = test::PlaneTexture(point.x(), point.y());
         const auto level = [&](int c) { return 255 * SrgbFromLinear(light[c]); };
         error +=

@@ -237,7 +237,7 @@ TEST(DepthFusion, KeepsOnlyWhatOtherViewsConfirm) {
   const cv::Rect wrong(50, 40, 6, 5);
   maps[0].depth(wrong) = 2.0f;  // in front of the wall: others see through it
   maps[1].depth(wrong) = 9.0f;  // behind it
-  KeepWhatAgrees(maps, Everyone(maps.size()), {});
+  KeepConsistentDepths(maps, Everyone(maps.size()), {});
   EXPECT_EQ(cv::countNonZero(maps[0].depth(wrong)), 0);
   EXPECT_EQ(cv::countNonZero(maps[1].depth(wrong)), 0);
   EXPECT_GT(cv::countNonZero(maps[0].depth), 0.9 * static_cast<double>(maps[0].depth.total()));
@@ -259,7 +259,7 @@ TEST(DepthFusion, TakesTheMeanOfWhatAgrees) {
     return std::sqrt(sum);
   };
   const double before = error(maps[0].depth);
-  KeepWhatAgrees(maps, Everyone(maps.size()), {});
+  KeepConsistentDepths(maps, Everyone(maps.size()), {});
   EXPECT_LT(error(maps[0].depth), 0.6 * before);
 }
 

@@ -23,13 +23,13 @@ TEST(MovingSize, KeepsUpInSteps) {
   const cv::Size screen(1280, 720);
   const auto settle = [&](MovingSize& size, double ms_a_megapixel, int frames) {
     for (int i = 0; i < frames; ++i)
-      size.AddFrame(ms_a_megapixel * 1e-6 * size.For(screen).area(), size.For(screen), screen);
-    return size.For(screen).width;
+      size.AddFrame(ms_a_megapixel * 1e-6 * size.SizeFor(screen).area(), size.SizeFor(screen), screen);
+    return size.SizeFor(screen).width;
   };
   MovingSize size;
   EXPECT_EQ(settle(size, 20, 5), 1280);
   size.AddFrame(3000, screen, screen);
-  EXPECT_EQ(size.For(screen), screen) << "one slow frame says nothing";
+  EXPECT_EQ(size.SizeFor(screen), screen) << "one slow frame says nothing";
   EXPECT_EQ(settle(size, 20, 1), 1280);
   EXPECT_EQ(settle(size, 270, 2), 454) << "at once";
   EXPECT_EQ(settle(size, 270, 20), 454) << "and stays";
@@ -89,7 +89,7 @@ TEST(ViewpointGizmo, TheDotGoesWhereTheCameraGoes) {
   const auto scene = MakeScene({.viewpoints = CapViewpoints(60, 0.4, 2.0), .width = 8, .height = 6});
   const ViewpointGizmo where(*scene);
   const ViewerCamera start = StartingCamera(*scene);
-  const auto place = [&](const ViewerCamera& camera) { return where.Of(camera.eye_in_world, 100); };
+  const auto place = [&](const ViewerCamera& camera) { return where.PlaceOf(camera.eye_in_world, 100); };
   EXPECT_LT((place(start).img - Vector2d(50, 50)).norm(), 2);
   EXPECT_GT(place(Orbited(start, 0.5, 0)).img.x(), 65);
   EXPECT_LT(place(Orbited(start, -0.5, 0)).img.x(), 35);
@@ -114,7 +114,7 @@ TEST(MeshView, LinesMeetTheProjectedViewpoints) {
        {4.0, 1.2}) {  // outside the shell, and past it: then they are behind the camera
     ViewerCamera from = StartingCamera(*scene);
     from.eye_in_world *= distance / from.Distance();
-    const CameraModel camera = from.For({640, 480});
+    const CameraModel camera = from.ModelFor({640, 480});
     std::vector<Vector2d> projected;
     for (const SceneView& view : scene->views) {
       Vector3d p = from.CamFromWorld() * view.center_in_world;

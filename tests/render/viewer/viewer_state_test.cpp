@@ -71,15 +71,15 @@ TEST(ViewerCamera, DoesNotGoOverThePoles) {
 TEST(ViewerCamera, MovesInAndZooms) {
   const ViewerCamera camera = SomeCamera();
   EXPECT_NEAR(MovedIn(camera, 2.5).Distance(), camera.Distance() / 2.5, 1e-12);
-  const double focal_px = camera.For(kScreen).fx;
-  EXPECT_NEAR(Zoomed(camera, 2).For(kScreen).fx, 2 * focal_px, 1e-9);
+  const double focal_px = camera.ModelFor(kScreen).fx;
+  EXPECT_NEAR(Zoomed(camera, 2).ModelFor(kScreen).fx, 2 * focal_px, 1e-9);
   EXPECT_EQ(Zoomed(camera, 1e9).zoom, kMostZoom);
 }
 
 TEST(ViewerCamera, APhotographJustFillsAWindowOfAnyShape) {
   const ViewerCamera camera = SomeCamera();  // photographs of 96x72, 80 px
   for (const cv::Size& screen : {cv::Size(960, 720), cv::Size(1920, 720), cv::Size(500, 1500)}) {
-    const CameraModel shown = camera.For(screen);
+    const CameraModel shown = camera.ModelFor(screen);
     EXPECT_EQ(cv::Size(shown.width, shown.height), screen);
     const double across = shown.width / shown.fx / (96.0 / 80), down = shown.height / shown.fy / (72.0 / 80);
     EXPECT_NEAR(std::max(across, down), 1, 1e-12) << screen;
@@ -205,8 +205,8 @@ TEST(ViewerInput, DraggedPointFollowsTheMouse) {
     // Of a drag to the side the target itself, of an orbit what lies before it.
     const Vector3d nearer = before.target_in_world + 0.2 * (before.eye_in_world - before.target_in_world);
     const Vector3d point = button == 0 ? nearer : before.target_in_world;
-    const Vector2d went = *after.For(kScreen).ImgFromCam(InCamera(after, point)) -
-                          *before.For(kScreen).ImgFromCam(InCamera(before, point));
+    const Vector2d went = *after.ModelFor(kScreen).ImgFromCam(InCamera(after, point)) -
+                          *before.ModelFor(kScreen).ImgFromCam(InCamera(before, point));
     if (button == 1) {
       EXPECT_LT((went - Vector2d(10, 6)).norm(), 1e-6) << went;
     }

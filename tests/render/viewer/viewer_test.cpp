@@ -106,7 +106,7 @@ TEST(Viewer, ShowsWhatRenderWrites) {
     GlRenderer renderer(WithProxy(*stage.scene, proxy),
                         {.field = state.field, .aperture = state.OpenAperture()});
     const Rendering truth =
-        renderer.Render(state.camera.For(stage.surface.Size()), state.camera.CamFromWorld());
+        renderer.Render(state.camera.ModelFor(stage.surface.Size()), state.camera.CamFromWorld());
     EXPECT_LE(cv::norm(shown, DisplaySrgb8(truth.linear, state.exposure_stops), cv::NORM_INF), 1) << keys;
   }
   EXPECT_EQ(stage.viewer.state().exposure_stops, 0.25);
@@ -127,7 +127,7 @@ TEST(Viewer, ClickFocusesTheApertureOnTheProxy) {
   EXPECT_LT(MeanDifference(stage.Now(), closed), 2);
   const ViewerCamera& camera = stage.viewer.state().camera;
   EXPECT_NEAR(stage.viewer.state().focus_in_world.dot(camera.eye_in_world.normalized()), 0, 1e-5);
-  const auto img = camera.For(stage.surface.Size())
+  const auto img = camera.ModelFor(stage.surface.Size())
                        .ImgFromCam(camera.CamFromWorld() * stage.viewer.state().focus_in_world);
   EXPECT_LT((*img - Vector2d(60, 40)).norm(), 1e-3);
 }
@@ -261,7 +261,7 @@ TEST(Viewer, TheMeshMeetsTheFieldsColours) {
   const ViewerState& state = stage.viewer.state();
   const SceneView& view = stage.scene->views[kMiddleView];
   const auto img =
-      *state.camera.For({240, 180}).ImgFromCam(state.camera.CamFromWorld() * view.center_in_world);
+      *state.camera.ModelFor({240, 180}).ImgFromCam(state.camera.CamFromWorld() * view.center_in_world);
   const auto at = [&](const cv::Mat& screen) {
     return cv::Scalar(screen.at<cv::Vec3b>(static_cast<int>(img.y()), static_cast<int>(img.x())));
   };
@@ -308,7 +308,7 @@ TEST(Viewer, DrawsAtOnceAndCompletesThePicture) {
     EXPECT_LT(steps, 2000);
     const cv::Mat shown = stage.Now();
     GlRenderer complete(WithProxy(*scene, PlaneAt("", 0).make()), {});
-    const Rendering truth = complete.Render(camera.For({192, 144}), camera.CamFromWorld());
+    const Rendering truth = complete.Render(camera.ModelFor({192, 144}), camera.CamFromWorld());
     EXPECT_LE(cv::norm(shown, DisplaySrgb8(truth.linear, 0), cv::NORM_INF), 1) << round;
   }
 }
@@ -373,7 +373,7 @@ TEST(Viewer, PicturesAndKeyframesGoToFiles) {
   EXPECT_LT((path.cam_from_world.back().OriginInSource() - camera.eye_in_world).norm(), 1e-9);
   EXPECT_LT(RotationAngle(path.cam_from_world.back().rotation * camera.CamFromWorld().rotation.conjugate()),
             1e-6);
-  EXPECT_NEAR(path.cameras.back().fx, camera.For({320, 240}).fx, 1e-6);
+  EXPECT_NEAR(path.cameras.back().fx, camera.ModelFor({320, 240}).fx, 1e-6);
   EXPECT_EQ(path.cameras.back().width, 320);
   // An aperture is of all keyframes or of none.
   stage.Press("o,o,k");
@@ -413,7 +413,7 @@ TEST(Viewer, MaskedPartsAreGrey) {
       EXPECT_GT(MeanDifference(with, without[i]), 1);
       continue;
     }
-    const CameraModel camera = state.camera.For(with.size());
+    const CameraModel camera = state.camera.ModelFor(with.size());
     const double pixel = 2.0 / camera.fx;
     int inside_px = 0, outside_px = 0;
     for (int y = 0; y < with.rows; ++y)

@@ -333,7 +333,7 @@ std::vector<Difference> DifferencesFromRenderer(const fs::path& dir, const fs::p
                                       Vector3d(open["focus"][0], open["focus"][1], open["focus"][2])};
     renderer->SetAperture(aperture);
     const cv::Mat expected =
-        Srgb8FromLinear(renderer->Render(cameras[i].For(size), cameras[i].CamFromWorld()).linear);
+        Srgb8FromLinear(renderer->Render(cameras[i].ModelFor(size), cameras[i].CamFromWorld()).linear);
     cv::imwrite((out / ("expected_" + std::to_string(i) + ".png")).string(), expected);
     cv::Mat difference;
     cv::absdiff(shown, expected, difference);

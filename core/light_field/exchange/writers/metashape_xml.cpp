@@ -10,7 +10,7 @@
 namespace ulf {
 namespace {
 
-// Zero is what is left out.
+// Values of zero are omitted.
 void AppendValue(std::string& text, const char* name, double value) {
   if (value != 0) fmt::format_to(std::back_inserter(text), "          <{0}>{1}</{0}>\n", name, value);
 }

@@ -15,7 +15,7 @@
 namespace ulf {
 namespace {
 
-// As the published sets and their readers have it.
+// These are the distances of the published sets and their readers.
 constexpr double kCameraDistance = 4, kNearest = 2, kFarthest = 6;
 
 std::vector<double> DistancesTo(const LightField& light_field, const Subject& subject) {
@@ -36,7 +36,7 @@ std::string InstantNgpText(const LightField& exported) {
   document["scale"] = cube.scale;
   document["offset"] = Vector3ToJson(cube.offset);
   document["up"] = Vector3ToJson(exported.UpInWorld());
-  document.erase("ply_file_path");  // it starts from nothing
+  document.erase("ply_file_path");  // training starts without points
   return JsonText(document, 1) + "\n";
 }
 

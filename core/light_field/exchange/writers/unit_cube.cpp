@@ -11,7 +11,7 @@ namespace {
 
 // The subject's diameter in the unit cube. Guessed: silhouettes and shadows close by stay in the cube.
 constexpr double kSubjectShare = 0.7;
-// What counts as the middle of a place's points, and as all of its content. Guessed.
+// Quantiles for the middle of a place's points, and for all of its content. Guessed.
 constexpr double kMiddleFrom = 0.1, kMiddleTo = 0.9, kContent = 0.95;
 constexpr int kMostAabbScale = 128;  // instant-ngp's limit
 

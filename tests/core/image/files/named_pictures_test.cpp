@@ -430,16 +430,16 @@ TEST_F(NamedPictures, OtherFilesInAFolderAreCounted) {
                   AllOf(HasSubstr("3 files are no pictures"), HasSubstr("(BMW, P3, film.mp4)")),
                   AllOf(HasSubstr("1 folder inside"), HasSubstr("(more)"))));
   EXPECT_THAT(found.LeftOut(), AllOf(HasSubstr("heif-convert"), HasSubstr("film.mp4")));
-  EXPECT_EQ(SomeNames({"a", "b", "c", "d"}), "a, b, c, ...");
+  EXPECT_EQ(AbbreviatedList({"a", "b", "c", "d"}), "a, b, c, ...");
 }
 
 TEST_F(NamedPictures, MinorityIsNamedAsTheOddOne) {
   using Words = std::vector<std::string>;
-  EXPECT_FALSE(OddOneOut(Words{"a", "a"}));
+  EXPECT_FALSE(FirstMismatch(Words{"a", "a"}));
   for (const auto& [words, odd, usual, count] : {std::tuple{Words{"a", "b", "b"}, 0, 1, 2},
                                                  {Words{"b", "b", "a"}, 2, 0, 2},
                                                  {Words{"a", "b"}, 1, 0, 1}}) {
-    const auto found = OddOneOut(words);
+    const auto found = FirstMismatch(words);
     ASSERT_TRUE(found);
     EXPECT_EQ(found->odd, static_cast<std::size_t>(odd));
     EXPECT_EQ(found->usual, static_cast<std::size_t>(usual));

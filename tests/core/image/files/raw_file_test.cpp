@@ -187,26 +187,26 @@ TEST(RawFile, LockedWhiteBalanceMakesColoursAgree) {
   for (const RawQuality quality : {RawQuality::kBest, RawQuality::kQuick}) {
     LockedWhiteBalance locked;
     const RawPhotograph first = DecodeRaw(bytes, "a.dng", quality);
-    EXPECT_FALSE(locked.InPlaceOf(first.facts)) << "its own";
+    EXPECT_FALSE(locked.WhiteBalanceFor(first.facts)) << "its own";
     const RawPhotograph as_shot = DecodeRaw(other_bytes, "b.dng", quality);
     EXPECT_GT(cv::norm(as_shot.light, first.light, cv::NORM_INF), 5000) << "the file's own is used";
     EXPECT_NEAR(as_shot.facts.white_balance[0], 1 / 0.6, 1e-3);
-    const auto in_place = locked.InPlaceOf(as_shot.facts);
+    const auto in_place = locked.WhiteBalanceFor(as_shot.facts);
     ASSERT_TRUE(in_place);
     EXPECT_EQ(*in_place, first.facts.white_balance);
     const cv::Mat light = DecodeRaw(other_bytes, "b.dng", quality, std::nullopt, in_place).light;
     EXPECT_LE(cv::norm(light, first.light, cv::NORM_INF), 1);
     EXPECT_LT(WorstError(light, LightOf(Slopes, *camera.crop)), 0.0015);
-    EXPECT_FALSE(locked.InPlaceOf(first.facts));
+    EXPECT_FALSE(locked.WhiteBalanceFor(first.facts));
   }
   LockedWhiteBalance locked;
   RawFacts facts;
   facts.model = "one";
-  locked.InPlaceOf(facts);
+  locked.WhiteBalanceFor(facts);
   facts.white_balance = {2, 1, 1.5};
-  EXPECT_TRUE(locked.InPlaceOf(facts));
+  EXPECT_TRUE(locked.WhiteBalanceFor(facts));
   facts.model = "another";
-  EXPECT_FALSE(locked.InPlaceOf(facts)) << "factors are those of a sensor";
+  EXPECT_FALSE(locked.WhiteBalanceFor(facts)) << "factors are those of a sensor";
 }
 
 TEST(RawFile, ALensIsTextThatCanBeWrittenDown) {

@@ -159,7 +159,7 @@ TEST(Export, CountsNonSrgbCopiesWithTheirProfile) {
 // sRGB's to others.
 TEST(Export, OnlyWhatOtherProgramsSeeOtherwiseIsDoubted) {
   const ScratchFolder scratch;
-  CopiedMeanings meanings;
+  CopiedColorEncodings meanings;
   StoredPicture first_of_two, turned;
   first_of_two.remarks = {"it holds 2 pictures, of which the first is taken"};
   meanings.Add(first_of_two);

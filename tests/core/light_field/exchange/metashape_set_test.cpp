@@ -402,8 +402,8 @@ TEST(XmlFile, ElementsKnowTheirPlace) {
   EXPECT_EQ(a.Name(), "a");
   EXPECT_EQ(a.Where(), (scratch / "a.xml").string() + ", line 3, <a>");
   EXPECT_EQ(a.Children("b").size(), 2u);
-  EXPECT_EQ(a.Below("b").size(), 4u);
-  EXPECT_EQ(a.Children("b").at(1).Below("b").size(), 0u);
+  EXPECT_EQ(a.Descendants("b").size(), 4u);
+  EXPECT_EQ(a.Children("b").at(1).Descendants("b").size(), 0u);
   const XmlElement d = *a.FindPath("b/d");
   EXPECT_THAT(d.Where(), HasSubstr("line 5, <d>"));
   EXPECT_THAT(d.Numbers(3), ElementsAre(1, 2, 3));
@@ -444,7 +444,7 @@ TEST(XmlFile, SurvivesDeepNesting) {
   for (int i = 0; i < kDeep; ++i) text += "<a>";
   for (int i = 0; i < kDeep; ++i) text += "</a>";
   std::ofstream(scratch / "a.xml") << text;
-  EXPECT_EQ(ReadXmlFile(scratch / "a.xml").Below("a").size(), kDeep - 1u);
+  EXPECT_EQ(ReadXmlFile(scratch / "a.xml").Descendants("a").size(), kDeep - 1u);
 }
 
 }  // namespace

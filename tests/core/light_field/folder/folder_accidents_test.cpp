@@ -47,7 +47,7 @@ std::size_t LinesOf(const fs::path& file) {
 
 class FolderAccident : public testing::Test {
  protected:
-  ~FolderAccident() override { FollowLinksFromNowOn(false); }
+  ~FolderAccident() override { FollowOutsideLinks(false); }
   fs::path dir() const { return scratch_ / "lf"; }
   fs::path journal() const { return dir() / kJournalFile; }
 
@@ -93,9 +93,9 @@ TEST_F(FolderAccident, LinkedPhotographsLoseNoLine) {
 TEST_F(FolderAccident, FollowedLinksAreKeptForThisFolder) {
   const LightField whole = WriteSample(dir(), 4);
   MoveImagesTo(scratch_ / "large disk/images");
-  FollowLinksFromNowOn();
+  FollowOutsideLinks();
   ExpectSame(whole, ReadLightField(dir()));
-  FollowLinksFromNowOn(false);
+  FollowOutsideLinks(false);
   ExpectSame(whole, ReadLightField(dir()));
   LightFieldWriter::Resume(dir()).AddView(NoiseFrame(9), ViewNumber(4));
   EXPECT_TRUE(fs::exists(scratch_ / "large disk/images/000005.png"));
@@ -116,7 +116,7 @@ TEST_F(FolderAccident, AnotherUsersFolderIsNotFollowed) {
   WriteSample(dir(), 3);
   MoveImagesTo(scratch_ / "theirs");
   ASSERT_EQ(chown((scratch_ / "theirs").c_str(), 4321, 4321), 0);
-  FollowLinksFromNowOn();
+  FollowOutsideLinks();
   EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("belongs to another user")));
   fs::remove(dir() / "images");
   fs::create_directory_symlink(scratch_ / "unplugged", dir() / "images");
@@ -170,7 +170,7 @@ TEST_F(FolderAccident, TakenBackAcrossDisksIsKept) {
   fs::create_directory(scratch_ / "disk");
   if (const auto why_not = test::MountSmallDisk(scratch_ / "disk", 4 << 20)) GTEST_SKIP() << *why_not;
   MoveImagesTo(scratch_ / "disk/images");
-  FollowLinksFromNowOn();
+  FollowOutsideLinks();
   const std::string photograph = ReadWholeFile(dir() / "images/000002.png");
   LightFieldWriter::Resume(dir()).RemoveViews({2});
   EXPECT_EQ(ReadWholeFile(dir() / "unposed/000002.png"), photograph);
@@ -305,7 +305,7 @@ TEST_F(FolderAccident, ACopyBySymbolicLinksIsACopy) {
   ASSERT_EQ(std::system(command.c_str()), 0);
   const std::string before = ReadWholeFile(journal());
   EXPECT_THROW(LightFieldWriter::Resume(scratch_ / "copy"), Error);
-  FollowLinksFromNowOn();
+  FollowOutsideLinks();
   LightFieldWriter::Resume(scratch_ / "copy").AddView(NoiseFrame(7), ViewNumber(3));
   EXPECT_EQ(ReadWholeFile(journal()), before);
   EXPECT_EQ(ReadLightField(scratch_ / "copy").views.size(), 4u);

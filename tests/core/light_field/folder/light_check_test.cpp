@@ -49,7 +49,7 @@ TEST(LightCheck, FindsNothingWhereNothingChanged) {
       EXPECT_EQ(check.not_compared, "");
       EXPECT_GT(check.compared, 30u) << scene << ", seed " << seed;
       EXPECT_EQ(AllWords(check), "") << scene << ", seed " << seed;
-      EXPECT_THAT(check.wavers, testing::IsEmpty()) << scene << ", seed " << seed;
+      EXPECT_THAT(check.fluctuations, testing::IsEmpty()) << scene << ", seed " << seed;
     }
 }
 
@@ -93,14 +93,14 @@ TEST(LightCheck, TakesReportedExposuresIntoAccount) {
 TEST(LightCheck, SaysWhatGoesUpAndDown) {
   test::ScratchFolder scratch;
   LightField light_field = test::WriteSimulatedSession(scratch / "lf", Uri("studio", 3));
-  EXPECT_THAT(CheckLight(light_field).wavers, testing::IsEmpty());
+  EXPECT_THAT(CheckLight(light_field).fluctuations, testing::IsEmpty());
   for (View& view : light_field.views) view.exposure_s *= std::exp2(0.25 * std::sin(2 * M_PI * view.id / 10));
   const LightCheck check = CheckLight(light_field);
   EXPECT_EQ(AllWords(check), "") << "no part differs for good";
-  ASSERT_EQ(check.wavers.size(), 1u);
-  EXPECT_EQ(check.wavers[0].kind, LampDrift::Kind::kBrightness);
-  EXPECT_NEAR(check.wavers[0].spread, 2 * 0.25 * M_LN2, 0.05);
-  EXPECT_EQ(check.wavers[0].Words().find("brightness goes up and down by "), 0u);
+  ASSERT_EQ(check.fluctuations.size(), 1u);
+  EXPECT_EQ(check.fluctuations[0].kind, LampDrift::Kind::kBrightness);
+  EXPECT_NEAR(check.fluctuations[0].spread, 2 * 0.25 * M_LN2, 0.05);
+  EXPECT_EQ(check.fluctuations[0].Words().find("brightness goes up and down by "), 0u);
 }
 
 TEST(LightCheck, SaysWhereItCannotCompare) {
