@@ -155,23 +155,22 @@ void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) cons
   WriteFileAtomically(file, MapToBytes(map, core_->size.KeyAtWorkingSize(key)));
 }
 
-std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
+std::optional<MapRefusal> Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
   TrackerCore& core = *core_;
   core.mapper.Drain();
   Map map(core.camera);
   try {
-    const std::string problem =
-        MapFromBytes(ReadWholeFile(file), core.size.KeyAtWorkingSize(key), core.camera, map);
-    if (!problem.empty()) return problem;
+    if (auto refusal = MapFromBytes(ReadWholeFile(file), core.size.KeyAtWorkingSize(key), core.camera, map))
+      return refusal;
   } catch (const Error& error) {
-    return error.what();
+    return MapRefusal{MapProblem::kUnusable, error.what()};
   }
   auto restored = std::make_unique<TrackerCore>(core.size.original(), core.options, std::move(map));
   restored->state = TrackState::kLost;
   restored->frames_tracked = kProvenFrames;
   restored->readout_search.MapIsGiven();
   core_ = std::move(restored);
-  return {};
+  return std::nullopt;
 }
 
 TrackerStatistics Tracker::Statistics() const {

@@ -106,13 +106,14 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
   const std::filesystem::path file = MapCacheOf(light_field);
   std::string why = "the last session left no map";
   if (std::filesystem::exists(file)) {
-    why = poses.RestoreMap(file, KeyOf(light_field, tracked));
-    if (why.empty()) {
+    const auto refusal = poses.RestoreMap(file, KeyOf(light_field, tracked));
+    if (!refusal) {
       spdlog::info("the map of the last session was loaded in {:.2f} s", SecondsSince(start));
       return;
     }
-    if (why == tracking::MapOfOthers() && !light_field.taken_back.empty())
-      why = "views were taken back, or poses changed";
+    const bool are_taken_back =
+        refusal->problem == tracking::MapProblem::kOtherViews && !light_field.taken_back.empty();
+    why = are_taken_back ? "views were taken back, or poses changed" : refusal->words;
   }
   SeedFrom(light_field, tracked, why, poses);
 }
