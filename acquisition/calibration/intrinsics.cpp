@@ -226,6 +226,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
     return {.camera = PinholeOf(info, width, height, *args.focal_px),
             .flat_field = {},
             .color_profile = {},
+            .origin = LensOrigin::kGiven,
             .source = kFocalLengthGiven,
             .warnings = {}};
   }
@@ -234,6 +235,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
         .camera = PinholeOf(info, width, height, *args.guessed_focal_px),
         .flat_field = {},
         .color_profile = {},
+        .origin = LensOrigin::kGuessed,
         .source = kFocalLengthGuessed,
         .warnings = {fmt::format("{}: the camera's intrinsics are not known; a focal length of {:.0f} px is "
                                  "guessed until the images show which it is",
@@ -257,8 +259,10 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
 
 }  // namespace
 
-bool IsCalibration(std::string_view source) {
-  return source != kFocalLengthGiven && source != kFocalLengthGuessed;
+LensOrigin OriginOfSource(std::string_view source) {
+  return source == kFocalLengthGiven     ? LensOrigin::kGiven
+         : source == kFocalLengthGuessed ? LensOrigin::kGuessed
+                                         : LensOrigin::kMeasured;
 }
 
 double GuessFocalPx(const Frame& frame) {
@@ -284,17 +288,18 @@ fs::path StoredCalibrationPath(const CameraIdentity& identity) {
 ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
                                        int height, const std::string& mode) {
   ResolvedCalibration resolved = Resolve(device, args, width, height, mode);
-  if (args.focal_px && resolved.source != kFocalLengthGiven)
+  if (args.focal_px && resolved.origin != LensOrigin::kGiven)
     resolved.warnings.push_back(fmt::format("{} {:g} is not used: the camera's intrinsics are known ({})",
                                             Parameter("focal_px"), *args.focal_px, resolved.source));
   return resolved;
 }
 
 CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, int width, int height,
-                              std::string* source) {
+                              std::string* source, LensOrigin* origin) {
   ResolvedCalibration resolved = ResolveCalibration(device, args, width, height);
   for (const std::string& warning : resolved.warnings) spdlog::warn("{}", warning);
   if (source) *source = resolved.source;
+  if (origin) *origin = resolved.origin;
   return resolved.camera;
 }
 

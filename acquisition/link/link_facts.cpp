@@ -74,8 +74,8 @@ LinkFact BufferFact(const LinkPath& path, const Sent& sent, double asked, double
 
 // The rate that is asked for against what the link carries. `most_fps`: by the link's own figures.
 LinkFact RateFact(const Sent& sent, double most_fps, const std::string& wider) {
-  LinkFact fact{"rate", fmt::format("at most {:.1f} frames a second of {:.1f} MB", most_fps,
-                                    MegabytesPerS(sent.payload_bytes))};
+  LinkFact fact{kRateFact, fmt::format("at most {:.1f} frames a second of {:.1f} MB", most_fps,
+                                       MegabytesPerS(sent.payload_bytes))};
   if (!sent.fps) return fact;
   fact.value += fmt::format(", the camera is set to {:.1f}", *sent.set_fps);
   if (*sent.fps < kAsSet * *sent.set_fps)

@@ -135,9 +135,9 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
       if (args.lens.use == tracking::LensUse::kRefine)
         intrinsics.guessed_focal_px = acquisition::GuessFocalPx(*frame);
-      std::string source;
+      auto origin = acquisition::LensOrigin::kMeasured;
       const CameraModel camera = acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(),
-                                                                frame->image.height(), &source);
+                                                                frame->image.height(), nullptr, &origin);
       poses = spec.Open(camera, {.tracker = {.deterministic = args.deterministic,
                                              .seed = args.seed,
                                              .features = args.features,
@@ -145,7 +145,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                                              .wait_for_mapper = !device.IsLive(),
                                              .readout = args.readout,
                                              .lens = args.lens.use,
-                                             .lens_is_guess = !acquisition::IsCalibration(source)},
+                                             .lens_is_guess = origin != acquisition::LensOrigin::kMeasured},
                                  .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)

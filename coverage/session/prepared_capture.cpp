@@ -207,8 +207,9 @@ bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& 
                           [&](const View& view) { return resumed->CameraOf(view) != prepared.camera; }))
     options->lens = tracking::LensUse::kFixed;
   options->calibration_source = lenses.live.calibration_source;
+  options->lens_origin = lenses.live_origin;
   if (!options->calibration_source.empty())
-    options->calibrated = acquisition::IsCalibration(options->calibration_source);
+    options->calibrated = options->lens_origin == acquisition::LensOrigin::kMeasured;
   recording.camera = prepared.camera;
   recording.flat_field = lenses.live.flat_field;
   recording.color_profile = lenses.live.color_profile;

@@ -115,16 +115,18 @@ SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first
     RequireSameWindow(resumed->Contents().root.string(), resumed->Contents().window, device.Window());
     SayIfTheStoredLensIsAnother(device, *resumed);
     lenses.live = lenses.recorded = CameraInUse(*resumed);
+    lenses.live_origin = acquisition::OriginOfSource(lenses.live.calibration_source);
     return lenses;
   }
   const acquisition::ResolvedCalibration of_live =
       acquisition::ResolveCalibration(device, live, first.image.width(), first.image.height());
-  if (resumed && given.focal_px && of_live.source != acquisition::kFocalLengthGiven)
+  if (resumed && given.focal_px && of_live.origin != acquisition::LensOrigin::kGiven)
     throw Refusal(
         Parameter("focal_px"), fmt::format("{:g}", *given.focal_px),
         fmt::format("the camera's intrinsics are known ({}) and come first", of_live.source),
         fmt::format("leave it out, or give another lens on purpose ({} FILE)", Parameter("calibration")));
   lenses.live = Resolved(of_live);
+  lenses.live_origin = of_live.origin;
   if (!stills)
     lenses.recorded = lenses.live;
   else if (resumed && !is_named)
@@ -135,7 +137,9 @@ SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first
   lenses.is_new = IsNew(lenses.recorded, *resumed);
   if (lenses.is_new) return lenses;
   lenses.recorded = CameraInUse(*resumed);
-  if (!stills) lenses.live = lenses.recorded;
+  if (stills) return lenses;
+  lenses.live = lenses.recorded;
+  lenses.live_origin = acquisition::OriginOfSource(lenses.live.calibration_source);
   return lenses;
 }
 
