@@ -13,13 +13,12 @@
 
 namespace ulf::tracking {
 
-// Up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011): chosen in
-// docs/measured/charts/one_camera_solvers.png.
+// Returns up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011).
 std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
                              std::span<const Eigen::Vector3d> rays_in_camera);
 
-// Essential matrices E with second^T E first = 0 from exactly five pairs of rays (Stewenius, Engels and
-// Nister 2006): chosen in docs/measured/charts/two_view_solvers.png.
+// Returns essential matrices E with second^T E first = 0 from exactly five pairs of rays (Stewenius, Engels
+// and Nister 2006).
 std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
                                             std::span<const Eigen::Vector3d> rays_in_second);
 

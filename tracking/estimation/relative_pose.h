@@ -42,7 +42,7 @@ const char* Name(RelativePoseOutcome outcome);
 
 enum class RelativePoseModel { kEssential, kHomography };
 
-// How many of the matches each model explains, and the evidence for the choice between motions.
+// Describes how many of the matches each model explains, and the evidence for the choice between motions.
 struct MotionEvidence {
   int matches = 0, by_rotation = 0, by_homography = 0, by_essential = 0;
   double runner_up = 0, runner_up_needed = 0;  // excess cost of the best different motion, in noise variances
@@ -65,7 +65,7 @@ struct RelativePoseResult {
 
 RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options = {});
 
-// The rotation that takes the first rays nearest to the second ones, robustly.
+// Returns the rotation that takes the first rays nearest to the second ones, robustly.
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
                                unsigned seed);
 

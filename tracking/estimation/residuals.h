@@ -39,12 +39,13 @@ class PoseManifold final : public PlusManifold {
 
 using IntrinsicsBlock = std::array<double, 9>;
 IntrinsicsBlock ToBlock(const CameraModel& camera);
-// The camera of the same size and kind of distortion with these numbers.
+// Returns the camera of the same size and kind of distortion with these numbers.
 CameraModel WithIntrinsics(const CameraModel& camera, const double* block);
-// A camera with the coefficients that are to be freed: a pinhole becomes radial-tangential with zeros.
+// Returns a camera with the coefficients that are to be freed: a pinhole becomes radial-tangential with
+// zeros.
 CameraModel WithRoomFor(const FreeIntrinsics& free, const CameraModel& camera);
 
-// Free directions as columns over the block: relative focal length, principal point (px), k1, k2.
+// Returns the free directions as columns over the block: relative focal length, principal point (px), k1, k2.
 Eigen::Matrix<double, 9, Eigen::Dynamic> FreeDirections(const CameraModel& camera,
                                                         const FreeIntrinsics& free);
 
@@ -61,7 +62,8 @@ class IntrinsicsManifold final : public PlusManifold {
   Eigen::Matrix<double, 9, Eigen::Dynamic> directions_;
 };
 
-// The cost of a pose and a point, or of a pose, a point and intrinsics.
+// Computes the error of a point in a camera (Blocks: pose and point, 7 and 3; with free intrinsics 7, 3 and
+// 9).
 template <int... Blocks>
 class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
  public:
@@ -78,8 +80,8 @@ class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
 using ReprojectionCost = ReprojectionError<7, 3>;
 using IntrinsicsReprojectionCost = ReprojectionError<7, 3, 9>;
 
-// The cost of a pose, a point and the camera's twist while its rows were read; `time_s`: of the observation's
-// row (RowTime).
+// Computes the error of a point in a camera that moved by a twist while its rows were read; `time_s`: of the
+// observation's row (RowTime).
 class RowsReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 6> {
  public:
   RowsReprojectionCost(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px, double time_s)

@@ -26,7 +26,7 @@ inline Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
 
 Eigen::Matrix3d EssentialFromPose(const Rigid3& second_from_first);
 
-// Distance of a pair from an essential matrix (first-order geometric error on the sphere).
+// Returns the distance of a pair from an essential matrix (first-order geometric error on the sphere).
 double EpipolarError(const Eigen::Matrix3d& second_from_first_essential, const RayPair& pair);
 
 // Rotation and the direction of translation.
@@ -37,15 +37,15 @@ struct Motion {
   explicit Motion(const Rigid3& pose) : second_from_first(pose), essential(EssentialFromPose(pose)) {}
 };
 
-// The motion of an essential matrix under which most of `pairs` lie in front of both cameras.
+// Returns the motion of an essential matrix under which most of `pairs` lie in front of both cameras.
 std::optional<Motion> BestMotion(const Eigen::Matrix3d& essential, std::span<const RayPair> pairs,
                                  const std::vector<int>& used);
 
 double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
                      double gate);
 
-// Truncated cost in which a pair whose rays meet behind a camera, by more than `noise` of parallax explains,
-// costs as much as an outlier.
+// Returns the truncated cost, in which a pair whose rays meet behind a camera by more than `noise` of
+// parallax explains counts as an outlier.
 double CostInFront(const Motion& motion, std::span<const RayPair> pairs, double gate, double noise);
 
 // Levenberg-Marquardt on the truncated epipolar error over rotation and the direction of translation. It

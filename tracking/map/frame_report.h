@@ -25,9 +25,8 @@ struct NewKeyframe {
 struct FrameReport {
   std::vector<int> expected = {};  // points that the frame's pose should show
   std::vector<int> found = {};     // points that support the pose
-  // The velocity of an earlier keyframe, from the frames before and after it, so that it belongs to the
-  // keyframe's own moment and tremor has no preferred sign. The mapper drops it when that keyframe is not in
-  // the map yet.
+  // The velocity of an earlier keyframe from the frames before and after it: a central difference, unbiased
+  // by tremor. The mapper drops it when that keyframe is not in the map yet.
   struct KeyframeVelocity {
     double time_s = 0;  // of the keyframe
     Twist velocity = Twist::Zero();

@@ -10,17 +10,16 @@
 
 namespace ulf::tracking {
 
-// A copy of all living keyframes and points, for checks that change nothing in the map.
+// Returns a copy of all living keyframes and points, for checks that change nothing in the map.
 BundleProblem ProblemOf(const Map& map);
 
 // Adjusts the keyframes `free` and all points they see (the points of `held` where none is free). `held`,
 // pinned keyframes and, in an adjustment of a part, the map's first keyframe stay; when everything is free,
 // the keyframes together stay where they were. In a given world the corners that keyframes saw take part as
-// known points; where they were seen from far enough apart to determine the scale (`given`), they alone hold
-// the map. With `rows_too` the rows' velocities of keyframes that turned fast are found with them: of the
-// whole map alone, since it takes motion in several directions to tell them from the lens. Removes
-// observations that no longer fit. Reads without the map's lock and takes it to write: the map's owner calls
-// it.
+// known points; where they were seen from far enough apart to determine the scale, they alone hold the map.
+// `rows_too` estimates the velocities of keyframes that turned fast as well: only with the whole map, since
+// it takes motion in several directions to separate them from the lens. Removes observations that no longer
+// fit. Reads without the map's lock and takes it to write: the map's owner calls it.
 BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options, bool rows_too = false);
 

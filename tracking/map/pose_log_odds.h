@@ -25,10 +25,10 @@ namespace ulf::tracking {
 inline constexpr double kFollowedLogOdds = 0;
 inline constexpr double kRelocalizedLogOdds = 7;
 
-// Whether a candidate is excluded, by candidate.
+// A flag for each candidate: it is excluded.
 using ExcludedCandidates = std::vector<bool>;
 
-// Natural logarithm of the odds that the pose is right rather than wrong, both as likely beforehand.
+// Returns the natural logarithm of the odds that the pose is right, with even odds beforehand.
 double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose,
                    const ExcludedCandidates& left_out = {});
 

@@ -1,4 +1,5 @@
-// What tracker and mapper keep of a frame's image, and the two of them from which a map starts.
+// The features and pixels of a frame that tracker and mapper keep, and the two frames from which a map
+// starts.
 #pragma once
 
 #include <Eigen/Core>

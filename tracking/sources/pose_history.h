@@ -13,7 +13,7 @@ namespace ulf::tracking {
 
 enum class PoseAnswer { kFound, kBefore, kAfter, kGap };  // kAfter: the moment is after the newest pose
 
-// A pose from the numbers tx ty tz qx qy qz qw; none where they are not finite or hold no rotation.
+// Returns a pose from the numbers tx ty tz qx qy qz qw; none where they are not finite or hold no rotation.
 std::optional<Rigid3> PoseFromNumbers(std::span<const double, 7> numbers);
 
 class PoseHistory {
