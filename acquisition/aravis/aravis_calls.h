@@ -1,4 +1,4 @@
-// Calls of Aravis with its GError handled. Only the aravis_* files include this header.
+// Calls Aravis and handles its GError. Only the aravis_* files include this header.
 #pragma once
 
 #include <arv.h>
@@ -31,7 +31,7 @@ auto Must(const std::string& who, const std::string& what, Call&& call) {
   }
 }
 
-// For features that a camera may lack: the result, or `otherwise` on failure.
+// Returns the result, or `otherwise` on failure: for features that a camera may lack.
 template <typename Call, typename Value>
 Value Maybe(Call&& call, Value otherwise) {
   GError* error = nullptr;
@@ -41,7 +41,7 @@ Value Maybe(Call&& call, Value otherwise) {
   return otherwise;
 }
 
-// Ignores failure.
+// Calls and ignores failure.
 template <typename Call>
 void Try(Call&& call) {
   GError* error = nullptr;
@@ -51,7 +51,7 @@ void Try(Call&& call) {
 
 inline std::string Text(const char* text) { return text ? text : ""; }
 
-// The names that `call` returns as an array of its own, with their number; empty on failure.
+// Returns the names that `call` returns as an array of its own, with their number; empty on failure.
 template <typename Call>
 std::vector<std::string> MaybeNames(Call&& call) {
   guint count = 0;

@@ -1,5 +1,5 @@
-// A camera's clock that IEEE 1588 (PTP) keeps with others on its network: switching that on, waiting until
-// the camera follows its master, and how far off it is. Names of the Standard Features Naming Convention
+// Synchronises a camera's clock with others on its network by IEEE 1588 (PTP): switches that on, waits until
+// the camera follows its master, and reads the offset. Names of the Standard Features Naming Convention
 // (PtpEnable) and of the GigE Vision cameras before it (GevIEEE1588).
 #pragma once
 
@@ -18,7 +18,7 @@ namespace ulf::acquisition {
 struct ClockState {
   std::string status;               // the camera's word: "Slave", "Listening", ...
   std::optional<double> offset_ns;  // from its master; none: the camera does not tell
-  // It follows a master, or is the one that the others follow.
+  // Returns whether the clock follows a master or is the master.
   bool IsShared() const { return status == "Slave" || status == "Master"; }
 };
 
@@ -30,11 +30,11 @@ class AravisClock {
   AravisClock(const AravisSession& session, const std::string& who, const AravisOptions& options,
               std::vector<std::string>& notes);
 
-  // False as well where it is off, or the camera does not have it.
+  // Returns false, too, where IEEE 1588 is off or the camera does not have it.
   bool IsShared() const { return state_ && state_->IsShared(); }
-  // For DeviceStatistics::transport.
+  // Adds the figures of the clock for DeviceStatistics::transport.
   void AppendTo(TransportFigures& transport) const;
-  // Asks the camera, at most once a second. What changed, for people; none: nothing.
+  // Asks the camera, at most once a second. Returns a message about what changed, or none.
   std::optional<std::string> Look();
 
  private:

@@ -36,7 +36,8 @@ AravisConfigured ConfigureAravis(const AravisSession& session, const std::string
 // Reads the present exposure, gain and black level into `configured`.
 void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
-// For a camera that promises chunk data and sends none. Its payload becomes smaller. Throws Error.
+// Switches chunk data off for a camera that announces it and sends none; its payload becomes smaller. Throws
+// Error.
 void SwitchChunksOff(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
 }  // namespace ulf::acquisition

@@ -60,7 +60,7 @@ struct CalibrationFile {
 CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std::string& camera = "");
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFile& file);
 
-// One mode of a file. Throws Error that lists the modes of the file.
+// Returns one mode of a file. Throws Error that lists the modes of the file.
 ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where);
 
 // Writes one mode. Other modes that the file contains for the same camera are kept; so are, where the new
@@ -69,7 +69,7 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
                        const std::string& source, const std::string& mode,
                        const ModeCalibration& calibration);
 
-// Intrinsics only; warnings go to the log.
+// Reads intrinsics only; warnings go to the log.
 CameraModel ReadCalibration(const std::filesystem::path& path, const std::string& mode = "live");
 void WriteCalibration(const std::filesystem::path& path, const CameraModel& camera, const std::string& serial,
                       const std::string& source, const std::string& mode = "live");

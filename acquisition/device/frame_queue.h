@@ -24,8 +24,8 @@ class BoundedQueue {
   BoundedQueue(const BoundedQueue&) = delete;
   BoundedQueue& operator=(const BoundedQueue&) = delete;
 
-  // False when the queue is closed; the item then does not count as dropped. `dropped` receives the item that
-  // was dropped, if any.
+  // Returns false when the queue is closed; the item then does not count as dropped. `dropped` receives the
+  // item that was dropped, if any.
   bool Push(T item, std::optional<T>* dropped = nullptr) {
     MutexLock lock(mutex_);
     if (closed_) return false;
@@ -40,7 +40,7 @@ class BoundedQueue {
     return true;
   }
 
-  // The oldest item; none: no item within the timeout, or the queue is closed and empty.
+  // Returns the oldest item; none if no item within the timeout, or the queue is closed and empty.
   std::optional<T> Pop(std::chrono::milliseconds timeout) {
     MutexLock lock(mutex_);
     arrived_.wait_for(lock, timeout, [this]() ULF_REQUIRES(mutex_) { return closed_ || !items_.empty(); });

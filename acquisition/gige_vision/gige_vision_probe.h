@@ -23,13 +23,14 @@ enum class GigeControl {
 GigeControl AskGigeControl(const std::string& ipv4_address,
                            std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
 
-// Reads one register, a second time when there is no answer within the timeout. None: no answer, or refused.
+// Reads one register, a second time when there is no answer within the timeout. Returns none when there is no
+// answer, or the camera refuses.
 std::optional<std::uint32_t> ReadGigeRegister(
     const std::string& ipv4_address, std::uint32_t register_address,
     std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
 
-// The address of the program that controls the camera, "192.0.2.5 (UDP port 40123)". Empty where the camera
-// does not tell (many leave both registers at zero).
+// Returns the address of the program that controls the camera, "192.0.2.5 (UDP port 40123)". It is empty
+// where the camera does not tell (many leave both registers at zero).
 std::string AskGigeController(const std::string& ipv4_address);
 
 // A camera's answer to a discovery packet.
@@ -37,7 +38,7 @@ struct GigeAnswer {
   std::string address, netmask;  // as the camera has them; the mask may be 0.0.0.0
   std::string maker = {}, model = {}, serial = {};
 };
-// None: it is no whole answer to a discovery packet.
+// Returns none when it is no whole answer to a discovery packet.
 std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet);
 // Sends a discovery packet to one address; none when nothing answers within the timeout.
 std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address,
@@ -54,8 +55,8 @@ struct NetworkInterface {
 };
 std::vector<NetworkInterface> NetworkInterfaces();
 
-// A message where the camera's address lies in the network of none of these interfaces; empty where it does
-// not.
+// Returns a message where the camera's address lies in the network of none of these interfaces; empty where
+// it does not.
 std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<NetworkInterface>& interfaces);
 
 }  // namespace ulf::acquisition

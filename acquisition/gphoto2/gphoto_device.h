@@ -39,10 +39,10 @@ namespace ulf::acquisition {
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri,
                                          std::shared_ptr<LeftPhotographs> left = nullptr);
 
-// The camera's configuration tree by name.
+// Returns the camera's configuration tree by name.
 std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri);
 
-// Cameras at USB ports.
+// Lists cameras at USB ports.
 std::vector<DeviceInfo> ListGphotoDevices();
 
 }  // namespace ulf::acquisition

@@ -14,7 +14,7 @@
 
 namespace ulf::acquisition {
 
-// Their paths in the camera, for a message.
+// Returns the files' paths in the camera, for a message.
 std::string NamesOf(const std::vector<FileInCamera>& files);
 
 class LeftFetch {
@@ -25,15 +25,15 @@ class LeftFetch {
       : camera_(camera), left_(left), notice_(std::move(notice)), gone_(std::move(gone)) {}
 
   void Begin() { to_fetch_ = left_.Take(); }
-  // What is to be downloaded, once; none: nothing, or not yet. A camera that is busy, as after it was
-  // switched on, is asked again.
+  // The files to be downloaded. Work() returns them once, none while there are none yet: a camera that is
+  // busy, as after it was switched on, is asked again.
   struct Found {
     std::vector<FileInCamera> files;
     std::vector<GphotoFile> since;  // of these, those that the camera did not announce
     std::size_t counted = 0;        // of these, those that were waiting when the link dropped
   };
   std::optional<Found> Work();
-  // What has not been looked for so far.
+  // Returns what has not been looked for so far.
   std::optional<LeftPhotographs::Left> TakeUnfetched() { return std::exchange(to_fetch_, std::nullopt); }
 
  private:

@@ -1,6 +1,5 @@
-// What a tethered camera still holds of a session when its link drops. The driver that was lost writes it
-// down; the one that opens the same camera again fetches it. Shared by the two, which run in different
-// threads.
+// Lists what a tethered camera still holds of a session when its link drops. The lost driver writes the list,
+// the one that opens the same camera again fetches the files. The two share it and run in different threads.
 #pragma once
 
 #include <optional>
@@ -15,7 +14,7 @@
 
 namespace ulf::acquisition {
 
-// A file in the camera, with what is known of its photograph, without bytes.
+// A file in the camera with the known facts of its photograph, without bytes.
 using FileInCamera = std::pair<GphotoFile, DownloadedFile>;
 
 class LeftPhotographs {
@@ -27,24 +26,23 @@ class LeftPhotographs {
         0;  // when the shutter was asked to open for a photograph that was not announced; 0: none was
     double lost_s = 0;  // host clock
   };
-  // The camera has announced the file.
+  // Notes a file that the camera has announced.
   void Announced(const GphotoFile& file);
-  // The link is gone. Where `left` does not say which file was the last, it is the one that was announced
-  // last.
+  // Notes what is left when the link is gone. A missing `left.last` becomes the file that was announced last.
   void Lost(Left left);
-  // Once for each loss; none: the link was not lost.
+  // Returns once for each loss what is left; none: the link was not lost.
   std::optional<Left> Take();
-  // Of the files that a folder of the camera holds now, the photographs that came after the last one that was
-  // announced, by the numbers in their names, in their order.
+  // Returns, of the files that a folder of the camera holds now, the photographs that came after the last
+  // announced one, by the numbers in their names, in their order.
   std::vector<GphotoFile> After(const Left& left, std::vector<std::string> names) const;
-  // What is to be fetched of `files`, which came since. The first photograph among them answers the request
-  // that was open.
+  // Returns what is to be fetched of `files`, which came since. The first photograph among them answers the
+  // request that was open.
   static std::vector<FileInCamera> CameSince(const Left& left, const std::vector<GphotoFile>& files);
 
-  // A file on a card is fetched although the camera did not announce it.
+  // Notes a file that is fetched from the card although the camera did not announce it.
   void Fetched(const GphotoFile& file);
-  // Whether the file was fetched so, or announced before the link was lost: a camera may announce it once
-  // more.
+  // Returns whether the file was fetched so, or announced before the link was lost: a camera may announce it
+  // once more.
   bool WasFetched(const GphotoFile& file) const;
 
  private:

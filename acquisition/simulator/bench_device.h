@@ -1,5 +1,5 @@
-// The device of a simulated scene that is calibrated on a bench: numbered pictures, one after another
-// whenever they are asked for, until the scene is over.
+// Makes a device of a simulated calibration scene: it gives numbered pictures, one for each call of Next(),
+// until the scene is over.
 #pragma once
 
 #include <cstdint>

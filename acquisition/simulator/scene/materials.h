@@ -9,7 +9,7 @@
 
 namespace ulf::acquisition {
 
-// A sheet of material kMarkerSheet or kTurntableSheet: a board with a white rim.
+// The sheet of kMarkerSheet or kTurntableSheet: a board with a white rim.
 struct MarkerSheet {
   static const Board& BoardOf(int material);
   static constexpr double kRimMm = 15;

@@ -22,7 +22,7 @@ namespace ulf::acquisition {
 
 enum class Shape { kSphere, kBox, kRoom, kFrustum, kTorus, kBust };
 
-// What a surface does with light besides scattering it evenly (surface_light.h).
+// Describes what a surface does with light besides scattering it evenly (surface_light.h).
 enum class Finish {
   kMatte,     // nothing
   kGlazed,    // mirrors the lamps and a plain room
@@ -47,10 +47,10 @@ struct Primitive {
   int first_chart = 0;      // into the scene's charts
 
   int ChartCount() const;
-  // Bounding sphere, local.
+  // Return the bounding sphere in the local frame.
   Vec3<float> BoundCenter() const;
   float BoundRadius() const;
-  // The largest distance of a point of the surface from `point_in_world`.
+  // Returns the largest distance of a point of the surface from `point_in_world`.
   double FarthestFrom(const Eigen::Vector3d& point_in_world) const;
 };
 
@@ -73,7 +73,8 @@ struct ChartSize {
 };
 ChartSize SizeOfChart(const Primitive& primitive, int chart);
 
-// The distance along a unit direction `d` from `o` (both local) to the surface; infinity: no intersection.
+// Returns the distance along a unit direction `d` from `o` (both local) to the surface; infinity: no
+// intersection.
 template <typename T>
 T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d);
 

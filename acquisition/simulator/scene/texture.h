@@ -1,4 +1,5 @@
-// A texture of surface radiance: 16-bit linear B, G, R with a mip pyramid.
+// A texture of surface radiance, linear B, G, R in 16 bits, with a mip pyramid (trilinear lookup by
+// Sample()).
 #pragma once
 
 #include <cstddef>
@@ -17,10 +18,11 @@ class MipTexture {
   static constexpr float kFullScale = 4.0f;
 
   MipTexture() = default;
-  // `bgr` holds width * height values; both sizes must be multiples of 2^(kMaxLevels-1) only for seamless
-  // wrapping.
+  // `bgr` holds width * height values, row by row. `wrap_u`, `wrap_v`: the texture continues at the opposite
+  // edge; for that to be seamless in every level, the size must be a multiple of 2^(kMaxLevels-1).
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr);
-  // Of what Texels() gave, which stays where it is: BytesOf() bytes, aligned to 8.
+  // Shares the texels that Texels() of an equal texture gave: BytesOf() bytes, aligned to 8, which are not
+  // copied.
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::shared_ptr<const void>& texels);
   static std::size_t BytesOf(int width, int height);
   std::span<const std::byte> Texels() const;
@@ -30,7 +32,8 @@ class MipTexture {
   bool wrap_u() const { return wrap_u_; }
   bool wrap_v() const { return wrap_v_; }
 
-  // u, v: 0 to 1 across the texture. `footprint`: side of the area seen, in texels of the finest level.
+  // Returns the filtered radiance. u, v: 0 to 1 across the texture. `footprint`: side of the area that the
+  // pixel sees, in texels of the finest level.
   F4 Sample(float u, float v, float footprint) const;
 
  private:
