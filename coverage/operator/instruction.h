@@ -1,5 +1,5 @@
-// The one thing to do now: a value, which the display puts into a short line of words and a simulated
-// operator follows.
+// Derives the operator's next action from a capture's state: a value, which the display shows as a short line
+// and a simulated operator follows.
 #pragma once
 
 #include <optional>
@@ -42,7 +42,7 @@ struct Instruction {
 };
 
 Instruction InstructionFor(const CaptureState& state);
-// A short line; empty: nothing is to be done. `state`: of which `instruction` was made.
+// Returns a short line; empty if nothing is to be done. `state`: of which `instruction` was made.
 std::string InWords(const Instruction& instruction, const CaptureState& state);
 
 }  // namespace ulf::coverage

@@ -1,4 +1,4 @@
-// What the keys of a mode do, one line a key.
+// The actions of a mode's keys, one line a key.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@ namespace ulf::coverage {
 template <typename Key>
 using KeyActions = std::initializer_list<std::pair<Key, std::function<void()>>>;
 
-// False when `key` has no action.
+// Returns false when `key` has no action.
 template <typename Key>
 bool Act(const Key& key, const std::type_identity_t<KeyActions<Key>>& actions) {
   for (const auto& [each, act] : actions) {

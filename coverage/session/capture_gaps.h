@@ -27,7 +27,7 @@ class CaptureGaps {
   // Ends the gaps that are still open.
   void End(std::optional<double> now_s);
 
-  // Why recording is paused for the disk, in words; empty: it is not.
+  // Returns why recording is paused for the disk, in words; empty if it is not.
   std::string DiskReason() const { return disk_ ? disk_->reason : std::string(); }
   std::uint64_t pauses() const { return pauses_; }  // for the disk
   double paused_s() const { return paused_s_; }

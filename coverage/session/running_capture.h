@@ -1,5 +1,5 @@
-// The loop of a capture: private to capture_session.cpp, which takes the frames, running_capture.cpp, which
-// follows the tracker and tells the state, and capture_answers.cpp, which does what is asked between two
+// The loop of a capture, private to capture_session.cpp, which takes the frames, running_capture.cpp, which
+// updates after the tracker and makes the state, and capture_answers.cpp, which answers requests between
 // frames.
 #pragma once
 
@@ -38,7 +38,7 @@ class RunningCapture {
   CaptureSummary Run();
 
  private:
-  // The latest frame that got as far as a decision, and what became of it.
+  // The latest frame about which a decision was made, and the decision.
   struct LatestFrame {
     Image live;
     tracking::Track track;
@@ -55,7 +55,7 @@ class RunningCapture {
   void FollowLens(const tracking::Track& track);
   void GoOverToLensFrom(const CameraModel& before, bool last);
   void NoteZoom(const tracking::Track& track);
-  // A resumed session awaits its own.
+  // A resumed session, too, awaits a first view of its own.
   bool AwaitsFirstView() const { return record_.views().empty() || !recorder_.newest_view(); }
   void UpdatePreflight(const Frame& frame);
   void LookForMistakes(const Frame& frame);

@@ -36,7 +36,7 @@ struct OperatorOptions {
   static OperatorOptions Parse(const std::string& text);
 };
 
-// How the person stands before the subject when they begin; world frame metres.
+// Describes how the person stands before the subject when they begin; world frame metres.
 struct OperatorStart {
   Rigid3 cam_from_world;
   Eigen::Vector3d up_in_world;

@@ -1,4 +1,4 @@
-// Where photographs go when the light field does not exist yet or cannot be written: the folder
+// Saves photographs for which the light field does not exist yet or cannot be written: in the folder
 // "NAME.photographs" beside the light field NAME. Existing files there are never replaced.
 #pragma once
 

@@ -1,9 +1,9 @@
-// Dust on the lens: dark spots that stay where they are in the picture while the scene moves on beneath them.
+// Detects dust on the lens: dark spots that stay in place while the scene moves across the picture.
 //
-// A place of the picture is looked at again when what it showed has moved away (by the points that are
-// followed nearby, picture_tracks.h). What it shows now is compared with the same piece of the scene in the
-// look before, where that was seen elsewhere: the scene cancels, a spot here stays. Spots are small, round
-// and there in almost every look.
+// A cell of the picture is compared again when the scene in it has moved away (by the tracks nearby,
+// picture_tracks.h). Its content is compared with the same piece of the scene in the earlier picture, where
+// that was elsewhere: the scene cancels out, a spot remains. Spots are small, round and present in almost
+// every comparison.
 #pragma once
 
 #include <opencv2/core.hpp>
