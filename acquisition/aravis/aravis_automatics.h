@@ -17,8 +17,7 @@
 
 namespace ulf::acquisition {
 
-// The mode of an automatic. kNone: the camera has no such automatic; kUnknown: its mode has a word that is
-// not known.
+// The mode of an automatic. kNone: the camera has none; kUnknown: its mode has a word that is not known.
 enum class AutomaticMode { kNone, kOff, kOnce, kOn, kUnknown };
 AutomaticMode ModeOf(const AravisSession& session, const std::string& feature);
 // Returns whether the automatic changes its value at present.

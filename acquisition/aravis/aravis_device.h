@@ -1,4 +1,4 @@
-// Machine-vision cameras (GigE Vision, USB3 Vision) through Aravis: `aravis:ID?option=value&...`.
+// Opens machine-vision cameras (GigE Vision, USB3 Vision) through Aravis: `aravis:ID?option=value&...`.
 //
 // ID: an IPv4 address (opened at once), a serial number, one of Aravis's ids (Vendor-Serial,
 // Vendor-Model-Serial) or a hardware address, each found by discovery, which takes a second; empty: the first

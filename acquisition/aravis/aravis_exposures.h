@@ -39,7 +39,7 @@ class AravisExposures {
     LookAgain();
   }
   // Requests exposures by their stops, from any thread.
-  StillRequest Ask(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
+  StillRequest Request(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
   // Sets the exposure that is due.
   void Step();
   // Labels a complete frame with its exposure.

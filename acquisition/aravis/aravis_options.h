@@ -1,4 +1,4 @@
-// The options of an `aravis:` URI (aravis_device.h lists them), read before any camera is opened.
+// Reads the options of an `aravis:` URI (aravis_device.h lists them) before any camera is opened.
 #pragma once
 
 #include <optional>

@@ -34,8 +34,7 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
 // whose name ends with it (BinningHorizontal2).
 int ReductionOf(const AravisSession& session, const char* feature);
 
-// Throws Refusal for a binning that the camera does not have. What the last program set is undone where none
-// is asked for.
+// Throws Refusal for a binning that the camera does not have. Without a request binning is undone.
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked);
 
 }  // namespace ulf::acquisition

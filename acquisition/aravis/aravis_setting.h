@@ -37,12 +37,10 @@ class AravisNumber {
   const std::string& Feature() const { return feature_; }
   // Returns none when the feature is not there, or not readable now.
   std::optional<double> Read() const;
-  // Returns whether it needs no write; a fixed number need only be so near that no other value could be
-  // meant.
+  // Returns whether it needs no write; a fixed number need only be unambiguously near.
   bool Reads(double value) const;
   std::string WhyFixed() const;
-  // Writes the value, rounded to the camera's steps where it is an integer. Throws Error that begins with
-  // `who`.
+  // Writes the value, rounded to the camera's steps if it is an integer. Throws Error beginning with `who`.
   void Write(const std::string& who, double value) const;
   // Returns the smallest and the largest value. Throws Error that begins with `who`.
   std::pair<double, double> Bounds(const std::string& who) const;

@@ -31,8 +31,7 @@ class AravisStream {
   // `frames_came`: at least one frame has arrived.
   std::vector<std::string> TakeNotes(bool frames_came);
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
-  // Stops checking the source port, for a camera that reports a wrong one; true where it was checked until
-  // now.
+  // Stops checking the source port, for a camera that reports a wrong one; true where it was checked.
   bool AllowAnyPort();
   // Returns counters and settings for display. Only the thread that pops buffers may call it, or any while
   // that thread is stopped.

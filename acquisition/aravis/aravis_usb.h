@@ -40,8 +40,7 @@ double UsbBytesPerSecond(int megabits);
 // Returns a message when the camera is connected at less than USB 3, with what to do and, for a given
 // payload, the most frames a second; empty when it is not.
 std::string SlowUsbText(const UsbCameraPlace& place, std::size_t payload_bytes = 0);
-// Returns what to do when the library could not open a USB camera, from what it said; empty where nothing is
-// known.
+// Returns what to do when the library could not open a USB camera for this reason; empty if unknown.
 std::string UsbOpenHint(const std::string& reason, const std::vector<UsbCameraPlace>& places);
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,4 @@
-// Decides when a camera that sends no frames counts as stalled, and when it is lost. One object serves one
-// stream.
+// Decides when a camera that sends no frames counts as stalled, and when as lost. It serves one stream.
 #pragma once
 
 #include <array>

@@ -15,11 +15,13 @@ enum class NodeKind { kNone, kInteger, kReal, kChoice, kBoolean, kCommand, kText
 
 // Queries on a camera's GenICam description, by the name of a feature.
 struct NamedFeatures {
-  std::function<NodeKind(const std::string& name)> kind_of;   // kNone: no such feature
-  std::function<bool(const std::string& name)> is_available;  // at this moment; another setting may bring it
-  std::function<std::vector<std::string>(const std::string& name)> choices_of;  // of an enumeration
-  std::function<std::string(const std::string& name)> unit_of;                  // empty: it does not tell
-  std::function<std::optional<double>(const std::string& name)> least_of;       // none: it does not tell
+  std::function<NodeKind(const std::string& name)> kind_of;  // kNone: no such feature
+  std::function<bool(const std::string& name)>
+      is_available;  // at this moment: another setting may change that
+  std::function<std::vector<std::string>(const std::string& name)>
+      choices_of;                                                          // the choices of an enumeration
+  std::function<std::string(const std::string& name)> unit_of;             // empty: it does not tell
+  std::function<std::optional<double>(const std::string& name)> least_of;  // none: it does not tell
 };
 
 // The names of a camera's features; empty: the camera does not have it.
@@ -38,12 +40,12 @@ struct FeatureNames {
   // The selector among several triggers, and its choice that starts a frame.
   std::string trigger_selector = {}, frame_trigger = {};
   std::string white_balance_auto = {};
-  std::string balance_selector = {}, balance_ratio = {};  // the colour, and its ratio to green
-  bool balance_is_gain = false;                           // each colour's own gain, green's among them
+  std::string balance_selector = {}, balance_ratio = {};  // selects the colour of the ratio to green
+  bool balance_is_gain = false;  // balance_ratio is each colour's own gain, green's among them
   std::string throughput_limit = {};
   // Bytes a second in one of the limit's unit; 0: the unit is not known.
   double throughput_bytes = 1;
-  std::string throughput_mode = {};  // a switch beside the limit
+  std::string throughput_mode = {};  // the switch that enables the limit
 
   bool CanTrigger() const { return !trigger_source.empty(); }
   bool CanBalance() const { return !white_balance_auto.empty() || !balance_ratio.empty(); }

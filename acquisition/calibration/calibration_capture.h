@@ -35,8 +35,7 @@ struct CalibrationCaptureOptions {
   std::function<void(const CaptureProgress&)> show = [](const CaptureProgress&) {};
   // Gets each frame or photograph that the guide has judged, to draw it (calibration_picture.h).
   std::function<void(const cv::Mat& gray, const CalibrationGuide&, ViewVerdict)> show_picture = {};
-  // For mode "still": gets each line for the photographer, and returns whether the photographer wants a
-  // photograph now.
+  // For mode "still": gets each line for the photographer; returns whether a photograph is wanted now.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   std::function<bool()> release = [] { return false; };
   std::function<bool()> stop = [] { return false; };

@@ -28,18 +28,18 @@ class CalibrationGuide {
   CalibrationGuide(const Board& board, int width, int height, int least_views = kLeastViews);
 
   // Judges the next frame of the stream (CV_8UC1); a taken view gets `name`.
-  ViewVerdict Look(const cv::Mat& gray, const std::string& name);
+  ViewVerdict JudgeFrame(const cv::Mat& gray, const std::string& name);
   // Judges a photograph, which stands for itself: never kMoving.
-  ViewVerdict LookAtPhotograph(const cv::Mat& gray, const std::string& name);
+  ViewVerdict JudgePhotograph(const cv::Mat& gray, const std::string& name);
   // Removes the view that was taken last.
-  void ForgetLast();
+  void RemoveLast();
 
   const std::vector<BoardView>& views() const { return views_; }
   const std::optional<BoardView>& last() const { return last_; }  // of the last picture; none: not seen
   bool Enough() const;
   double Share() const;  // of what is needed, 0 to 1
   // Returns the next instruction to the operator: "bring the board to the image's upper right part".
-  std::string NextMove() const;
+  std::string NextInstruction() const;
   // Returns the parts of the image as text, '#' for covered and '.' for not, top row first, '/' between rows.
   std::string Map() const;
   static constexpr int kColumns = 5, kRows = 4;  // parts of the image, row by row

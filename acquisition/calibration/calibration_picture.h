@@ -14,8 +14,7 @@ namespace ulf::acquisition {
 // directions; a pattern (all inwards at the rim) means that the model does not fit the lens. CV_8UC3.
 cv::Mat DrawCalibration(const CalibrationResult& result);
 
-// Left: the light over the image with contour lines; right: the profile along the diagonal in B, G and R.
-// CV_8UC3.
+// Draws the light over the image with contour lines and the profile along the diagonal by colour. CV_8UC3.
 cv::Mat DrawFlatField(const FlatFieldResult& result);
 
 // Draws what the operator sees while views are taken: the picture with the corners found in it, parts that no

@@ -1,5 +1,4 @@
-// Finds a chart of 24 patches (4 rows of 6, as the ColorChecker Classic) in a picture, with OpenCV's module
-// mcc.
+// Finds a chart of 24 patches (4 rows of 6, as the ColorChecker Classic) in a picture by OpenCV's mcc.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,10 +1,10 @@
 // Fits a colour profile to a chart of 24 patches, or a white balance to a grey card.
 //
 // White balance is the median, over the usable grey patches, of the factors that map them to their published
-// colours. The 3 x 3 matrix then minimises differences in CIE L*a*b* (differences of chroma and hue divided
-// by 1 + 0.045 chroma, as CIEDE2000 weights chroma), with Huber weights, over all usable patches; its rows
-// sum to one. For cross-validation each column of the chart is left out in turn, the profile fitted without
-// it and tested on its patches.
+// colours. The 3 x 3 matrix then minimises differences in CIE L*a*b* (those in a* and b* divided by 1 + 0.045
+// chroma, as CIEDE2000 does), with Huber weights, over all usable patches; its rows sum to one. For
+// cross-validation each column of the chart is left out in turn, the profile fitted without it and tested on
+// its patches.
 #pragma once
 
 #include <string>
@@ -15,8 +15,7 @@
 
 namespace ulf::acquisition {
 
-// The differences (CIEDE2000) of a patch that took part from its published colour, at the exposure that fits
-// best.
+// The differences (CIEDE2000) of a used patch from its published colour, at the exposure that fits best.
 struct PatchDifference {
   int patch = 0;           // index
   double as_recorded = 0;  // with the camera's values taken as linear sRGB
@@ -36,7 +35,7 @@ struct ColorFit {
   double Most(double PatchDifference::*which) const;
 };
 
-// `charts`: of several pictures of one chart in one light; their medians are taken.
+// `charts`: of one or more pictures of one chart in one light, of which medians are taken.
 ColorFit FitColorProfile(const std::vector<MeasuredChart>& charts);
 
 struct GreyCard {
@@ -46,7 +45,8 @@ struct GreyCard {
   double unevenness = 0;  // spread of red/green and blue/green over the card, as a share
   bool ok() const { return refusal.empty(); }
 };
-// The card must fill the middle third of the picture, across and down.
+// Measures white balance (factors of R, G, B, green 1) on a card that fills the middle third of the picture,
+// across and down. `black_level`: share of full scale; `clipped`: of ClippedPixels(), or empty.
 GreyCard BalanceOfGreyCard(const Image& image, double black_level, const cv::Mat& clipped);
 
 }  // namespace ulf::acquisition

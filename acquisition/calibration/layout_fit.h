@@ -41,9 +41,9 @@ struct LayoutFit {
 LayoutFit LayoutFitOf(const Board& layout, const Neighbours& neighbours);
 
 // Returns how many squares a visible chessboard has that differs from the specified one, across and down, in
-// the orientation of `said`. The board must be whole in the pictures (CV_8UC1). Returns none when they show
-// the specified board, or no other is found. A hand may cover a part of the specified board, and other
+// the orientation of `specified`. The board must be whole in the pictures (CV_8UC1). Returns none when they
+// show the specified board, or no other is found. A hand may cover a part of the specified board, and other
 // patterns have any size: a single picture suffices for one row or column more, anything else needs two.
-std::optional<cv::Size> OtherChessboardIn(const Board& said, const std::vector<cv::Mat>& pictures);
+std::optional<cv::Size> OtherChessboardIn(const Board& specified, const std::vector<cv::Mat>& pictures);
 
 }  // namespace ulf::acquisition

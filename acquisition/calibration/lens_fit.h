@@ -37,8 +37,7 @@ struct LensFit {
   std::vector<Rigid3> cam_from_board = {};  // per view
   double squared_px = 0;                    // sum over corners of squared distances
   std::size_t corners = 0;
-  // Standard deviations of fx fy cx cy and the coefficients; 0: not estimated, infinite: not determined by
-  // the views.
+  // Standard deviations of fx fy cx cy and the coefficients; 0: not estimated, infinite: not determined.
   std::array<double, 9> sigma{};
 
   double RmsPx() const;

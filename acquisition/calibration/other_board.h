@@ -26,18 +26,18 @@ struct OtherBoard {
 };
 
 // Returns none when they lie as specified, or it cannot be told. `pictures`: CV_8UC1, of which a few suffice.
-std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<cv::Mat>& pictures);
+std::optional<OtherBoard> BoardInPictures(const Board& specified, const std::vector<cv::Mat>& pictures);
 
 // Returns whether more than a few of the visible markers contradict the board's layout or numbers:
 // BoardInPictures() may then find another. It takes as long as detecting the markers. Returns false for a
 // chessboard.
-bool MarkersContradict(const Board& said, const std::vector<cv::Mat>& pictures);
+bool MarkersContradict(const Board& specified, const std::vector<cv::Mat>& pictures);
 
 // Returns "the corners do not lie as on SAID; they lie as on OTHER (...): give board OTHER".
-std::string DescribeOtherBoard(const Board& said, const OtherBoard& other);
+std::string DescribeOtherBoard(const Board& specified, const OtherBoard& other);
 
 // Returns the median distance of a view's corners from their places under a homography, as a share of the
 // view's size: lens distortion, or much more where they lie on another board. `points`: of the board.
-double BendOf(const std::vector<Eigen::Vector3d>& points, const BoardView& view);
+double PlaneMisfit(const std::vector<Eigen::Vector3d>& points, const BoardView& view);
 
 }  // namespace ulf::acquisition

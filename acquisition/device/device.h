@@ -93,8 +93,7 @@ struct DeviceStatistics {
   TransportFigures transport;  // packets missing, resent, ...
 };
 
-// Describes whether exposure, white balance and focus stay the same from picture to picture; none if it is
-// unknown.
+// Whether exposure, white balance and focus are held from picture to picture; none: unknown.
 struct HeldAutomatics {
   std::optional<bool> exposure, white_balance, focus;
 };
@@ -112,8 +111,7 @@ class Device {
  public:
   virtual ~Device() = default;
   virtual DeviceInfo Info() const = 0;
-  // Returns the intrinsics of live frames that the device itself knows (simulator, replay); none for real
-  // cameras.
+  // Returns the intrinsics of live frames if the device knows them (simulator, replay), or none.
   virtual std::optional<CameraModel> Camera() const { return std::nullopt; }
   // Returns the intrinsics of photographs, if they differ.
   virtual std::optional<CameraModel> StillCamera() const { return std::nullopt; }
@@ -125,8 +123,7 @@ class Device {
   virtual bool IsLive() const = 0;
   // Returns what can still be changed about its frames, which decides what messages advise.
   virtual FrameSource Source() const { return FrameSource::kCamera; }
-  // Returns false once it is known that no live frame will ever come, as from a tethered camera without live
-  // view.
+  // Returns false once no live frame can come any more, as from a tethered camera without live view.
   virtual bool HasLiveFrames() const { return true; }
   // Returns the part of the sensor that the image shows. Returns none where it is unknown; callers then
   // assume the whole sensor.
@@ -158,8 +155,7 @@ class Device {
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
 
-// Throws Error where no live frames will ever come, with the alternative: photographs first, their poses
-// afterwards.
+// Throws Error where no live frames will ever come, with the alternative: photographs, and poses afterwards.
 void RequireLiveFrames(const Device& device);
 
 }  // namespace ulf::acquisition

@@ -23,8 +23,7 @@ std::vector<std::filesystem::path> UdevRuleFolders();
 std::optional<std::filesystem::path> InstalledUdevRules(
     UdevCameraKind kind, const std::vector<std::filesystem::path>& folders = UdevRuleFolders());
 
-// Returns how to install missing rules, naming the kinds of camera; none if all are installed, or this user
-// is root.
+// Returns how to install missing rules, by kinds of camera; none if all are installed, or for root.
 std::optional<std::string> MissingUdevRulesHint(
     const std::vector<std::filesystem::path>& folders = UdevRuleFolders(), bool is_root = false);
 // Returns the hint for the user of this process.

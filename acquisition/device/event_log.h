@@ -40,7 +40,7 @@ class StallReport {
   // `silence_s`: time without a frame that is due. Returns true when the stall is reported now.
   bool NoFrame(double silence_s, double stall_s);
   // Call it when no frame is due: the next silence is a new stall.
-  void Forget() { stalled_ = false; }
+  void EndStall() { stalled_ = false; }
 
  private:
   EventLog& log_;

@@ -1,6 +1,6 @@
-// A bounded queue between threads. When it is full, Push() drops the oldest item and counts it, because a
-// live camera does not wait. Any number of threads may push and pop. After Close() Push() fails and Pop()
-// returns what is left.
+// Defines a bounded queue between threads. When it is full, Push() drops the oldest item and counts it,
+// because a live camera does not wait. Any number of threads may push and pop. After Close() Push() fails and
+// Pop() returns what is left.
 #pragma once
 
 #include <chrono>

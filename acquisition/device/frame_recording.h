@@ -96,8 +96,7 @@ struct FrameRecording {
 bool IsFrameRecording(const std::filesystem::path& dir);
 // Throws Error naming file, line and key; ignores a truncated last line.
 FrameRecording ReadFrameRecording(const std::filesystem::path& dir);
-// Returns the frame with its pixels, and a photograph's raw file. Throws Error when a file is missing or
-// damaged.
+// Returns the frame with its pixels and any raw file. Throws Error when a file is missing or damaged.
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry);
 
 }  // namespace ulf::acquisition

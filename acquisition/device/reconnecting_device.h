@@ -1,5 +1,5 @@
-// A live camera that searches for its driver and opens it again when the camera is lost: implements the state
-// machine of device.h for all drivers.
+// Searches for a lost camera's driver and opens it again: implements device.h's state machine for all
+// drivers.
 //
 // A driver reports kLost and the reason (Info().problem). Frames that wait in it are still delivered; then
 // the device is kFaulted, and from the next Next() on kReconnecting: a thread opens a driver again,

@@ -23,9 +23,9 @@ class RepeatedEvents {
   explicit RepeatedEvents(const Options& options) : options_(options) {}
 
   // Returns the lines to say now. `now_s`: since the epoch, as DeviceEvent::host_time_s.
-  std::vector<std::string> After(const std::vector<DeviceEvent>& events, double now_s);
+  std::vector<std::string> Update(const std::vector<DeviceEvent>& events, double now_s);
   // Returns the lines about events that were collected and not yet reported.
-  std::vector<std::string> AtTheEnd();
+  std::vector<std::string> Finish();
 
  private:
   struct Repeated {

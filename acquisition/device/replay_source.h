@@ -1,5 +1,4 @@
-// Reads what a replay plays: the frames of a folder, a video, a light field or a recorded session, in their
-// order.
+// Reads the frames of a replay in order: of a folder, a video, a light field or a recorded session.
 #pragma once
 
 #include <cstddef>

@@ -32,8 +32,7 @@ class StreamStatistics {
   // Counts a frame that was discarded because automatics were on when it was exposed.
   void WhileSettling();
   void Dropped();
-  // Notes a complete frame's times by both clocks; later than `period_s` after its time it counts as late (0:
-  // never).
+  // Notes a complete frame's times by both clocks; more than `period_s` apart it is late (0: never).
   void Timed(double device_time_s, double host_time_s, double period_s);
   // Counts a frame that the reader got.
   void Delivered(const Frame& frame);
@@ -52,8 +51,7 @@ class StreamStatistics {
   std::chrono::steady_clock::time_point began_ ULF_GUARDED_BY(mutex_);
 };
 
-// Starts the thread in which a driver reads its frames: it runs `read`, and `lost` with the reason where that
-// throws.
+// Starts a thread that reads frames: it runs `read`, and `lost` with the reason where that throws.
 std::thread ReadingThread(std::function<void()> read, std::function<void(const std::string&)> lost);
 
 }  // namespace ulf::acquisition

@@ -63,7 +63,7 @@ class CameraSettings {
   std::vector<std::string> Changes();
   // Returns the value last read; empty if the camera has no such setting.
   std::string Value(ShotSetting setting) const;
-  // Returns what the camera offers now; empty if it has no such setting, or any value.
+  // Returns the values that the camera offers now; empty if it has no such setting, or takes any value.
   std::vector<std::string> Choices(ShotSetting setting) const;
   std::optional<double> Number(ShotSetting setting) const { return PhotographicNumber(Value(setting)); }
 

@@ -18,10 +18,10 @@ class CameraWatch {
   CameraWatch(GphotoCamera& camera, CameraSettings& settings, std::function<void(const std::string&)> notice)
       : camera_(camera), settings_(settings), notice_(std::move(notice)) {}
 
-  // Call it before the first Look(), when all settings are made.
+  // Call it before the first Poll(), when all settings are made.
   void Begin(bool target_is_memory);
   // Returns a result that is not ok() when the camera may be gone.
-  GphotoResult Look();
+  GphotoResult Poll();
   // Returns whether the camera can be asked for its storage, which shows that it is there.
   bool HasStorage() const { return has_storage_; }
 

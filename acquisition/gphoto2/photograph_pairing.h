@@ -1,5 +1,4 @@
-// Pairs downloaded files to photographs: a JPEG and its raw file share a stem and may arrive in either order,
-// seconds apart.
+// Pairs downloaded files: a JPEG and its raw file share a stem and arrive in either order, seconds apart.
 //
 // A file whose partner is known to be on its way waits for it without limit. A file that arrives after its
 // partner was delivered keeps the photograph's times but answers no request: each request has one answer.

@@ -34,13 +34,13 @@ class PhotographRequests {
                      std::function<bool(const GphotoResult&)> gone);
 
   // Request photographs, from any thread. Returns false when earlier ones are still to come.
-  bool Ask();
-  bool AskExposures(const std::vector<double>& stops);
-  // Returns whether exposures can be requested, as LookAtSettings() found.
+  bool RequestPhotograph();
+  bool RequestExposures(const std::vector<double>& stops);
+  // Returns whether exposures can be requested, as ReadSettings() found.
   bool TakesExposures() const { return sets_shutter_; }
 
   // Call it before the camera's thread runs, when all settings are made.
-  void LookAtSettings() { sets_shutter_ = shutter_bracket_.IsPossible(); }
+  void ReadSettings() { sets_shutter_ = shutter_bracket_.IsPossible(); }
   // Releases the shutter where that is requested. A busy camera is asked again in later rounds.
   void Work();
   // Returns whether the shutter was released and not all of its photographs have come.

@@ -20,13 +20,13 @@ struct Connection {
 std::vector<Connection> ConnectionsTo(const std::string& host, int port);
 
 // Runs a function in a thread with a copy of this process's descriptor table (unshare(2)): closing a
-// descriptor there does not close it here. False, without running it, when the system does not allow that.
+// descriptor there does not close it here. Returns false, without running it, when the system does not allow
+// that.
 bool RunWithOwnDescriptors(const std::function<void()>& function);
 
 class PtpipDescriptors {
  public:
-  // Make it before the camera is opened. `port`: "ptpip:ADDRESS:PORT:PORT"; for any other port all functions
-  // do nothing.
+  // Make it before the camera is opened. `port`: "ptpip:ADDRESS:PORT:PORT"; others are ignored.
   explicit PtpipDescriptors(const std::string& port);
   // Call it when the camera is open: finds the connections that the library has made.
   void Opened();

@@ -20,8 +20,7 @@ namespace ulf::acquisition {
 
 class ShutterBracket {
  public:
-  // `settings` outlives it. `busy_s`: how long a camera may refuse a shutter time before the bracket skips
-  // it.
+  // `settings` outlives it. `busy_s`: a shutter time that the camera refuses for so long is skipped.
   ShutterBracket(CameraSettings& settings, double busy_s, std::function<void(const std::string&)> notice)
       : settings_(settings), busy_s_(busy_s), notice_(std::move(notice)) {}
 

@@ -36,8 +36,7 @@ struct LinkTrial {
   std::uint64_t whole = 0, incomplete = 0, missing = 0;
   double resent_packets = 0;
   bool LostFrames() const { return incomplete + missing > 0 || whole == 0; }
-  // Returns whether fewer frames came than requested: a sender that waits for its link loses none. The share
-  // is guessed.
+  // Returns whether fewer frames came than requested: a sender that waits for its link loses none. Guessed.
   bool TooSlow() const { return fps < 0.9 * asked_fps; }
   bool Held() const { return !LostFrames() && !TooSlow(); }
   // Returns whether nothing was lost and the request was met, but the camera reports a higher rate.

@@ -25,7 +25,7 @@ double MegabytesPerS(double bytes_per_s) { return 1e-6 * bytes_per_s; }
 // Of the rate that a camera is set to, or that its exposure time allows, so much is as good as all. Guessed.
 constexpr double kAsSet = 0.9;
 
-// What the camera was set to send.
+// Describes what the camera was set to send.
 struct Sent {
   double payload_bytes = 0, packet_size = 0;
   std::optional<double> fps = {};  // not more than its exposure time allows
@@ -72,7 +72,7 @@ LinkFact BufferFact(const LinkPath& path, const Sent& sent, double asked, double
   return fact;
 }
 
-// The rate that is asked for against what the link carries. `most_fps`: by the link's own figures.
+// Returns the rate that is asked for against what the link carries. `most_fps`: by the link's own figures.
 LinkFact RateFact(const Sent& sent, double most_fps, const std::string& wider) {
   LinkFact fact{kRateFact, fmt::format("at most {:.1f} frames a second of {:.1f} MB", most_fps,
                                        MegabytesPerS(sent.payload_bytes))};

@@ -49,8 +49,7 @@ std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatisti
 // to; empty if nothing says so. `fps`: that came, with none lost.
 std::string CameraLimitText(double fps, const LinkFacts& facts);
 
-// Returns the highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the
-// wire with it.
+// Returns the highest rate that a GigE Vision link carries, with headers and gaps between packets.
 double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
 // Returns the number of packets with pixels in a frame; 0: they are too small for any.
 double GigePackets(double payload_bytes, double packet_size);

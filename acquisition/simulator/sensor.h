@@ -79,8 +79,7 @@ struct SensorColors {
 
   // In the order R G B.
   Eigen::Matrix3d CameraFromSrgb() const;
-  // Returns what a profile must find: factors of R G B, green 1, and the matrix of balanced light, whose rows
-  // sum to one.
+  // Return what a profile must find: factors of R G B, green 1, and the matrix, whose rows sum to one.
   Eigen::Vector3d WhiteBalance() const;
   Eigen::Matrix3d SrgbFromBalanced() const;
 };

@@ -1,4 +1,4 @@
-// `sim:board` and `sim:card`: simulated calibration with known ground truth.
+// Simulates calibration with known ground truth: `sim:board` and `sim:card`.
 //
 //   sim:board  a calibration target in a simulated hand: held still in a part of the image, tilted, moved
 //              to the next, until every part has been seen with every tilt;
@@ -43,8 +43,7 @@ class BoardScene {
   cv::Mat Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
   // Returns the image without noise: CV_32FC1, 1 is full scale.
   cv::Mat Light(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
-  // Returns the board's pose: at rest at the `stop`-th place for share 0, on the way to the next one for
-  // more.
+  // Returns the board's pose: at rest at the `stop`-th place for share 0, else on the way to the next.
   Rigid3 HeldAt(std::uint64_t stop, double share) const;
   // Returns the pose at a time: the board rests for half of each stop's time.
   Rigid3 HeldAtTime(double time_s) const;

@@ -24,7 +24,7 @@ class V4l2Node {
   int Call(unsigned long request, void* argument) const;
   // Throws Error that names the node and the failed action; for EBUSY also the program that streams.
   [[noreturn]] void Throw(const char* what, int error) const;
-  void Must(const char* what, unsigned long request, void* argument) const;
+  void CallOrThrow(const char* what, unsigned long request, void* argument) const;
 
  private:
   std::string path_;
@@ -37,8 +37,7 @@ std::string V4l2Text(const unsigned char* field, std::size_t size);
 // Returns the problem with the node, and the remedy.
 std::string V4l2Problem(const std::string& path, int error);
 
-// The camera of a node. `info.serial`: the USB serial number, may be empty; `info.bus`: the port to which it
-// is connected.
+// The camera of a node. `info.serial`: the USB serial number, may be empty; `info.bus`: its port.
 struct V4l2Camera {
   DeviceInfo info;
   std::string node;      // "/dev/video0"

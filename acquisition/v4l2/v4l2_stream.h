@@ -17,8 +17,7 @@ enum class V4l2Io { kMmap, kUserPtr };
 // A stream runs from construction to destruction. It belongs to one thread; `node` must outlive it.
 class V4l2Stream {
  public:
-  // `image_bytes`: the largest size of a picture as the driver reports it. Throws Error when the driver
-  // refuses.
+  // `image_bytes`: the largest size of a picture, from the driver. Throws Error when the driver refuses.
   V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes);
   ~V4l2Stream();
   V4l2Stream(const V4l2Stream&) = delete;
@@ -47,10 +46,9 @@ class V4l2Stream {
   std::vector<Buffer> buffers_;
 };
 
-// A webcam's Motion JPEG picture as a JPEG file: the bytes from the start marker (SOI) to the end marker
-// (EOI), with the Huffman tables of ITU-T T.81, Annex K inserted if the camera omitted them (many do; not
-// every program reads such files). Returns none when a marker is missing, because part of the picture did not
-// arrive.
+// Converts a webcam's Motion JPEG picture to a JPEG file: the bytes from the start marker (SOI) to the end
+// marker (EOI), with the Huffman tables of ITU-T T.81, Annex K inserted if the camera omitted them, as many
+// do. Returns none when a marker is missing, because part of the picture did not arrive.
 std::optional<std::string> StandaloneJpeg(std::span<const std::uint8_t> bytes);
 
 }  // namespace ulf::acquisition

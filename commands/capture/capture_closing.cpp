@@ -85,8 +85,8 @@ void SayIfNothingWasMeasured(const CaptureArgs& args, const coverage::CaptureSum
 }
 
 // A guess that nothing replaced may still be wrong.
-void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
-                          const CameraModel& guessed) {
+void WarnOfGuessedLens(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
+                       const CameraModel& guessed) {
   const bool was_guessed = options.lens_origin == acquisition::LensOrigin::kGuessed;
   const bool is_confirmed = summary.calibration && summary.calibration->determined;
   if (!was_guessed || summary.refined_lens || is_confirmed) return;
@@ -201,7 +201,7 @@ int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverag
   SayIfNothingWasMeasured(args, summary);
   WritePictures(args, light_field, summary);
   WriteFoundLens(lens, *hand.device, summary.refined_lens, summary.calibration, "ulf capture");
-  SayIfTheLensIsAGuess(options, summary, hand.camera);
+  WarnOfGuessedLens(options, summary, hand.camera);
   if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(stderr, "the last correction of poses opened a part of the cap again{}\n",
                IsTaken(summary.source) ? "" : ", which must be taken again: go on with --resume");

@@ -125,7 +125,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
   acquisition::RepeatedEvents repeated;
   device.Start();
   while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
-    for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
+    for (const std::string& line : repeated.Update(device.TakeEvents(), EpochSeconds()))
       spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));
     if (!frame) acquisition::RequireLiveFrames(device);
@@ -167,7 +167,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                   fmt::format("frame {}, {}", count, InWords(run.frames.back().track, run.source)));
     if (args.frames > 0 && count >= args.frames) break;
   }
-  for (const std::string& line : repeated.AtTheEnd()) spdlog::warn("{}", line);
+  for (const std::string& line : repeated.Finish()) spdlog::warn("{}", line);
 }
 
 Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {

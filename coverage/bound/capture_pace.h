@@ -21,8 +21,8 @@ class CapturePace {
   };
   // Call it after every frame with the covered area, the number of views, and the camera's direction from the
   // subject (none: unknown). `disc_radius`: what a view covers around it, radians.
-  void At(double time_s, double covered_sr, std::size_t views,
-          const std::optional<Eigen::Vector3d>& direction, double disc_radius);
+  void Update(double time_s, double covered_sr, std::size_t views,
+              const std::optional<Eigen::Vector3d>& direction, double disc_radius);
   // Returns the time for this area; none when there is no pace yet, or no longer. `sr_per_view`: the area
   // that a view covers.
   std::optional<double> SecondsFor(double open_sr, double sr_per_view) const;

@@ -64,8 +64,7 @@ CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const S
 std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
                                          double share);
 
-// Returns "keep at least 0.68 of the first distance; farther is fine" from the shares that views still cover;
-// none: no limit.
+// Returns "keep at least 0.68 of the first distance; farther is fine" for covered shares; none: no limit.
 std::string DistancesInWords(const std::optional<double>& nearest_share,
                              const std::optional<double>& farthest_share, FrameSource source);
 

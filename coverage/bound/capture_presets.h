@@ -1,4 +1,4 @@
-// The defaults of a capture, for all who need or explain them.
+// Defines the defaults of a capture, for all who need or explain them.
 #pragma once
 
 #include <string>

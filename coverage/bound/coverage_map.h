@@ -1,5 +1,5 @@
-// The coverage map: which directions around the subject the recorded views cover, and whether they cover a
-// new view.
+// Maps which directions around the subject the recorded views cover, and decides whether they cover a new
+// view.
 //
 // A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
 // the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The
@@ -112,8 +112,7 @@ class CoverageMap {
  public:
   CoverageMap(const Subject& subject, const CoverageMapOptions& options,
               std::span<const CriterionView> views = {});
-  // Paints around `view`. Where the views' median distance or mean up has moved on, everything is painted
-  // anew.
+  // Paints around `view`, or everything where the views' median distance or mean up has changed too much.
   void Add(const CriterionView& view);
 
   // Where pictures turn out better or worse than the bound must assume, the threshold is another one

@@ -1,5 +1,6 @@
-// The coverage bound: how far, in pixels of a new view, a recorded view may misplace what it shows of the
-// subject when nothing is known of the subject but its bounding sphere. (Thesis, chapter 4, figure 4-1.)
+// Computes the coverage bound: how far, in pixels of a new view, a recorded view may misplace what it shows
+// of the subject when nothing is known of the subject but its bounding sphere. (Thesis, chapter 4, figure
+// 4-1.)
 //
 // A pixel of the recorded view s is the cone of rays through the circle of one pixel spacing around it. Cut
 // with the sphere, the cone leaves a region in which the pixel's surface point lies; the region's image in
@@ -31,11 +32,9 @@
 namespace ulf::coverage {
 
 struct CriterionOptions {
-  // Nothing nearer to a lens than this is ever in focus: lets a camera inside the sphere be judged. 0: not
-  // known.
+  // Nothing nearer to a lens is in focus, which bounds a camera inside the sphere; 0: not known.
   double near_limit = 0;
-  // As soon as the bound is known to reach this, the search ends and what was found, at least this much, is
-  // returned.
+  // The search ends as soon as the bound reaches this, and returns the value found.
   double give_up_px = std::numeric_limits<double>::infinity();
 };
 

@@ -22,8 +22,7 @@ std::vector<CapGap> GapsOf(const CoverageMap& map);
 // Returns "7° right and 3° up of the first view"; `degree`: "°", or what a font has for it.
 std::string PlaceInWords(const CapGap& gap, const char* degree = "°");
 
-// Returns how many gaps there are, how much of the cap they are, and where the largest is. It is empty when
-// there is none.
+// Returns the number of gaps, their share of the cap, and the place of the largest; empty without gaps.
 std::string InWords(const std::vector<CapGap>& gaps, const Cap& cap, const char* degree = "°");
 
 }  // namespace ulf::coverage

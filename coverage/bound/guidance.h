@@ -57,7 +57,7 @@ class Guide {
   Guide() = default;
   // Call after every frame, with the present map (null: no subject yet), the present camera (none: no pose)
   // and the device's time. Deterministic.
-  Guidance After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
+  Guidance Update(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
 
  private:
   struct Place {
@@ -97,7 +97,7 @@ class Guide {
   int heading_ = 0;              // along azimuth: the present row's, or the last one's
   std::optional<double> level_;  // of the present row
   std::optional<Place> goal_;    // kept until it is reached; none while a row goes on
-  std::optional<Place> last_;    // the place that After() returned last
+  std::optional<Place> last_;    // the place that Update() returned last
   double with_heading_s_ = 0;    // when the hand last moved in the row's direction
   Place progress_at_;  // where the hand last made progress: painted cells, or moved by a disc radius
   double progress_s_ = 0, progress_sr_ = 0;

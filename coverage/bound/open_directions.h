@@ -25,7 +25,7 @@ class OpenDirections {
   // guessed.
   struct Options {
     double reach = 1.2;  // around a new view; a disc that other views' distances enlarge still fits
-    // Without a cap.
+    // Used without a cap.
     double margin = 3;  // around the recorded views
   };
   struct Run {
@@ -51,9 +51,9 @@ class OpenDirections {
   double CoveredSr() const { return total_sr_ - open_sr_; }
 
  private:
-  void Lay(const CoverageMap& map);
+  void BuildGrid(const CoverageMap& map);
   bool GrowGrid(const CoverageMap& map);
-  void Look(const CoverageMap& map, int column, int row);
+  void UpdateCell(const CoverageMap& map, int column, int row);
   void UpdateAround(const CoverageMap& map, const CriterionView& view);
   std::size_t Index(int column, int row) const {
     return static_cast<std::size_t>(column) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);

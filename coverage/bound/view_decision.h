@@ -1,8 +1,7 @@
-// The decision whether a frame is recorded, with the reason. Pure functions of frame, track and coverage map.
+// Decides whether a frame is recorded, with the reason, from frame, track and coverage map alone.
 //
-// The tests are made in this order: is the pose known, does the camera see the whole subject, is the
-// viewpoint open, is the image good. So a frame whose viewpoint is covered already is not reported as
-// blurred.
+// The tests have this order: the pose is known, the camera sees the whole subject, the viewpoint is open, the
+// image is good. So a frame whose viewpoint is covered already is not reported as blurred.
 #pragma once
 
 #include <array>
@@ -92,7 +91,7 @@ bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {}
 
 // Returns whether a frame shows the whole subject from a known pose: all other reasons not to record it are
 // the bound's or the image's. `map`: null while there is no subject.
-bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
+bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
 // `map`: null while there is no subject.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});

@@ -95,6 +95,6 @@ MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, d
 ErrorMap ErrorMapOf(const MeasuredErrors& measured);
 // Returns the measurements that are still valid: not those whose nearest view is gone. Returns none when none
 // is.
-std::optional<MeasuredErrors> StandingErrors(const LightField& light_field);
+std::optional<MeasuredErrors> ValidErrors(const LightField& light_field);
 
 }  // namespace ulf::coverage

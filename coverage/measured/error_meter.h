@@ -1,6 +1,6 @@
-// Measures at the frames of a running capture how well the recorded views predict them
-// (render/prediction/frame_predictor.h). Works in the caller's thread and keeps to a share of its time; a
-// frame for which there is no time is not measured.
+// Measures how well the recorded views predict frames of a running capture
+// (render/prediction/frame_predictor.h), as peak signal-to-noise ratio in dB. Works in the caller's thread
+// for a share of its time; frames for which there is no time are not measured.
 #pragma once
 
 #include <chrono>
@@ -28,7 +28,7 @@ class ErrorMeter {
  public:
   struct Options {
     int size_px = 320;             // longer side of the pictures that are compared. Guessed: 10 ms a frame.
-    double processor_share = 0.3;  // of the caller's time, at most. Guessed: 10 ms of 33.
+    double processor_share = 0.3;  // share of the caller's time, at most. Guessed: 10 ms of 33.
     // Measures every frame, and one frame again, whatever it costs: for captures whose result must not depend
     // on time.
     bool every_frame = false;
@@ -36,7 +36,7 @@ class ErrorMeter {
     double view_reach = Radians(8);
     render::FramePredictorOptions predictor = {};
     render::PredictionErrorOptions error = {};
-    double good_db = 33;  // as CauseOf() has it
+    double good_db = 33;  // dB; pictures above it need no cause (CauseOf())
     double least_seen =
         0.6;  // share of the silhouette that views see: with less, nothing is measured. Guessed.
     double least_contrast =
@@ -52,7 +52,7 @@ class ErrorMeter {
   // The picture is read when a frame near the view is measured.
   void AddEarlierView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
   void RemoveView(int id, const Rigid3& cam_from_world);
-  // The lens has changed: forgets the geometry, all views and all frames.
+  // Call it when the lens has changed: drops the geometry, all views and all frames.
   void StartAgain();
   // Drops the kept frames, because their poses were corrected as well.
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
@@ -86,7 +86,7 @@ class ErrorMeter {
             std::optional<double> center_sigma);
 
   Options options_;
-  ErrorMap parts_;  // for the keys alone
+  ErrorMap parts_;  // only for its keys
   std::map<ErrorMap::Key, Kept> kept_;
   std::deque<ErrorMap::Key> stale_;
   std::uint64_t kept_so_far_ = 0;

@@ -51,13 +51,12 @@ class ThresholdByErrors {
   std::vector<Region> regions_;
 };
 
-// Adapts a map's threshold to what was measured; leaves it as it is where the bound alone decides, or before
-// the first view.
-void FollowErrors(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map);
+// Adapts a map's threshold to what was measured, unless the bound alone decides or there is no view.
+void AdaptThresholds(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map);
 // Returns options for a map whose threshold will be adapted.
-CoverageMapOptions ForErrors(CoverageMapOptions options, const CoverGoal& goal);
+CoverageMapOptions WithAdaptiveThreshold(CoverageMapOptions options, const CoverGoal& goal);
 
 // Returns the map of a light field as its own capture had it in the end.
-CoverageMap ByErrors(const MeasuredErrors& measured, const CoverageMap& map);
+CoverageMap CoverageByErrors(const MeasuredErrors& measured, const CoverageMap& map);
 
 }  // namespace ulf::coverage

@@ -10,7 +10,7 @@
 
 namespace ulf::coverage {
 
-enum class ToDo {
+enum class InstructionKind {
   kNothing,
   kFinished,       // the capture is closing (CaptureState::ended)
   kWaitForDevice,  // CaptureState::device_problem
@@ -35,7 +35,7 @@ enum class ToDo {
 };
 
 struct Instruction {
-  ToDo to_do = ToDo::kNothing;
+  InstructionKind kind = InstructionKind::kNothing;
   bool urgent = false;                              // nothing is recorded until it is done
   std::optional<Reason> reason = std::nullopt;      // of kAim and kMendFrames
   std::optional<LengthToGo> length = std::nullopt;  // of kComeNearer and kGoFarther

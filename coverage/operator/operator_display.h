@@ -1,5 +1,5 @@
-// The operator display (thesis, section 3.2): the live picture with the overlay, a status line, the subject
-// tool with its augmented aperture, and the review. It draws the newest CaptureState and nothing else, and
+// Shows the operator display (thesis, section 3.2): the live picture with the overlay, a status line, the
+// subject tool with its augmented aperture, and the review. It draws the newest CaptureState alone, and
 // controls the capture by CaptureRequests, which also work without a display.
 #pragma once
 
@@ -30,8 +30,7 @@ namespace ulf::coverage {
 // Times are seconds, whatever the camera's and the screen's rate; all of them are guessed.
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
-  // A key takes back only a view that has been marked for so long: nobody can mean one that was marked just
-  // now.
+  // A key takes back only a view marked for so long: nobody can mean one that was marked just now.
   double to_see_s = 0.5;
   // For RunWithDisplay(): the least time between pictures (more pictures take the processor from tracking),
   // and how long the final state stays.

@@ -1,6 +1,6 @@
-// The colours of the coverage map and of what is drawn on it. A recorded view is coloured by its distance
-// compared with the present one (thesis, section 3.2), from nearer over the same to farther; the ends are
-// where the present distance would leave the criterion's distance window.
+// Defines the colours of the coverage map and of what is drawn on it. A recorded view is coloured by its
+// distance compared with the present one (thesis, section 3.2), from nearer over the same to farther; the
+// ends are where the present distance would leave the criterion's distance window.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// The panels around the live picture. The functions make their texts, the class draws them.
+// Makes the texts of the panels around the live picture, and draws them.
 #pragma once
 
 #include <Eigen/Core>

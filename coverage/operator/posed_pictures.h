@@ -1,4 +1,4 @@
-// Small copies of images, with poses, that the display keeps for the augmented aperture and for the review.
+// Keeps small copies of images, with poses, for the display's augmented aperture and review.
 #pragma once
 
 #include <cstdint>

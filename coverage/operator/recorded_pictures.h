@@ -91,7 +91,7 @@ class RecordedPictures {
     std::uint64_t used = 0;  // the last time, by clock_
   };
   void Hold(int id, PosedPicture picture);
-  void GoOverToLens(PosedPicture& picture) const;
+  void ConvertToLens(PosedPicture& picture) const;
   void MakeRoom();
 
   const Options options_;

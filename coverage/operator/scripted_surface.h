@@ -1,5 +1,5 @@
-// The operator display without a window, for remote use and for programs: keys come as lines of text, and
-// pictures of the display go to files (`ulf capture` calls that offscreen). The same code runs as in a
+// Runs the operator display without a window, for remote use and for programs: keys come as lines of text,
+// and pictures of the display go to files (`ulf capture` calls that offscreen). The same code runs as in a
 // window.
 #pragma once
 
@@ -31,7 +31,7 @@ class DisplayScript {
   // printed.
   void Take(const std::string& line);
   std::optional<Step> Next();
-  void Ask(const CaptureRequest& request) { requests_.Ask(request); }
+  void Push(const CaptureRequest& request) { requests_.Push(request); }
   // Call it when there is no display, or no longer.
   void End();
 

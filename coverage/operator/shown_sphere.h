@@ -51,8 +51,7 @@ struct ShownSphere {
   };
   std::optional<Target> target;  // the yellow arrow's
 
-  // Returns none without a pose or a subject, or inside the sphere. `reach`: angle from the dot up to which
-  // it is shown.
+  // Returns none without a pose or a subject, or inside the sphere. `reach`: largest angle from the dot.
   static std::optional<ShownSphere> Of(const CaptureState& state, double reach = M_PI);
 
   // Returns the point of the sphere's surface in a direction, in the camera's frame.

@@ -25,8 +25,8 @@ class CapWatch {
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
   // operator, at most once between two gains.
-  std::optional<std::string> After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
-                                   bool would_record);
+  std::optional<std::string> Update(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
+                                    bool would_record);
 
  private:
   const double share_;

@@ -1,6 +1,6 @@
-// Gaps: periods in which a capture could not record, for lack of a pose, a device or room on the disk, or
-// because it was paused by request. Each is written to the journal when it ends, so that review can show it.
-// Times are the device's, in seconds.
+// Notes gaps: periods in which a capture could not record, for lack of a pose, a device or room on the disk,
+// or because it was paused by request. Each is written to the journal when it ends, so that review can show
+// it. Times are the device's, in seconds.
 #pragma once
 
 #include <chrono>

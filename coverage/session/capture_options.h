@@ -1,4 +1,4 @@
-// The options of a capture, and the functions that it calls while it runs (capture_session.h).
+// Defines the options of a capture, and the functions that it calls while it runs (capture_session.h).
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ struct CaptureOptions {
   double until_share = kUntilShare;
   double threshold_px = kHighThresholdPx;
   int coverage_width_px = kCoverageWidthPx;
-  // The preflight shows where the intrinsics come from, and whether they are a calibration (false: a focal
-  // length alone).
+  // The preflight shows the source of the intrinsics, and whether it is a calibration or a focal length
+  // alone.
   std::string calibration_source;
   std::optional<bool> calibrated;
   acquisition::LensOrigin lens_origin = acquisition::LensOrigin::kMeasured;

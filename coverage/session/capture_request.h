@@ -52,7 +52,7 @@ CaptureRequest ParseCaptureRequest(const std::string& line);
 class CaptureRequests {
  public:
   // Returns the number of requests so far, with this one: CaptureState::requests_answered reaches it.
-  std::uint64_t Ask(CaptureRequest request);
+  std::uint64_t Push(CaptureRequest request);
   std::vector<CaptureRequest> Take();
 
  private:

@@ -1,5 +1,5 @@
-// The state of a running capture after a frame: all that the operator display, a progress line and a
-// simulated operator know of it. Immutable once published; images and the coverage map are shared, not
+// Defines the state of a running capture after a frame: all that the operator display, a progress line and a
+// simulated operator know of it. It is immutable once published; images and the coverage map are shared, not
 // copied.
 #pragma once
 

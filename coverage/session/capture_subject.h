@@ -81,10 +81,10 @@ class CaptureSubject {
     std::optional<Eigen::Vector3d> stands_on = {};
     FrameSource source = FrameSource::kCamera;
   };
-  CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,
+  CaptureSubject(CaptureRecord& record, PreflightReporter& reporter, const tracking::PoseSource& poses,
                  const CaptureLens& lens, const Options& options, std::function<void(const std::string&)> say)
       : record_(record),
-        outlook_(outlook),
+        reporter_(reporter),
         poses_(poses),
         lens_(lens),
         options_(options),
@@ -101,7 +101,7 @@ class CaptureSubject {
   void SayFollowed(const Subject& from) const;
   // Returns where the subject is under the lens in use, which replaced `before`: where the pictures show it.
   // Returns none when no sphere could follow.
-  std::optional<Subject> GoOverFrom(const CameraModel& before);
+  std::optional<Subject> UnderNewLens(const CameraModel& before);
   // Answer requests, with the camera at its last known pose. They report why a request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
@@ -122,7 +122,7 @@ class CaptureSubject {
   void Move(const Subject& subject);
 
   CaptureRecord& record_;
-  CaptureOutlook& outlook_;
+  PreflightReporter& reporter_;
   const tracking::PoseSource& poses_;
   const CaptureLens& lens_;
   const Options options_;

@@ -1,4 +1,4 @@
-// The result of a capture (capture_session.h).
+// Defines the result of a capture (capture_session.h).
 #pragma once
 
 #include <array>

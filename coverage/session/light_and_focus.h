@@ -50,9 +50,9 @@ class LightAndFocusCheck {
   explicit LightAndFocusCheck(const Options& options) : options_(options) {}
 
   // `subject` and its camera pose: none while they are not known.
-  const PictureFinding& After(double time_s, const Image& image, const CameraModel& camera,
-                              const std::optional<Rigid3>& cam_from_world,
-                              const std::optional<Subject>& subject);
+  const PictureFinding& Update(double time_s, const Image& image, const CameraModel& camera,
+                               const std::optional<Rigid3>& cam_from_world,
+                               const std::optional<Subject>& subject);
 
  private:
   struct Looked {

@@ -14,7 +14,7 @@ namespace {
 // Names of items that Check() treats apart.
 constexpr const char *kCalibration = "calibration", *kTracking = "tracking";
 
-// What is the matter and, where a camera is in the hand, what to do.
+// Returns what is the matter and, where a camera is in the hand, what to do.
 std::string AndToDo(FrameSource source, const std::string& finding, const std::string& to_do) {
   return IsTaken(source) ? finding : finding + to_do;
 }
@@ -35,7 +35,7 @@ PreflightItem Automatic(FrameSource source, const char* name, const std::optiona
           .holds_start = false};
 }
 
-// What the pictures show of a mistake; none: nothing.
+// Returns what the pictures show of a mistake; none: nothing.
 std::optional<PreflightItem> Noticed(const PreflightInput& input, Mistake mistake, const char* name) {
   const auto noticed = std::ranges::find(input.mistakes, mistake, &NoticedMistake::mistake);
   if (noticed == input.mistakes.end()) return std::nullopt;
@@ -210,14 +210,14 @@ std::string HoldsInWords(const std::vector<PreflightItem>& items) {
   return words;
 }
 
-void CaptureOutlook::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
-                            bool metric, FrameSource source) {
+void PreflightReporter::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
+                               bool metric, FrameSource source) {
   prediction_ = Predict(setup, cap, until_share);
   until_share_ = until_share;
   if (prediction_) say_(InWords(*prediction_, setup.threshold_px, metric, source));
 }
 
-void CaptureOutlook::Check(PreflightInput input) {
+void PreflightReporter::Check(PreflightInput input) {
   input.prediction = prediction_;
   preflight_ = Preflight(input);
   const bool may_be_tracked = prediction_ || input.without_subject;
@@ -231,7 +231,7 @@ void CaptureOutlook::Check(PreflightInput input) {
   }
 }
 
-std::optional<double> CaptureOutlook::ViewsExpected(std::size_t recorded, const CoverageMap* map) const {
+std::optional<double> PreflightReporter::ViewsExpected(std::size_t recorded, const CoverageMap* map) const {
   if (!prediction_ || !prediction_->views || !map) return std::nullopt;
   return static_cast<double>(recorded) +
          std::max(0.0, 1 - map->CoveredShare() / until_share_) * prediction_->views->usual;

@@ -63,9 +63,9 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input);
 std::string HoldsInWords(const std::vector<PreflightItem>& items);
 
 // Reports before the session's first view, once each, how many views to expect and which checks fail.
-class CaptureOutlook {
+class PreflightReporter {
  public:
-  explicit CaptureOutlook(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
+  explicit PreflightReporter(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
 
   // Makes the prediction due again, for another subject.
   void Reset() { prediction_.reset(); }

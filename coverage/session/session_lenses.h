@@ -25,6 +25,6 @@ SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first
                            LightFieldWriter* resumed);
 
 // Adds the camera to the light field, and reports from which view on it counts.
-void GoOnUnder(const NewCamera& camera, LightFieldWriter& writer);
+void AddCameraInUse(const NewCamera& camera, LightFieldWriter& writer);
 
 }  // namespace ulf::coverage

@@ -34,8 +34,8 @@ class SubjectAnchors {
   std::optional<Subject> Now(const tracking::PoseSource& poses) const;
   // Converts the anchors to another lens, under which `poses` are already, and returns the subject. Returns
   // none without anchors, or where these lenses do not see the sphere.
-  std::optional<Subject> GoOverTo(const CameraModel& now, const CameraModel& before,
-                                  const tracking::PoseSource& poses);
+  std::optional<Subject> ReplaceLens(const CameraModel& now, const CameraModel& before,
+                                     const tracking::PoseSource& poses);
 
  private:
   struct Anchor {

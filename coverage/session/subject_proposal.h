@@ -38,8 +38,8 @@ class SubjectProposer {
 
   // Call it after every frame; `mesh` may be null, `distance` is that of the camera from the sphere's centre.
   // Returns a proposal once, when a new one is due.
-  std::optional<SubjectProposal> After(const std::shared_ptr<const LiveMesh>& mesh, const Subject& sphere,
-                                       double distance);
+  std::optional<SubjectProposal> Update(const std::shared_ptr<const LiveMesh>& mesh, const Subject& sphere,
+                                        double distance);
   // Returns the proposal that is still open for this sphere; none: there is none.
   const std::optional<SubjectProposal>& proposal() const { return proposal_; }
 

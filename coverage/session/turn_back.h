@@ -16,24 +16,24 @@ namespace ulf::coverage {
 // Describes how a camera without a pose is turned.
 struct CameraTurn {
   // Rotates from the camera's axes at the reference frame to its present ones (x right, y down, z forward).
-  Eigen::Quaterniond now_from_then = Eigen::Quaterniond::Identity();
+  Eigen::Quaterniond now_from_reference = Eigen::Quaterniond::Identity();
   // The reference frame is the last frame with a pose; false: the first frame, and there was no pose yet.
-  bool from_a_pose = false;
+  bool reference_has_pose = false;
 
   // Returns the optical axis at the reference frame in the present camera's axes; unit length.
-  Eigen::Vector3d Then() const { return now_from_then * Eigen::Vector3d::UnitZ(); }
+  Eigen::Vector3d ReferenceAxis() const { return now_from_reference * Eigen::Vector3d::UnitZ(); }
   // Returns the angle, radians, to turn back by.
   double Angle() const;
 };
 
 // Returns "turn 40° left, 5° up", the way back to the reference direction; empty within kReachedDeg of it.
 std::string TurnBackInWords(const CameraTurn& turned);
-inline constexpr double kThere_deg = 4;  // a small part of any picture. Guessed
+inline constexpr double kReachedDeg = 4;  // a small part of any picture. Guessed
 
 // Returns whether, before a map has started, the camera is rotated but not moved, whatever else prevents the
 // start.
-bool OnlyTurns(tracking::TrackState state, const std::optional<tracking::StartProgress>& start,
-               const std::optional<CameraTurn>& turned);
+bool IsPureRotation(tracking::TrackState state, const std::optional<tracking::StartProgress>& start,
+                    const std::optional<CameraTurn>& turned);
 
 // Returns why there is no pose, and what to do: the text of tracking/tracker/track.h and, for a live camera,
 // the way back.
@@ -42,6 +42,7 @@ std::string InWords(const tracking::Track& track, const std::optional<CameraTurn
 
 // Returns the reference frame's border in the present picture: polylines in pixels, empty where all of it is
 // behind. The scene counts as infinitely far away, since the camera's translation is not known.
-std::vector<std::vector<Eigen::Vector2d>> PictureOfThen(const CameraTurn& turned, const CameraModel& camera);
+std::vector<std::vector<Eigen::Vector2d>> FormerFrameOutline(const CameraTurn& turned,
+                                                             const CameraModel& camera);
 
 }  // namespace ulf::coverage

@@ -22,7 +22,7 @@ class TurntableWatch {
   TurntableWatch(std::string board, FrameSource source) : board_(std::move(board)), source_(source) {}
 
   // Call it after every frame; returns what to report, empty for nothing.
-  std::string After(double time_s, const std::optional<Rigid3>& cam_from_board);
+  std::string Update(double time_s, const std::optional<Rigid3>& cam_from_board);
 
  private:
   std::string IfUnseen(double time_s, bool seen);

@@ -73,8 +73,7 @@ struct BundleOptions {
   // The width of Cauchy's loss, which replaces Huber's, in units of the errors' own scale; 0: Huber's loss
   double cauchy_scales = 0;
   double gate_sigmas = kSigmas95;
-  // An observation that is off by more than so many times the errors' own scale is an outlier, too; 0: no
-  // such gate.
+  // An observation off by more than so many times the errors' own scale is an outlier, too; 0: no gate.
   double gate_scales = 0;
   const std::atomic<bool>* stop = nullptr;  // when set, ends early and keeps what was reached
   FreeIntrinsics free = {};                 // of every lens
@@ -85,15 +84,14 @@ struct BundleOptions {
 };
 
 struct BundleSummary {
-  // The solver found a solution with which at least half of the observations agree. Otherwise the problem is
-  // unchanged.
+  // At least half of the observations agree with the solution. Otherwise the problem is unchanged.
   bool usable = false;
   bool settled = false;           // the last solution converged: more iterations would change little
   double initial_rms_sigmas = 0;  // root mean square error over sigma
   double final_rms_sigmas = 0;    // of the observations kept
   int outliers = 0;
-  // The camera that keeps the smallest share of its observations: below one half they contradict its pose.
-  // -1: none.
+  // The camera with the smallest share of kept observations: below one half they contradict its pose; -1:
+  // none.
   int least_kept_camera = -1;
   double least_kept = 1;
   int iterations = 0;
@@ -107,8 +105,7 @@ BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem,
 BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& problem,
                            const BundleOptions& options = {});
 
-// One standard deviation of the errors in units of their sigmas, from the median, so that a few large errors
-// do not count.
+// Returns one standard deviation of the errors in units of their sigmas, robustly from the median.
 double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 
 // Error of an observation over its sigma, squared; 1e8 where the point cannot be projected.

@@ -25,8 +25,7 @@ struct LensEstimate {
   double focal_sigma_px = 0;
   double principal_point_sigma_px = 0;
   double k1_sigma = 0, k2_sigma = 0;
-  // How far the cameras' centres moved when it was freed: RMS after an alignment, as a share of the distance
-  // of the points.
+  // RMS motion of the cameras' centres by freeing it, after an alignment, as a share of the points' distance.
   double centers_moved = 0;
 };
 

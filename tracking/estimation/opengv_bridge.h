@@ -1,4 +1,4 @@
-// The only code that calls OpenGV. OpenGV's poses are camera-to-world and its relative poses take the second
+// Wraps OpenGV, for all other code. OpenGV's poses are camera-to-world and its relative poses take the second
 // frame to the first; this bridge returns cam_from_world and second_from_first. It has only the solvers that
 // charts chose (docs/measured/tracking.md, "Which solvers, and why"); sampling.h samples. All directions are
 // unit vectors in the camera frame.

@@ -56,8 +56,7 @@ struct RelativePoseResult {
   int points = 0;                                               // that were triangulated
   double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
   MotionEvidence evidence;
-  // The median parallax, for every outcome with enough matches: after removing the best rotation, or that of
-  // the points.
+  // The median parallax, for every outcome with enough matches: beside the best rotation, or of the points.
   double median_parallax_deg = 0;
   // The parallax that would suffice, as far as this pair of views tells.
   double parallax_needed_deg = 0;

@@ -1,4 +1,4 @@
-// The reprojection error for Ceres, with analytic derivatives.
+// Implements the reprojection error for Ceres, with analytic derivatives.
 //
 // A pose block holds quaternion (x y z w) and translation of cam_from_world, a point block a world position.
 // Derivatives by the pose are by a twist applied on the left in the camera frame: they fill the first six of
@@ -41,8 +41,7 @@ using IntrinsicsBlock = std::array<double, 9>;
 IntrinsicsBlock ToBlock(const CameraModel& camera);
 // Returns the camera of the same size and kind of distortion with these numbers.
 CameraModel WithIntrinsics(const CameraModel& camera, const double* block);
-// Returns a camera with the coefficients that are to be freed: a pinhole becomes radial-tangential with
-// zeros.
+// Returns a camera with the coefficients to be freed: a pinhole becomes radial-tangential with zeros.
 CameraModel WithRoomFor(const FreeIntrinsics& free, const CameraModel& camera);
 
 // Returns the free directions as columns over the block: relative focal length, principal point (px), k1, k2.
@@ -62,8 +61,7 @@ class IntrinsicsManifold final : public PlusManifold {
   Eigen::Matrix<double, 9, Eigen::Dynamic> directions_;
 };
 
-// Computes the error of a point in a camera (Blocks: pose and point, 7 and 3; with free intrinsics 7, 3 and
-// 9).
+// Computes the error of a point in a camera. Blocks: pose 7, point 3 and, if free, intrinsics 9.
 template <int... Blocks>
 class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
  public:

@@ -1,5 +1,5 @@
-// Robust estimation from samples: draw minimal sets, solve, keep the model of least truncated cost (MSAC,
-// Torr and Zisserman 2000), improve each new best on its inliers (Chum, Matas and Kittler 2003).
+// Estimates robustly from samples: draws minimal sets, solves, keeps the model of least truncated cost (MSAC,
+// Torr and Zisserman 2000), improves each new best on its inliers (Chum, Matas and Kittler 2003).
 //
 // OpenGV's solvers run inside this sampler, because OpenGV's RANSAC scores by counting, never improves a
 // model, and draws eight points where five suffice. Every draw comes from the caller's seed: the same data

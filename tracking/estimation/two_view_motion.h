@@ -1,4 +1,4 @@
-// A motion between two views, its error on matched rays, and its refinement: the parts of the search in
+// Represents a motion between two views, with its error on matched rays and its refinement, for
 // relative_pose.h. Rays are unit vectors in their camera; errors are angles, radians. (Hartley and Zisserman,
 // Multiple View Geometry, section 9.6, for the four motions of an essential matrix.)
 #pragma once
@@ -48,9 +48,8 @@ double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const
 // parallax explains counts as an outlier.
 double CostInFront(const Motion& motion, std::span<const RayPair> pairs, double gate, double noise);
 
-// Levenberg-Marquardt on the truncated epipolar error over rotation and the direction of translation. It
-// truncates instead of using Huber's loss: under Huber's, outliers pull towards motion along the optical
-// axis.
+// Minimises the truncated epipolar error over rotation and direction of translation by Levenberg-Marquardt.
+// Under Huber's loss, outliers would pull towards motion along the optical axis.
 Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const std::vector<int>& used,
                     double gate, int iterations = 6);
 

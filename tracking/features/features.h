@@ -31,8 +31,7 @@ inline int Distance(const Descriptor& a, const Descriptor& b) {
 
 inline constexpr int kPyramidLevels = 8;
 inline constexpr double kPyramidFactor = 1.2;
-// Level pixels at the image's edge without corners: the rotated descriptor patch and the corner's refinement
-// need as much.
+// Level pixels at the image's edge without corners, for the rotated descriptor patch and the refinement.
 inline constexpr int kFeatureBorder = 20;
 // kPyramidFactor^level for the levels 0 to kPyramidLevels - 1.
 inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
@@ -66,8 +65,7 @@ struct Pyramid {
   // with a depth that is interpolated from the points around.
   Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const;
   Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const;
-  // Convert between level 0 and level pixels (both where the sensor saw them) by the ratio of the rounded
-  // sizes.
+  // Convert between level 0 and level pixels (where the sensor saw them) by the ratio of rounded sizes.
   Eigen::Vector2d ToLevel(int level, const Eigen::Vector2d& img) const;
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
 };
@@ -84,8 +82,7 @@ struct Feature {
   Descriptor descriptor{};
 };
 
-// Returns the cell of a grid over the image that holds an image point; a point outside belongs to the nearest
-// cell.
+// Returns the grid cell of an image point; a point outside of the image belongs to the nearest cell.
 inline std::size_t CellOf(const Eigen::Vector2d& img, const CameraModel& camera, int columns, int rows) {
   const int column = std::clamp(static_cast<int>(img.x() * columns / camera.width), 0, columns - 1);
   const int row = std::clamp(static_cast<int>(img.y() * rows / camera.height), 0, rows - 1);

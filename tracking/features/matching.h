@@ -72,18 +72,17 @@ struct Expected {
   const Descriptor* descriptor = nullptr;
 };
 
-// Returns the feature of each expected point, or -1. A feature that two points match goes to the nearer
-// descriptor.
+// Returns each point's feature, or -1. A feature that two points match goes to the nearer descriptor.
 std::vector<int> MatchExpected(std::span<const Expected> expected, const FeatureSet& features,
                                const MatchOptions& options = {});
 
 // Two features closer than this (level pixels) may be one corner on several levels; farther apart and with
 // the same descriptor they are two things that look alike. Guessed.
-inline constexpr double kTwinApartPx = 10;
+inline constexpr double kRepetitionApartPx = 10;
 
 // Returns whether another place in the same image looks like this feature, to within `distance` bits. Without
 // a prediction a search confuses the two, as on a wall of tiles.
-bool HasTwin(const FeatureSet& features, int feature, int distance);
+bool IsRepetitive(const FeatureSet& features, int feature, int distance);
 
 // Drops matches whose patches turned by another angle than most did.
 void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::vector<FeatureMatch>& matches);

@@ -1,5 +1,4 @@
-// Measures how sharp an image is relative to the recent ones, so that a blurred frame stands out in any
-// scene.
+// Measures an image's sharpness relative to the recent ones, so that blur stands out in any scene.
 #pragma once
 
 #include <deque>

@@ -16,8 +16,7 @@ struct Anchored {
   double unit = 1;
 };
 
-// A map point that an image shows, and where: pixels of the image as it is, with distortion and rolling
-// shutter.
+// A map point that an image shows, in pixels of the image as it is, with distortion and rolling shutter.
 struct MapObservation {
   int point = -1;
   Eigen::Vector2d img = Eigen::Vector2d::Zero();

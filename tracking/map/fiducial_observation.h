@@ -1,4 +1,4 @@
-// What a frame shows of a given world: corners of a board or of markers, whose positions are known.
+// Represents what a frame shows of a given world: corners of a board or of markers at known positions.
 //
 // The corners take part wherever the map's points do: in the frame's pose, and as known points in the bundle
 // adjustment of the keyframes that saw them. So a map that has been moved into their world
@@ -13,8 +13,7 @@
 namespace ulf::tracking {
 
 struct FiducialObservation {
-  // Image points are where the sensor saw the corners; the sigmas are so large that these count as
-  // independent.
+  // Image points are where the sensor saw the corners, sigmas large enough to count these as independent.
   std::vector<PointObservation> corners;
   Rigid3 cam_from_world;    // from the corners alone
   double center_sigma = 0;  // one standard deviation of that pose's centre, world units; 0: it is not certain

@@ -41,8 +41,7 @@ class FrameLocator {
   std::optional<FramePose> Refine(const TrackedImage& image, FramePose frame_pose, double radius_px,
                                   StageTimes& stages) const;
 
-  // Verifies a pose in the main part that comes from elsewhere (fiducials); none where the map does not
-  // agree.
+  // Verifies a pose from elsewhere (fiducials) in the main part; none where the map does not agree.
   std::optional<FramePose> FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const;
   // Finds the pose by the image alone, in any part of the map. Returns none where the points that are not
   // repetitive do not support it (pose_log_odds.h).

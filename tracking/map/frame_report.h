@@ -1,4 +1,4 @@
-// What the tracker reports to the mapper about a frame.
+// Defines what the tracker reports to the mapper about a frame.
 #pragma once
 
 #include <optional>
@@ -12,8 +12,7 @@ namespace ulf::tracking {
 // A frame that should become a keyframe, with the points that it saw. The observations name no keyframe yet.
 struct NewKeyframe {
   Keyframe keyframe;
-  // How many parts of the map had been joined when the pose was found: a later join has moved the pose's
-  // world.
+  // Joins of parts of the map until the pose was found: a later join has moved the pose's world.
   int joins = 0;
   struct Seen {
     int point;

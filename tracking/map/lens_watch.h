@@ -21,7 +21,7 @@ class LensWatch {
   // Adds a check of the map; none: there was too little evidence.
   void Note(const std::optional<CalibrationCheck>& check, int keyframes);
   // Adds a check that needs no second one that agrees, because other evidence contradicts the lens, too.
-  void NoteDoubted(const CalibrationCheck& check, int keyframes);
+  void AddConfirmed(const CalibrationCheck& check, int keyframes);
   // Returns the last of two checks that agreed that the lens is wrong; none if the lens is not contradicted.
   const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
   void Reset();  // begins anew with another map
@@ -29,9 +29,9 @@ class LensWatch {
   void Restart(int keyframes);
 
   // Returns whether a better lens is to be searched for now, where the given one is a guess.
-  bool IsSought(int keyframes) const { return keyframes >= sought_at_; }
+  bool IsSearchDue(int keyframes) const { return keyframes >= sought_at_; }
   // Call it after a search for a better lens, with the focal length before and after.
-  void NoteSought(int keyframes, double focal_px_before, double focal_px);
+  void SearchDone(int keyframes, double focal_px_before, double focal_px);
 
  private:
   bool Agree(const CalibrationCheck& earlier, const CalibrationCheck& later) const;

@@ -1,4 +1,4 @@
-// The tracker's map: keyframes and the points they see, as values with ids.
+// Holds the tracker's map: keyframes and the points they see, as values with ids.
 //
 // Keyframes are numbered as they come. A removed keyframe keeps its pose relative to a living one, so that
 // poses anchored to it stay valid; the rest of it is freed. The id of a removed point is used again after
@@ -101,13 +101,12 @@ class Map {
  public:
   explicit Map(const CameraModel& camera) : camera_(camera) {}
 
-  // Replaces the lens by another of the same image size: image points stay, the features' rays are computed
-  // anew.
+  // Replaces the lens by another of the same image size: image points stay, the features' rays change.
   void SetCamera(const CameraModel& camera);
   int AddKeyframe(Keyframe keyframe);  // returns its id; observations are added one by one
   int AddPoint(const Eigen::Vector3d& position, int part = 0);
   // Returns false when the feature has a point, or the keyframe observes the point, already.
-  bool Observe(int point, const Observation& observation);
+  bool AddObservation(int point, const Observation& observation);
   // Adds a recorded view that shows the point, unless the point has it already.
   void AddView(int point, const ViewObservation& seen);
   void RemoveObservation(int point, int keyframe);  // removes the point, too, when fewer than two are left
@@ -164,7 +163,7 @@ class Map {
   void SetPatch(int point, const Observation& from);
 
   // A removed point's id is used again after so many keyframes: longer than the tracker keeps an id. Guessed.
-  static constexpr int kPointRest = 20;
+  static constexpr int kPointReuseKeyframes = 20;
 
  private:
   int ParentFor(const Keyframe& gone) const;

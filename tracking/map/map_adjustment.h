@@ -1,5 +1,5 @@
-// Bundle adjustment of the map or of a part of it: copies keyframes and points out, adjusts them, and writes
-// them back. Lengths are in the world's unit, image points in pixels.
+// Bundle-adjusts the map or a part of it: copies keyframes and points out, adjusts them, and writes them
+// back. Lengths are in the world's unit, image points in pixels.
 #pragma once
 
 #include <vector>
@@ -23,8 +23,7 @@ BundleProblem ProblemOf(const Map& map);
 BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options, bool rows_too = false);
 
-// Adjusts all keyframes and points together with the lens: options.free. `lens` changes where the result is
-// usable.
+// Adjusts all keyframes and points with the lens (options.free). A usable result changes `lens`.
 BundleSummary AdjustMapAndLens(CameraModel& lens, OwnedMap& owned, const BundleOptions& options);
 
 }  // namespace ulf::tracking

@@ -106,7 +106,7 @@ bool GetPoint(ByteReader& in, Map& map) {
     o.img = in.Get2();
     o.sigma_px = in.Get<double>();
     if (o.keyframe < 0 || o.keyframe >= keyframes || !map.keyframe(o.keyframe).alive || o.feature < 0 ||
-        o.feature >= map.keyframe(o.keyframe).features->size() || !map.Observe(id, o))
+        o.feature >= map.keyframe(o.keyframe).features->size() || !map.AddObservation(id, o))
       return false;
   }
   constexpr std::size_t kViewBytes = 20;

@@ -1,5 +1,5 @@
-// A map on disk, so that a resumed capture need not build it again. It is a cache: it can be made from the
-// recorded views, and a file that is damaged, of another version, or of other views is made anew.
+// Stores a map on disk, so that a resumed capture need not build it again. It is a cache: it can be made from
+// the recorded views, and a file that is damaged, of another version, or of other views is made anew.
 //
 // Little-endian, numbers as they are in memory:
 //   8 bytes     "ulfmap\0" and version

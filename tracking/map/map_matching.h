@@ -120,8 +120,7 @@ struct FramePose {
 // Returns the matches that a refinement kept; it may have had more observations behind them.
 std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined);
 
-// Returns the median distance of the matches from where a pose projects their points; infinite without
-// matches.
+// Returns the matches' median distance from their points' projections; infinite without matches.
 double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world);
 
 }  // namespace ulf::tracking

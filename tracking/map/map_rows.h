@@ -19,8 +19,7 @@ struct RowObservation {
 
 DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>& row_observations);
 
-// Replaces a keyframe's row shift (null: none) and moves its features and observations. The caller holds the
-// map's lock.
+// Replaces a keyframe's row shift (null: none) and moves its observations. The caller holds the map's lock.
 void ReplaceRows(const CameraModel& camera, Map& map, int id,
                  const std::vector<RowObservation>& row_observations, std::shared_ptr<const RowShift> rows);
 

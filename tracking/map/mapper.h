@@ -60,8 +60,8 @@ class Mapper {
   // Take(), Drain() and WaitUntilIdle() rethrow what was thrown in the mapper's thread. Take() applies a
   // frame's report. Returns false when it refused the keyframe because it still works on the one before.
   bool Take(FrameReport report);
-  void Drain();  // returns when all keyframes are in the map and adjusted
-  void Rest();   // the same, but cuts adjustments in the background short
+  void Drain();          // returns when all keyframes are in the map and adjusted
+  void WaitUntilIdle();  // the same, but cuts adjustments in the background short
 
   // Notes the points that a recorded view shows.
   void NoteView(int view_id, std::span<const MapObservation> seen);
@@ -72,7 +72,7 @@ class Mapper {
 
   // The tracker calls the following only while the mapper is idle. Adjusts everything because much has moved:
   // at once when synchronous, else in the background.
-  void AdjustSoon();
+  void RequestFullAdjustment();
   // Begins a part of the map; the first one is the main part. Returns its number.
   int StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
   void AddSeed(NewKeyframe keyframe);  // with a given pose, which stays

@@ -1,4 +1,4 @@
-// The thresholds of the mapper that charts or commands vary; the others are constants in mapper.cpp,
+// Defines the thresholds of the mapper that charts or commands vary; the others are constants in mapper.cpp,
 // mapper_points.cpp and loop_closer.cpp.
 //
 // Lengths are shares of the scene's depth. "Measured" values are charted against accuracy on two recordings

@@ -1,5 +1,4 @@
-// The features and pixels of a frame that tracker and mapper keep, and the two frames from which a map
-// starts.
+// Holds what tracker and mapper keep of a frame's image, and the two frames that start a map.
 #pragma once
 
 #include <Eigen/Core>

@@ -65,8 +65,7 @@ std::string FitInWords(const PoseCheck& check);
 // Returns a sentence that names the undecided views; empty where there are none.
 std::string UndecidedInWords(const PoseCheck& check, const std::vector<std::string>& names);
 
-// Returns the findings about the poses, for the light field; empty where nothing is wrong. `views`: the views
-// of the input.
+// Returns the findings about the poses, empty where nothing is wrong. `views`: the views of the input.
 std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>& views);
 
 }  // namespace ulf::tracking

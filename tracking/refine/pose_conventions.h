@@ -25,8 +25,7 @@ inline constexpr double kLeastBeforeShare = 0.5;
 // Returns whether the poses do not fit their photographs.
 bool IsPoor(const PoseFit& fit);
 
-// Returns how well the poses fit the pairs with at least `min_matches` matches; none if there is no such
-// pair.
+// Returns how well the poses fit the pairs with at least `min_matches` matches; none without any.
 std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                   std::size_t min_matches);
 

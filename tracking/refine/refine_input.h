@@ -1,5 +1,5 @@
-// The input of refining and of triangulating: views with poses, and how to read their pictures. A light
-// field's recorded views are converted to it, and the points back.
+// Defines the input of refining and of triangulating: views with poses, and how to read their pictures. A
+// light field's recorded views are converted to it, and the points back.
 //
 // Poses are cam_from_world in any unit; image quantities are pixels of the input's images.
 #pragma once

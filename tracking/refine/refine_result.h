@@ -1,4 +1,4 @@
-// The result of refining: views, points and lenses, and figures of what improved.
+// Defines the result of refining: views, points and lenses, and figures of what improved.
 //
 // Poses are cam_from_world in the input's units, image quantities are pixels of the input's images, angles
 // are degrees.

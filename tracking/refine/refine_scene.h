@@ -1,4 +1,4 @@
-// The values that refining works on: recorded views, and points with all observations.
+// Holds the values that refining works on: recorded views, and points with all observations.
 //
 // Image quantities are pixels of the working resolution (the view's own, or reduced where it is larger than
 // features need), pixel centres at integer + 0.5. Poses are cam_from_world in the input's units.
@@ -70,8 +70,7 @@ double GivenByWorking(const CameraModel& given, const CameraModel& working);
 // Returns how many points each view shows.
 std::vector<int> PointsByView(const RefineScene& scene);
 
-// Returns the distance of an observation from its point's projection, px; infinite where the point does not
-// project.
+// Returns an observation's distance from its point's projection, px; infinite without a projection.
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen);
 
 // Converts views and tracks to an adjustment's problem, and back. FromBundle() drops the observations that

@@ -62,8 +62,8 @@ class MarkerLocator {
 
   const MarkerSpec& spec() const { return spec_; }
   const CameraModel& camera() const { return camera_; }
-  // Returns which of several markers became the world, as PosesSpec::Parse() names it; empty where there was
-  // no choice.
+  // Returns which of several markers became the world, as PosesSpec::Parse() names it; empty without a
+  // choice.
   std::string WorldInWords() const;
   int AmbiguousFrames() const { return ambiguous_frames_; }
 

@@ -50,8 +50,7 @@ struct SentOffset {
 struct SentComment {};  // also an empty line
 using SentLine = std::variant<SentComment, SentPose, SentSync, SentOffset>;
 
-// `line`: without its end. Returns none when the line has none of these forms, or a number in it is not
-// finite.
+// `line`: without its end. Returns none for a line of another form, or with a number that is not finite.
 std::optional<SentLine> ReadSentLine(const std::string& line);
 
 struct PoseStreamOptions {

@@ -43,13 +43,12 @@ class PosesSpec {
   bool AreGiven() const { return kind_ == Kind::kKnown || kind_ == Kind::kFile || kind_ == Kind::kStream; }
   bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
   // Returns whether the world is known before the first frame, so that the user can name a subject in it.
-  bool HaveAWorld() const { return kind_ != Kind::kFeatures; }
+  bool DefineWorld() const { return kind_ != Kind::kFeatures; }
   // Returns whether the world is the marker that is seen first, which differs between sessions.
-  bool ChoosesWorldAnew() const {
+  bool WorldVaries() const {
     return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
   }
-  // Throws Refusal when the lens is to be refined (LensUse::kRefine) and the poses do not come from a map of
-  // features alone.
+  // Throws Refusal for LensUse::kRefine where the poses do not come from a map of features alone.
   void RequireFor(LensUse lens) const;
   // Returns whether the source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }

@@ -104,8 +104,7 @@ class PoseSource {
   // Frames may follow; call it again then.
   virtual void Finish() {}
   virtual TrackerStatistics Statistics() const { return {}; }
-  // Returns how many poses came from outside, and how many frames got one: names and counts, in the order to
-  // show.
+  // Returns the poses that came from outside and the frames that got one: names and counts, in order.
   virtual std::vector<std::pair<std::string, std::uint64_t>> Counts() const { return {}; }
   // Returns whether the world's unit is the metre; it may become so while tracking.
   virtual bool IsMetric() const { return false; }

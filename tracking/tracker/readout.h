@@ -1,5 +1,5 @@
-// The rolling shutter as it is reported. Readout times run from the first row to the last; negative ones from
-// the last row to the first.
+// Reports the rolling shutter. Readout times run from the first row to the last; negative ones from the last
+// row to the first.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,8 +16,7 @@ struct Readout {
   double readout_s = 0;
   std::optional<double> sigma_s = {};  // one standard deviation, where the tracker measured the readout
   bool compensated = true;
-  // Describes what the map's images tell instead, with one standard deviation, where they contradict a given
-  // readout.
+  // The readout that the map's images show where they contradict the given one, with one sigma.
   struct Contradiction {
     double readout_s = 0, sigma_s = 0;
   };

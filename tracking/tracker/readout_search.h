@@ -32,7 +32,7 @@ class ReadoutSearch {
   double Suspected() const;
   // Call it for a map of an earlier session, which would have found a rolling shutter: none is suspected
   // until one is measured.
-  void MapIsGiven() { last_ = ReadoutEstimate{}; }
+  void AssumeGlobalShutter() { last_ = ReadoutEstimate{}; }
 
  private:
   void Judge(const ReadoutEstimate& estimate, bool lens_is_doubted);

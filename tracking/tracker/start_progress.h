@@ -40,8 +40,7 @@ struct MapStart {
   MotionEvidence evidence;
 };
 
-// Returns the obstacle and, where a camera is in the hand, what to do about it: a sentence without a full
-// stop.
+// Returns the obstacle and, for a camera in the hand, what to do: a sentence without a full stop.
 std::string Advice(StartObstacle obstacle, FrameSource source);
 
 // Adds how much of the parallax or of the matches there is.

@@ -1,4 +1,4 @@
-// The tracker's result for one frame, and messages about it.
+// Defines the tracker's result for one frame, and messages about it.
 //
 // Poses are cam_from_world (x right, y down, z forward). The world and its unit are those of the source of
 // the poses: see pose_source.h. Image quantities are pixels of the images as they come.
@@ -52,13 +52,11 @@ struct Track {
   // The camera's velocity while the rows were read, in the middle row's frame; set where
   // middle_row_from_picture is.
   std::optional<Twist> twist;
-  // From 0 to 1. It is one half where PictureSigma() and lens_error_share together are a hundredth of
-  // `distance`.
+  // From 0 to 1: one half where PictureSigma() and lens_error_share are a hundredth of `distance` together.
   double quality = 0;
   int matched_points = 0;       // map points that support the pose
   std::optional<int> features;  // corners detected in the image; none: the source detects none
-  // Predicted standard deviation of the camera's centre, world units: from the matches and from the map's own
-  // error.
+  // Predicted standard deviation of the camera's centre, world units, from matches and the map's error.
   std::optional<double> center_sigma;
   // Under a rolling shutter, how far cam_from_world is from the poses of the rows, world units.
   double rows_sigma = 0;

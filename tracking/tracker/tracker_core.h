@@ -129,7 +129,7 @@ struct TrackerCore {
     return part != shared.map.main_part();
   }
   bool RefineLens();
-  void FollowWith(const CameraModel& lens);
+  void TrackWithLens(const CameraModel& lens);
   void PrepareLens();
   void WatchZoom(double time_s, const FramePose& frame_pose, Track& track);
   double ZoomByRows() const;

@@ -1,5 +1,5 @@
-// The options of the tracker that commands, tests or charts vary; other thresholds are constants in the
-// sources. "Measured" names the chart; "guessed" values were set once and worked.
+// Defines the options of the tracker that commands, tests or charts vary; other thresholds are constants in
+// the sources. "Measured" names the chart; "guessed" values were set once and worked.
 #pragma once
 
 #include <optional>

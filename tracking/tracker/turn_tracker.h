@@ -1,5 +1,4 @@
-// Follows how a camera is turned while nobody knows where it is: before a map has started, and while the
-// camera is lost.
+// Tracks a camera's rotation while its position is not known: before a map has started, and while it is lost.
 //
 // Features count as directions, that is as points at infinity. Keyframes have known rotations; a frame is
 // matched with the one that looks nearest to where it is expected, and turned until most directions fit. A

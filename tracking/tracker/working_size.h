@@ -1,5 +1,4 @@
-// The size at which images are tracked, and the conversion between its pixels and those of the images as
-// they come.
+// Defines the size at which images are tracked, and converts between its pixels and the original ones.
 //
 // The size of corners and patches, the number of features and the search radii are numbers of pixels that
 // suit images of about the working size. Larger images are reduced, each pixel the mean of the area that it

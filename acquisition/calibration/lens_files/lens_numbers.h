@@ -20,11 +20,10 @@ struct Lens {
 struct LensNumbers {
   double width = 0, height = 0;  // 0: the file does not say
   double fx = 0, fy = 0, cx = 0, cy = 0;
-  // The principal point counts from the picture's corner, as in ulf; false: from the middle of the first
-  // pixel.
+  // The principal point counts from the picture's corner; false: from the middle of the first pixel.
   bool from_corner = false;
   std::vector<double> coefficients = {};  // in OpenCV's order
-  std::optional<SaidLensModel> said = {};
+  std::optional<NamedLensModel> named = {};
   bool is_ros = false;                                           // no word is plumb_bob there
   std::string size_keys = "image_width: W and image_height: H";  // lines to add where the size is missing
   std::vector<std::string> warnings = {};

@@ -32,8 +32,7 @@ struct LensNode {
   bool operator==(const LensNode&) const = default;
 };
 
-// A matrix in any of the formats' forms: rows, cols and data; a list of rows; or numbers alone, which are one
-// row.
+// A matrix in any of the formats' forms: rows, cols and data; a list of rows; or numbers as one row.
 struct LensMatrix {
   int rows = 0, cols = 0;
   std::vector<double> numbers = {};
@@ -44,8 +43,7 @@ struct LensMatrix {
 // or has a key twice with different values.
 std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const std::string& where);
 
-// Returns lower case without blanks, underlines, dots, colons and hyphens, by which keys and words are
-// compared.
+// Returns lower case without blanks, underlines, dots, colons and hyphens, to compare keys and words.
 std::string LensWord(std::string_view text);
 
 // Returns the N words of a text with one blank between them.
@@ -61,12 +59,10 @@ consteval std::array<std::string_view, N> LensWordsIn(std::string_view text) {
 
 // Returns a number, which need not be finite; none: the text is no number.
 std::optional<double> LensNumber(const LensNode& node);
-// Returns all numbers inside a list, a list of lists, or a text with blanks; none: something else stands
-// there.
+// Returns all numbers in a list, a list of lists, or a text with blanks; none for anything else.
 std::optional<std::vector<double>> LensNumbersIn(const LensNode& node);
 bool LooksLikeLensMatrix(const LensNode& node);
-// Throws Error that begins with `where` and names `key` where rows, columns and numbers contradict each
-// other.
+// Throws Error that begins with `where` and names `key` where rows, columns and numbers do not agree.
 LensMatrix LensMatrixOf(const LensNode& node, std::string_view key, const std::string& where);
 
 // Return the value of a key that the map must have. They throw Error that begins with `where`.

@@ -18,9 +18,9 @@ enum class LensModel {
   kFisheye,           // k1 k2 k3 k4 of Kannala and Brandt
 };
 
-struct SaidLensModel {
+struct NamedLensModel {
   LensModel model = LensModel::kNone;
-  std::string said = {};  // "distortion_model: equidistant"
+  std::string named = {};  // "distortion_model: equidistant"
 };
 
 // A clause for messages: what ulf models, and what to do with another lens.
@@ -28,14 +28,14 @@ extern const char* const kLensWayOut;
 
 // Reads a word for a model. Returns none when it says only how points are projected (pinhole, perspective,
 // frame), or is empty. Throws Error that names the word, and begins with `where`, for a model that ulf does
-// not have or know. `said`: for messages.
-std::optional<SaidLensModel> LensModelOfWord(std::string_view word, const std::string& said,
-                                             const std::string& where);
+// not have or know. `named`: for messages.
+std::optional<NamedLensModel> LensModelOfWord(std::string_view word, const std::string& named,
+                                              const std::string& where);
 
 // Returns the model that the keys of a map name: distortion_model, camera_model, type, fisheye_model and
 // similar ones. Returns none when they say nothing. Throws as LensModelOfWord(), for two words that
 // contradict each other, and for keys of other models (xi).
-std::optional<SaidLensModel> SaidLensModelOf(const LensNode& map, const std::string& where);
+std::optional<NamedLensModel> NamedLensModelOf(const LensNode& map, const std::string& where);
 
 // Returns whether the map has a key for the lens's model without a word.
 bool HasEmptyLensModel(const LensNode& map);
@@ -46,7 +46,7 @@ bool HasEmptyLensModel(const LensNode& map);
 // and value, and advises to add `lines`; for names of cameras, topics and files it appends to `warnings`
 // instead. Where a model is named, that decides: text that mentions another model is a warning, names are
 // ignored.
-void CheckLensMentions(const LensNode& part, const std::optional<SaidLensModel>& said,
+void CheckLensMentions(const LensNode& part, const std::optional<NamedLensModel>& named,
                        const std::string& lines, const std::string& where,
                        std::vector<std::string>& warnings);
 

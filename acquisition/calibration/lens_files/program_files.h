@@ -18,8 +18,7 @@ namespace ulf::acquisition {
 bool IsGyroflowLens(const LensNode& top);
 Lens ReadGyroflowLens(const LensNode& top, const std::string& where, const std::string& wanted);
 
-// okvis and okvis2 describe cameras in their configuration by lists for focal length, principal point and
-// size.
+// okvis and okvis2 describe cameras by lists for focal length, principal point and size.
 bool IsOkvisLens(const LensNode& top);
 Lens ReadOkvisLens(const LensNode& top, const std::string& where, const std::string& wanted);
 

@@ -1,4 +1,4 @@
-// Build the scenes (scene.h says what is in each).
+// Builds the scenes (scene.h says what is in each).
 #pragma once
 
 #include <memory>

@@ -1,5 +1,4 @@
-// Hashes and noise for the simulator's procedural surfaces: pure functions of position and seed without a
-// period.
+// Computes hashes and noise for procedural surfaces: functions of position and seed without a period.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,4 @@
-// The solids of the scenes: ray intersection, and the flat charts of their surfaces on which textures are
-// baked.
+// Defines the scenes' solids: ray intersection, and flat charts of their surfaces for baked textures.
 //
 // Each primitive has its own frame ("local", metres):
 //   sphere   centre at the origin, radius size[0]
@@ -73,8 +72,7 @@ struct ChartSize {
 };
 ChartSize SizeOfChart(const Primitive& primitive, int chart);
 
-// Returns the distance along a unit direction `d` from `o` (both local) to the surface; infinity: no
-// intersection.
+// Returns the distance along a unit direction `d` from `o` (both local) to the surface, or infinity.
 template <typename T>
 T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d);
 

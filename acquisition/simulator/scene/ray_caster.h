@@ -1,5 +1,4 @@
-// Casts primary rays through every pixel of a camera with its distortion, eight at a time, into baked
-// textures.
+// Casts a ray through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
 // One ray per pixel; pixels whose solid differs from a neighbour's, that something thin passes through, or
 // that see a mirror or glass get four more rays, so that edges are anti-aliased (surfaces are by the mip

@@ -1,4 +1,4 @@
-// The simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
+// Defines the simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
 //
 //   studio   a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
 //            terrazzo table in front of a stone wall

@@ -1,5 +1,4 @@
-// A texture of surface radiance, linear B, G, R in 16 bits, with a mip pyramid (trilinear lookup by
-// Sample()).
+// Stores surface radiance as a texture: linear B, G, R in 16 bits, with a mip pyramid.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +13,14 @@ namespace ulf::acquisition {
 
 class MipTexture {
  public:
-  // Full scale of the stored integers, in the scene's unit of radiance.
+  // Full scale of the stored integers in units of radiance (RayCaster: 1 is a white card in the key light).
   static constexpr float kFullScale = 4.0f;
 
   MipTexture() = default;
   // `bgr` holds width * height values, row by row. `wrap_u`, `wrap_v`: the texture continues at the opposite
   // edge; for that to be seamless in every level, the size must be a multiple of 2^(kMaxLevels-1).
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr);
-  // Shares the texels that Texels() of an equal texture gave: BytesOf() bytes, aligned to 8, which are not
-  // copied.
+  // Shares, without a copy, the texels of an equal texture's Texels(): BytesOf() bytes, aligned to 8.
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::shared_ptr<const void>& texels);
   static std::size_t BytesOf(int width, int height);
   std::span<const std::byte> Texels() const;

@@ -89,7 +89,7 @@ class BracketCapture {
     double time_s = 0;
     Rigid3 cam_from_world;
   };
-  void Ask();
+  void RequestExposures();
   void Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between);
   void PlaceWaiting(const Posed& after);
   void EndIfOver(double now_s, double patience_s);

@@ -22,9 +22,9 @@ class CaptureLens {
 
   // Call it after each frame of `poses`. Returns the former live lens where the tracker has replaced it in
   // this frame: everything that holds poses or points under the former one must be converted.
-  std::optional<CameraModel> After(const tracking::Track& track, const tracking::PoseSource& poses);
+  std::optional<CameraModel> Update(const tracking::Track& track, const tracking::PoseSource& poses);
   // Does the same after PoseSource::Finish().
-  std::optional<CameraModel> AfterFinish(const tracking::PoseSource& poses);
+  std::optional<CameraModel> UpdateAfterFinish(const tracking::PoseSource& poses);
 
   // Returns the lens that replaced the given one; none: the given one is in use.
   const std::optional<tracking::RefinedLens>& found() const { return found_; }

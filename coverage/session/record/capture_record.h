@@ -51,7 +51,7 @@ class CaptureRecord {
     bool deterministic = false;
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
     CoverGoal cover;
-    bool lens_may_change = false;  // GoOverToLens() may be called
+    bool lens_may_change = false;  // ReplaceLens() may be called
     FrameSource source = FrameSource::kCamera;
   };
   // Continues with the views of an earlier session that `writer` holds. `lens` outlives it.
@@ -85,8 +85,8 @@ class CaptureRecord {
   // begins geometry and measured errors again from small pictures of the views. There must be no views of
   // earlier sessions, which hold the map where it is. `last`: Close() comes next and writes the journal.
   // `subject`: the subject's place under this lens; none: there is none.
-  void GoOverToLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
-                    const std::optional<Subject>& subject);
+  void ReplaceLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
+                   const std::optional<Subject>& subject);
   // Returns whether `share` of the cap is covered. When the present map says so, it corrects the poses,
   // repaints the map and tests CoverageMap::CoveredShare again: the map that decided is published. Returns
   // false while the disk is behind a correction.

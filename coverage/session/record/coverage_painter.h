@@ -27,7 +27,7 @@ struct ReopenedDirection {
   double share = 0;  // of the cap; without one, of what was covered
 };
 
-class CoveragePainter final : public RecordedViews::Follower {
+class CoveragePainter final : public RecordedViews::Observer {
  public:
   struct Options {
     int coverage_width_px = kCoverageWidthPx;
@@ -51,7 +51,7 @@ class CoveragePainter final : public RecordedViews::Follower {
   // what was covered). 0 without a map.
   double Repaint(const Subject& subject, const ErrorMap* errors);
   // Adapts the map's thresholds to the errors so far.
-  void FollowErrorsNow(const ErrorMap& errors);
+  void AdaptToErrors(const ErrorMap& errors);
 
   void Added(const RecordedViews::Entry& view, const Image& image) override;
   // Repaint() follows once everything has changed.

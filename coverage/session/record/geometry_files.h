@@ -21,7 +21,7 @@ std::vector<KnownMap> ReadKnownMaps(const LightField& light_field);
 // words: made of more maps, or of larger ones, or where the new ones have none; of a mesh without maps:
 // finer. It is empty when the new ones are at least as good, or what is there cannot be read or is of other
 // poses. `finished` has a mesh.
-std::string WhyThatStays(const std::filesystem::path& root, const FinishedGeometry& finished);
+std::string WhyExistingIsBetter(const std::filesystem::path& root, const FinishedGeometry& finished);
 
 // Writes into a closed light field. `finished` has a mesh; takes its maps and sets written_maps. Throws
 // nothing: `say` gets what cannot be written, and the light field keeps its former mesh (then `finished` has

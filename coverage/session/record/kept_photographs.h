@@ -13,8 +13,8 @@ namespace ulf::coverage {
 
 // Keeps a frame in the light field's unposed/ through `writer` (null: there is none), or else beside it.
 // Returns the folder; none: neither could be written, and `problem` says why.
-std::optional<std::filesystem::path> KeepAnywhere(LightFieldWriter* writer,
-                                                  const std::filesystem::path& light_field,
-                                                  const Frame& frame, std::string& problem);
+std::optional<std::filesystem::path> SavePhotograph(LightFieldWriter* writer,
+                                                    const std::filesystem::path& light_field,
+                                                    const Frame& frame, std::string& problem);
 
 }  // namespace ulf::coverage

@@ -143,9 +143,9 @@ class LiveGeometry {
   };
   using Change = std::function<void(World&)>;
   // A change that must be prepared, which may take long: a picture is read and reduced.
-  struct Coming {
+  struct PendingChange {
     std::optional<int> view;  // that it adds
-    std::function<Change(render::StereoViewMaker&)> make_ready;
+    std::function<Change(render::StereoViewMaker&)> prepare;
   };
   struct Problem {
     std::optional<int> view;  // that is left out
@@ -157,11 +157,11 @@ class LiveGeometry {
   };
   enum class MeshFor { kNow, kEnd };
 
-  void Do(Coming coming);
+  void Do(PendingChange coming);
   void Do(Change change);
-  void HandOver();
-  void TakeOver() ULF_REQUIRES(mutex_);
-  Change MadeReady(const Coming& coming, render::StereoViewMaker& maker);
+  void PassToThread();
+  void AcceptChanges() ULF_REQUIRES(mutex_);
+  Change Prepare(const PendingChange& coming, render::StereoViewMaker& maker);
   void Loop();
   bool Work();
   bool IsMeshDue() const;
@@ -179,7 +179,7 @@ class LiveGeometry {
   const Options options_;
 
   // Used by the caller alone.
-  std::deque<Coming> to_hand_over_;
+  std::deque<PendingChange> to_hand_over_;
   LiveGeometryState seen_;
   std::optional<Problem> problem_seen_;
   std::set<int> removed_;  // their pictures go, and may be gone before they are read
@@ -201,7 +201,7 @@ class LiveGeometry {
 
   Mutex mutex_;
   ConditionVariable changed_;
-  std::deque<Coming> changes_ ULF_GUARDED_BY(mutex_);
+  std::deque<PendingChange> changes_ ULF_GUARDED_BY(mutex_);
   bool over_ ULF_GUARDED_BY(mutex_) = false;
   bool ended_ ULF_GUARDED_BY(mutex_) = false;  // the thread
   LiveGeometryState state_ ULF_GUARDED_BY(mutex_);

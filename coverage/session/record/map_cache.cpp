@@ -31,8 +31,7 @@ std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   return digest.Value();
 }
 
-// Says why the map is made again and, once the first views tell how long each takes, about how long that will
-// be.
+// Logs why the map is made again and, once the first views show how long each takes, the expected time.
 class MakingAgain {
  public:
   MakingAgain(std::string why, std::size_t views) : why_(std::move(why)), views_(views) {}
@@ -69,7 +68,7 @@ class MakingAgain {
   bool said_ = false;
 };
 
-// From views spread evenly over the capture.
+// Seeds the map from views spread evenly over the capture.
 void SeedFrom(const LightField& light_field, const CameraModel& tracked, const std::string& why,
               tracking::PoseSource& poses) {
   constexpr std::size_t kMostViews =

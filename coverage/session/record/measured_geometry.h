@@ -24,7 +24,7 @@
 
 namespace ulf::coverage {
 
-class MeasuredGeometry final : public RecordedViews::Follower {
+class MeasuredGeometry final : public RecordedViews::Observer {
  public:
   struct Options {
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured

@@ -30,9 +30,9 @@ class RecordedViews {
     const CameraModel& CameraOr(const CameraModel& of_capture) const { return camera ? *camera : of_capture; }
   };
   // Is notified of every change after it was made, in the order of subscription.
-  class Follower {
+  class Observer {
    public:
-    virtual ~Follower() = default;
+    virtual ~Observer() = default;
     virtual void Added(const Entry& view, const Image& image) = 0;
     virtual void Removed(const Entry& view) = 0;
     // All poses are updated; the capture's lens may have changed with them.
@@ -41,7 +41,7 @@ class RecordedViews {
   // Begins with the views of earlier sessions, of which observers are not notified.
   explicit RecordedViews(const LightField& recorded_before);
   // `observer` outlives all changes.
-  void Subscribe(Follower& follower) { followers_.push_back(&follower); }
+  void Subscribe(Observer& observer) { observers_.push_back(&observer); }
 
   // `image`: the view's picture, for the observers.
   void Add(const Entry& view, const Image& image = {});
@@ -64,16 +64,16 @@ class RecordedViews {
   // distance from the middle: a view's pose relative to its keyframe is wrong by that share. Where the error
   // matters, as seen from the subject (without one, from a distance of 1 world unit), the pose is estimated
   // again from the points that the view's frame showed.
-  void FindAnew(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
+  void ReestimatePoses(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
   // `poses` has every view.
-  void MoveTo(const std::map<int, Rigid3>& poses);
+  void SetPoses(const std::map<int, Rigid3>& poses);
 
   // `of_capture`: the camera of the views of this session.
   std::vector<CriterionView> ForCriterion(const CameraModel& of_capture, int coverage_width_px) const;
 
  private:
   std::vector<Entry> views_;
-  std::vector<Follower*> followers_;
+  std::vector<Observer*> observers_;
   std::uint64_t revision_ = 0;
 };
 

@@ -64,7 +64,7 @@ class StillCapture {
   // Call it for every live frame: photographs are searched on their trajectory.
   void Follow(const Frame& live, const tracking::Track& track);
   // Requests a photograph; ignored while one is on its way.
-  void Ask();
+  void RequestStill();
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
   // Returns where the photograph was taken; none when that was not found. It then counts as arrived.
   std::optional<tracking::Track> Find(const Frame& still);

@@ -32,7 +32,7 @@ class DustWatch {
   DustWatch() = default;
   explicit DustWatch(const Options& options) : options_(options) {}
 
-  void After(const PicturePair& pair);
+  void Update(const PicturePair& pair);
   const std::vector<DustSpot>& spots() const { return spots_; }
 
  private:
@@ -44,7 +44,7 @@ class DustWatch {
     int looks = 0;
   };
   cv::Rect Area(int row, int column) const;
-  void Look(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell);
+  void CompareCell(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell);
   void LookForSpots();
 
   Options options_;

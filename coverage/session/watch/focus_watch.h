@@ -22,12 +22,12 @@ class FocusWatch {
   explicit FocusWatch(const Options& options) : options_(options) {}
 
   // A pair that does not continue the last one restarts the watch.
-  void After(const PicturePair& pair);
+  void Update(const PicturePair& pair);
   // Returns the amplitude: the sharpest picture's fine detail over the softest one's; none when the focus
   // does not hunt.
-  std::optional<double> Hunts() const { return hunts_; }
+  std::optional<double> HuntingAmplitude() const { return hunts_; }
   // Returns when a swing was last seen.
-  double LastSwing_s() const { return last_swing_s_; }
+  double LastSwingS() const { return last_swing_s_; }
 
  private:
   struct Moment {

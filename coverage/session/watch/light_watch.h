@@ -37,7 +37,7 @@ class LightWatch {
 
   // `told`: logarithm of the present exposure over that before, exposure time and gain, as the camera reports
   // it; 0 where it does not. A pair that does not continue the last one restarts the watch.
-  const LightFinding& After(const PicturePair& pair, double told);
+  const LightFinding& Update(const PicturePair& pair, double told);
 
  private:
   struct Moment {

@@ -52,7 +52,7 @@ struct NoticedMistake {
 };
 
 // Returns the mistake that explains why frames are refused for this reason. Returns null when none does.
-const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed);
+const NoticedMistake* MistakeForReason(Reason reason, const std::vector<NoticedMistake>& noticed);
 
 // Describes what others know of a frame.
 struct MistakeSigns {
@@ -72,33 +72,33 @@ class MistakeWatch {
   explicit MistakeWatch(FrameSource source) : source_(source) {}
 
   // Call it after each complete live frame. Returns the mistakes that were not noticed before.
-  std::vector<NoticedMistake> After(const Frame& frame, const MistakeSigns& signs);
+  std::vector<NoticedMistake> Update(const Frame& frame, const MistakeSigns& signs);
   // Adds what is known only after the last frame.
-  void AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
-                const std::optional<tracking::Readout>& rolling_shutter);
+  void Finish(const std::optional<tracking::CalibrationCheck>& lens,
+              const std::optional<tracking::Readout>& rolling_shutter);
   const std::vector<NoticedMistake>& noticed() const { return noticed_; }
 
  private:
-  static bool ComesFromSoftPictures(Mistake mistake);
-  void DoubtWhatComesFromSoftPictures();
+  static bool IsExplainedByBlur(Mistake mistake);
+  void SuspendMistakesOfBlur();
   void Note(Mistake mistake, std::string finding, bool compensated = false);
   void NoteHunting(double factor);
   void NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held);
   void NoteFocus(const MistakeSigns& signs);
-  void TakeBackLens();
+  void WithdrawLens();
   void NoteLens(const tracking::CalibrationCheck& lens);
   void NoteShutter(const tracking::Readout& rolling_shutter);
-  void NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held);
+  void NoteReportedExposure(const Frame& frame, const acquisition::HeldAutomatics& held);
 
   const FrameSource source_;
   PictureTracks tracks_;
   LightWatch light_;
   FocusWatch focus_;
   DustWatch dust_;
-  struct Told {
+  struct ReportedExposure {
     double time_s = 0, log_exposure = 0;
   };
-  std::deque<Told> told_;  // of late, by frames whose exposure is known
+  std::deque<ReportedExposure> reported_;  // of late, by frames whose exposure is known
   std::optional<double> first_frame_s_, blurred_since_s_, automatic_since_s_;
   double now_s_ = 0;                             // since the first frame
   std::vector<NoticedMistake> noticed_, fresh_;  // fresh: in the last frame for the first time

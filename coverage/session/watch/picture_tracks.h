@@ -43,7 +43,7 @@ class PictureTracks {
   explicit PictureTracks(const Options& options) : options_(options) {}
 
   // Call it after each live frame. Returns none for the first frame, and for one after a gap.
-  std::optional<PicturePair> After(double time_s, const Image& image);
+  std::optional<PicturePair> Update(double time_s, const Image& image);
 
  private:
   struct Reduced {

@@ -153,7 +153,7 @@ int AddSecondPart(World& world) {
     const int copy = map.AddPoint(point.position, part);
     for (Observation o : point.observations) {
       o.keyframe += keyframes;
-      map.Observe(copy, o);
+      map.AddObservation(copy, o);
     }
     map.Update(copy);
   }
@@ -282,9 +282,9 @@ TEST(MapTest, ALongRunNeedsNoMoreRoomThanWhatLives) {
       const std::size_t slot = static_cast<std::size_t>(i);
       if (step % 2 == 0) {
         points.push_back(map.AddPoint({0.1 * step, 0, 3}));
-        map.Observe(points.back(), {id, i, features[slot].img, 1});
+        map.AddObservation(points.back(), {id, i, features[slot].img, 1});
       } else {
-        map.Observe(points[points.size() - kPointsEach + slot], {id, i, features[slot].img, 1});
+        map.AddObservation(points[points.size() - kPointsEach + slot], {id, i, features[slot].img, 1});
       }
     }
     if (step >= kAlive) map.RemoveKeyframe(map.FirstKeyframe(0));
@@ -311,7 +311,7 @@ TEST(MapTest, APointsNumberRestsBeforeItIsGivenAgain) {
   };
   const int victim = world.map.keyframe(1).point_of_feature[3];
   world.map.RemovePoint(victim);
-  for (int k = 0; k < Map::kPointRest; ++k) {
+  for (int k = 0; k < Map::kPointReuseKeyframes; ++k) {
     EXPECT_NE(world.map.AddPoint({0, 0, 3}), victim) << k;
     EXPECT_EQ(world.map.Resolve(victim), -1);
     next_keyframe();
@@ -379,7 +379,7 @@ TEST(MapTest, AdjustingAMapOfATurningCameraDoesNotTurnIt) {
     keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
     const int id = map.AddKeyframe(std::move(keyframe));
     for (std::size_t i = 0; i < seen.size(); ++i)
-      map.Observe(seen[i], {id, static_cast<int>(i), features[i].img, 1});
+      map.AddObservation(seen[i], {id, static_cast<int>(i), features[i].img, 1});
   }
   for (const int point : points) map.Update(point);
   OwnedMap owned(map);

@@ -17,9 +17,9 @@ namespace ulf::acquisition {
 // A file in the camera with the known facts of its photograph, without bytes.
 using FileInCamera = std::pair<GphotoFile, DownloadedFile>;
 
-class LeftPhotographs {
+class UnfetchedPhotographs {
  public:
-  struct Left {
+  struct Unfetched {
     std::vector<FileInCamera> waiting;    // announced, not downloaded
     std::optional<GphotoFile> last = {};  // that was announced; none: none was
     double released_s =
@@ -29,20 +29,19 @@ class LeftPhotographs {
   // Notes a file that the camera has announced.
   void Announced(const GphotoFile& file);
   // Notes what is left when the link is gone. A missing `left.last` becomes the file that was announced last.
-  void Lost(Left left);
+  void Lost(Unfetched left);
   // Returns once for each loss what is left; none: the link was not lost.
-  std::optional<Left> Take();
+  std::optional<Unfetched> Take();
   // Returns, of the files that a folder of the camera holds now, the photographs that came after the last
   // announced one, by the numbers in their names, in their order.
-  std::vector<GphotoFile> After(const Left& left, std::vector<std::string> names) const;
+  std::vector<GphotoFile> PhotographsAfter(const Unfetched& left, std::vector<std::string> names) const;
   // Returns what is to be fetched of `files`, which came since. The first photograph among them answers the
   // request that was open.
-  static std::vector<FileInCamera> CameSince(const Left& left, const std::vector<GphotoFile>& files);
+  static std::vector<FileInCamera> CameSince(const Unfetched& left, const std::vector<GphotoFile>& files);
 
   // Notes a file that is fetched from the card although the camera did not announce it.
   void Fetched(const GphotoFile& file);
-  // Returns whether the file was fetched so, or announced before the link was lost: a camera may announce it
-  // once more.
+  // Returns whether the file was fetched so, or announced before: a camera may announce it once more.
   bool WasFetched(const GphotoFile& file) const;
 
  private:
@@ -50,7 +49,7 @@ class LeftPhotographs {
   std::set<std::string> announced_ ULF_GUARDED_BY(mutex_), fetched_
       ULF_GUARDED_BY(mutex_);  // folder and name
   std::optional<GphotoFile> last_ ULF_GUARDED_BY(mutex_);
-  std::optional<Left> left_ ULF_GUARDED_BY(mutex_);
+  std::optional<Unfetched> left_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace ulf::acquisition
