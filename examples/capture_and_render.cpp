@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     std::printf("%d views cover %.0f %% of the cap\n", static_cast<int>(summary.recorded),
                 100 * summary.map->CoveredShare());
 
-    const auto next = ulf::coverage::Guide(1).After(summary.map.get(), {}, 0);
+    const auto next = ulf::coverage::Guide(1).Update(summary.map.get(), {}, 0);
     if (next.toward)
       std::printf("the next view: %.2f, %.2f, %.2f from the subject\n", next.toward->x(), next.toward->y(),
                   next.toward->z());

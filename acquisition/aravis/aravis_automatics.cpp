@@ -66,7 +66,7 @@ NodeKind KindOfFeature(const AravisSession& session, const std::string& feature)
 }
 
 std::vector<std::string> WordsOf(const AravisSession& session, const std::string& feature) {
-  return MaybeNames([&](guint* count, GError** e) {
+  return CallForNames([&](guint* count, GError** e) {
     return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature.c_str(), count, e);
   });
 }
@@ -157,7 +157,7 @@ void Freeze(const AravisSession& session, const Automatic& automatic, AravisFroz
 }  // namespace
 
 AutomaticMode ModeOf(const AravisSession& session, const std::string& feature) {
-  if (!Maybe(
+  if (!CallOr(
           [&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature.c_str(), e); },
           false))
     return AutomaticMode::kNone;

@@ -1,11 +1,11 @@
-// The automatics of a machine-vision camera: exposure, gain, white balance, black level.
+// Controls the automatics of a machine-vision camera: exposure, gain, white balance, black level.
 //
 // The pictures of a light field must differ by viewpoint alone. Automatics that are on run until the camera
 // has settled; then they are switched off and their values are kept, as for webcams (v4l2_controls.h), with a
 // notice for each. An automatic that the URI names (auto_exposure=on) stays as the URI asks.
 //
-// Cameras write Off, Once and Continuous (the convention), Manual and Auto, or have a switch or a number: a
-// word is understood by its meaning. An automatic whose words nobody knows, or which has none, is left alone.
+// Modes are Off, Once and Continuous by convention; some cameras have Manual and Auto, a switch or a number
+// instead. An automatic whose modes are not known is left alone.
 #pragma once
 
 #include <string>
@@ -17,35 +17,33 @@
 
 namespace ulf::acquisition {
 
-// What an automatic does. kNone: the camera has no such automatic; kUnknown: it says so in no word that is
-// known.
+// The mode of an automatic. kNone: the camera has none; kUnknown: its mode has a word that is not known.
 enum class AutomaticMode { kNone, kOff, kOnce, kOn, kUnknown };
 AutomaticMode ModeOf(const AravisSession& session, const std::string& feature);
-// Whether it changes what it controls.
+// Returns whether the automatic changes its value at present.
 bool IsAutomaticOn(const AravisSession& session, const std::string& feature);
-// Switches it, unless it is so, or not there. Returns why it is not: "GainAuto reads Auto and is read-only";
-// empty: it is.
+// Switches the automatic to a mode, where there is one. Returns why it does not have that mode ("GainAuto
+// reads Auto and is read-only"), or an empty text.
 std::string SwitchAutomatic(const AravisSession& session, const std::string& feature, AutomaticMode wanted);
-// The camera's word for it; empty: it has none.
+// Returns the camera's word for a mode; empty if it has none.
 std::string WordFor(const AravisSession& session, const std::string& feature, AutomaticMode mode);
-// For a value that was asked for by name (`asked`: "exposure_us=5000") and that the automatic would change.
-// Returns what is to be said; empty: nothing. Throws Refusal that begins with `who` where it is on and stays
-// on.
+// Switches off the automatic that would change a requested value (`asked`: "exposure_us=5000"). Returns a
+// message, or an empty text. Throws Refusal that begins with `who` where it is on and stays on.
 std::string SwitchOffFor(const AravisSession& session, const std::string& who, const std::string& asked,
                          const std::string& feature);
 
-// Switches the automatics that the URI names on or off; returns what is to be said of others. Throws Refusal
-// where one cannot be as it is asked for.
+// Switches the automatics that the URI names on or off; returns messages about others. Throws Refusal where
+// one cannot have the requested mode.
 std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, const std::string& who,
                                                const AravisOptions& options);
 
 // Lets the camera adjust its white balance once. The camera must be streaming.
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
 
-// Whether any is on that the URI does not ask for.
+// Returns whether any automatic is on that the URI does not name.
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options);
 
-// Switches those off and writes back the values that they had reached.
+// The automatics that were switched off, with the values that they had reached.
 struct AravisFrozen {
   std::vector<std::string> said;  // "auto_exposure off, held at exposure_us=5000", "auto_gain stays on: ..."
   std::vector<std::pair<std::string, std::string>> values;  // as options of the URI

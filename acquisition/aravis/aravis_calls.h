@@ -1,4 +1,4 @@
-// Calls of Aravis with its GError handled. Only the aravis_* files include this header.
+// Calls Aravis and handles its GError. Only the aravis_* files include this header.
 #pragma once
 
 #include <arv.h>
@@ -13,7 +13,7 @@ namespace ulf::acquisition {
 
 // Runs a library call that takes a GError** and turns a failure into an Error: "aravis:ID: WHAT: reason".
 template <typename Call>
-auto Must(const std::string& who, const std::string& what, Call&& call) {
+auto CallOrThrow(const std::string& who, const std::string& what, Call&& call) {
   GError* error = nullptr;
   const auto check = [&] {
     if (!error) return;
@@ -31,9 +31,9 @@ auto Must(const std::string& who, const std::string& what, Call&& call) {
   }
 }
 
-// For features that a camera may lack: the result, or `otherwise` on failure.
+// Returns the result, or `otherwise` on failure: for features that a camera may lack.
 template <typename Call, typename Value>
-Value Maybe(Call&& call, Value otherwise) {
+Value CallOr(Call&& call, Value otherwise) {
   GError* error = nullptr;
   const auto result = call(&error);
   if (!error) return static_cast<Value>(result);
@@ -41,9 +41,9 @@ Value Maybe(Call&& call, Value otherwise) {
   return otherwise;
 }
 
-// Ignores failure.
+// Calls and ignores failure.
 template <typename Call>
-void Try(Call&& call) {
+void CallIgnoringErrors(Call&& call) {
   GError* error = nullptr;
   call(&error);
   g_clear_error(&error);
@@ -51,11 +51,12 @@ void Try(Call&& call) {
 
 inline std::string Text(const char* text) { return text ? text : ""; }
 
-// The names that `call` returns as an array of its own, with their number; empty on failure.
+// Returns the names that `call` returns as an array of its own, with their number; empty on failure.
 template <typename Call>
-std::vector<std::string> MaybeNames(Call&& call) {
+std::vector<std::string> CallForNames(Call&& call) {
   guint count = 0;
-  const char** names = Maybe([&](GError** e) { return call(&count, e); }, static_cast<const char**>(nullptr));
+  const char** names =
+      CallOr([&](GError** e) { return call(&count, e); }, static_cast<const char**>(nullptr));
   if (!names) return {};
   std::vector<std::string> copy(names, names + count);
   g_free(names);

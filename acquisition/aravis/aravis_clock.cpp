@@ -32,7 +32,7 @@ constexpr std::chrono::milliseconds kAskLock(50), kAskRunning(1000);
 
 bool ClockHas(ArvCamera* camera, const char* feature) {
   return feature &&
-         Maybe([&](GError** e) { return arv_camera_is_feature_available(camera, feature, e); }, false);
+         CallOr([&](GError** e) { return arv_camera_is_feature_available(camera, feature, e); }, false);
 }
 
 const ClockNames* NamesOf(ArvCamera* camera) {
@@ -48,8 +48,8 @@ void Switch(const AravisSession& session, const std::string& who, const ClockNam
 
 bool IsOn(ArvCamera* camera, const ClockNames& names) {
   if (!names.on)
-    return Maybe([&](GError** e) { return arv_camera_get_boolean(camera, names.enable, e); }, false);
-  return Text(Maybe([&](GError** e) { return arv_camera_get_string(camera, names.enable, e); }, "Off")) !=
+    return CallOr([&](GError** e) { return arv_camera_get_boolean(camera, names.enable, e); }, false);
+  return Text(CallOr([&](GError** e) { return arv_camera_get_string(camera, names.enable, e); }, "Off")) !=
          "Off";
 }
 
@@ -62,12 +62,12 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
   if (!names && options.ptp.value_or(false))
     throw Refusal(who, "", "the camera's clock cannot be set by IEEE 1588", "leave ptp out");
   if (names && options.ptp) Switch(session, who, *names, *options.ptp);
-  state_ = Ask();
+  state_ = Query();
   if (!options.ptp.value_or(false)) return;
   const auto begin = std::chrono::steady_clock::now();
   while (!IsShared() && SecondsSince(begin) < options.ptp_wait_s && !StopOnSignal::Requested()) {
     std::this_thread::sleep_for(kAskLock);
-    state_ = Ask();
+    state_ = Query();
   }
   if (!IsShared())
     throw Error(
@@ -86,27 +86,27 @@ void AravisClock::AppendTo(TransportFigures& transport) const {
     transport.emplace_back(TransportFigure::kClockOffsetNs, *state_->offset_ns);
 }
 
-std::optional<ClockState> AravisClock::Ask() const {
+std::optional<ClockState> AravisClock::Query() const {
   const ClockNames* names = NamesOf(camera_);
   if (!names || !IsOn(camera_, *names)) return std::nullopt;
   if (ClockHas(camera_, names->latch))
-    Try([&](GError** e) { arv_camera_execute_command(camera_, names->latch, e); });
+    CallIgnoringErrors([&](GError** e) { arv_camera_execute_command(camera_, names->latch, e); });
   ClockState state;
-  state.status = Text(Maybe([&](GError** e) { return arv_camera_get_string(camera_, names->status, e); },
-                            static_cast<const char*>(nullptr)));
+  state.status = Text(CallOr([&](GError** e) { return arv_camera_get_string(camera_, names->status, e); },
+                             static_cast<const char*>(nullptr)));
   if (ClockHas(camera_, names->offset)) {
     constexpr gint64 kUnknown = std::numeric_limits<gint64>::min();
     const gint64 offset =
-        Maybe([&](GError** e) { return arv_camera_get_integer(camera_, names->offset, e); }, kUnknown);
+        CallOr([&](GError** e) { return arv_camera_get_integer(camera_, names->offset, e); }, kUnknown);
     if (offset != kUnknown) state.offset_ns = static_cast<double>(offset);
   }
   return state;
 }
 
-std::optional<std::string> AravisClock::Look() {
+std::optional<std::string> AravisClock::Poll() {
   if (!state_ || std::chrono::steady_clock::now() - asked_ < kAskRunning) return std::nullopt;
   const bool was_shared = IsShared();
-  const std::optional<ClockState> now = Ask();
+  const std::optional<ClockState> now = Query();
   asked_ = std::chrono::steady_clock::now();
   if (!now || now->status.empty()) return std::nullopt;  // a camera that is gone is found out elsewhere
   state_ = now;

@@ -27,8 +27,7 @@ constexpr std::array kRateSwitches{std::pair{"AcquisitionFrameRateEnable", Autom
                                    std::pair{"AcquisitionFrameRateEnabled", AutomaticMode::kOn},
                                    std::pair{"AcquisitionFrameRateAuto", AutomaticMode::kOff}};
 
-// Bytes that chunk data may take where the camera does not tell. Guessed: a chunk has some ten, and there are
-// few.
+// Bytes that chunk data may take where the camera does not tell. Guessed: few chunks of some ten each.
 constexpr std::size_t kChunkRoom = 4096;
 constexpr double kMostPayload = 1 << 30;  // of what is told; guessed
 
@@ -62,7 +61,7 @@ class Configurator {
     arv_camera_set_range_check_policy(camera_, ARV_RANGE_CHECK_POLICY_ENABLE);
     arv_camera_set_access_check_policy(camera_, ARV_ACCESS_CHECK_POLICY_ENABLE);
     // A killed program may have left the acquisition running.
-    Try([&](GError** e) { arv_camera_stop_acquisition(camera_, e); });
+    CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(camera_, e); });
     LoadUserSet(options.user_set);
     names_ = FindFeatureNames(FeaturesOf(camera_));
     if (Has("AcquisitionMode")) Prefer("AcquisitionMode", "Continuous");
@@ -102,16 +101,16 @@ class Configurator {
 
  private:
   bool Has(const char* feature) {
-    return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
+    return CallOr([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
   }
 
   template <typename Call>
   bool Can(Call&& call) {
-    return Maybe([&](GError** e) { return call(camera_, e); }, false);
+    return CallOr([&](GError** e) { return call(camera_, e); }, false);
   }
 
   std::vector<std::string> Choices(const char* enumeration) {
-    return MaybeNames([&](guint* count, GError** e) {
+    return CallForNames([&](guint* count, GError** e) {
       return arv_camera_dup_available_enumerations_as_strings(camera_, enumeration, count, e);
     });
   }
@@ -147,8 +146,8 @@ class Configurator {
       throw Refusal(who_, "", "the camera keeps no user sets", "leave user_set out");
     RequireChoice("user_set", "UserSetSelector", *user_set);
     RequireSetting(session_, who_, "user_set=" + *user_set, "UserSetSelector", *user_set);
-    Must(who_, "user set " + *user_set,
-         [&](GError** e) { arv_camera_execute_command(camera_, "UserSetLoad", e); });
+    CallOrThrow(who_, "user set " + *user_set,
+                [&](GError** e) { arv_camera_execute_command(camera_, "UserSetLoad", e); });
   }
 
   void CheckRange(const char* option, double value, double low, double high) {
@@ -160,7 +159,7 @@ class Configurator {
   }
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
     guint count = 0;
-    const char** names = Must(who_, "pixel formats", [&](GError** e) {
+    const char** names = CallOrThrow(who_, "pixel formats", [&](GError** e) {
       return arv_camera_dup_available_pixel_formats_as_strings(camera_, &count, e);
     });
     const std::vector<std::string> offered(names, names + count);
@@ -168,7 +167,7 @@ class Configurator {
     const std::string list = fmt::format("{}", fmt::join(offered, ", "));
     if (offered.empty() && !asked)
       if (const auto fixed = PixelFormatByCode(
-              Maybe([&](GError** e) { return arv_camera_get_pixel_format(camera_, e); }, guint32{0})))
+              CallOr([&](GError** e) { return arv_camera_get_pixel_format(camera_, e); }, guint32{0})))
         return *fixed;
     const auto format = asked ? PixelFormatByName(*asked) : PreferredPixelFormat(offered);
     if (!format)
@@ -306,15 +305,16 @@ class Configurator {
   // The Imaging Source's, which may be a list of rates: the library knows it.
   void WriteListedRate(double fps) {
     double low = 0, high = 0;
-    Must(who_, "frame rate", [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
+    CallOrThrow(who_, "frame rate",
+                [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
     CheckRange("fps", fps, low, high);
-    Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, fps, e); });
+    CallOrThrow(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, fps, e); });
   }
 
   // Also one that is not available at this moment: its switch may be off.
   AravisNumber Rate() {
     for (const char* name : {"AcquisitionFrameRate", "AcquisitionFrameRateAbs"})
-      if (Maybe([&](GError** e) { return arv_camera_is_feature_implemented(camera_, name, e); }, false))
+      if (CallOr([&](GError** e) { return arv_camera_is_feature_implemented(camera_, name, e); }, false))
         return {session_, name};
     return {};
   }
@@ -343,16 +343,16 @@ class Configurator {
         ReductionOf(session_, "BinningHorizontal") * ReductionOf(session_, "DecimationHorizontal");
     window.binning_y = ReductionOf(session_, "BinningVertical") * ReductionOf(session_, "DecimationVertical");
     gint x = 0, y = 0;
-    Must(who_, "region", [&](GError** e) {
+    CallOrThrow(who_, "region", [&](GError** e) {
       arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
     });
     // A camera that does not report its sensor's size reports the largest image, which tells nothing where it
     // is the present one: its size may be fixed.
     const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int end, int limit) {
       const auto read = [&](const char* feature) {
-        return Has(feature)
-                   ? Maybe([&](GError** e) { return arv_camera_get_integer(camera_, feature, e); }, gint64{0})
-                   : 0;
+        return Has(feature) ? CallOr([&](GError** e) { return arv_camera_get_integer(camera_, feature, e); },
+                                     gint64{0})
+                            : 0;
       };
       const auto sensor = static_cast<int>(read(of_sensor)), image = static_cast<int>(read(of_image));
       return sensor > 0 ? sensor : binning * (image > end ? image : std::max(end, limit));
@@ -370,7 +370,7 @@ class Configurator {
   // A share of the pixel format's full scale, or a percentage where the camera gives that unit.
   void ReadBlackLevel() {
     if (!Can(arv_camera_is_black_level_available)) return;
-    const double value = Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0);
+    const double value = CallOr([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0);
     ArvGcNode* node = arv_device_get_feature(session_.Device(), "BlackLevel");
     const bool percent = ARV_IS_GC_FLOAT(node) &&
                          Text(arv_gc_float_get_unit(ARV_GC_FLOAT(node))).find('%') != std::string::npos;
@@ -378,14 +378,14 @@ class Configurator {
   }
 
   double ReadExposureSeconds() { return 1e-6 * Exposure().Read().value_or(0); }
-  // 1: unknown.
+  // 1 stands for an unknown gain.
   double ReadGain() {
     const std::optional<double> value = AravisNumber(session_, names_.gain).Read();
     if (!value || (names_.gain_is_factor && *value <= 0)) return 1;
     return names_.gain_is_factor ? *value : FactorOf(*value);
   }
 
-  // Exposure and gain of every frame; 0 and 1 (unknown) while an automatic controls them.
+  // Reads exposure and gain of every frame; 0 and 1 (unknown) while an automatic controls them.
   void ReadLight() {
     ReadBlackLevel();
     configured_.exposure_s = IsAutomaticOn(session_, "ExposureAuto") ? 0 : ReadExposureSeconds();
@@ -417,8 +417,8 @@ class Configurator {
   // A camera that mirrors or crops its image may shift the mosaic and then change the format's name.
   void ReadFormat() {
     const auto now = PixelFormatByName(
-        Text(Maybe([&](GError** e) { return arv_camera_get_pixel_format_as_string(camera_, e); },
-                   static_cast<const char*>(nullptr))));
+        Text(CallOr([&](GError** e) { return arv_camera_get_pixel_format_as_string(camera_, e); },
+                    static_cast<const char*>(nullptr))));
     if (!now || now->code == configured_.format.code) return;
     configured_.notes.push_back(fmt::format("sends {} in place of {}", now->name, configured_.format.name));
     configured_.format = *now;
@@ -430,8 +430,8 @@ class Configurator {
     ReadLight();
     Note(ReadPayload(session_, configured_));
     const double exposure_s = ReadExposureSeconds();
-    const double fps =
-        Rate().Read().value_or(Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0));
+    const double fps = Rate().Read().value_or(
+        CallOr([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0));
     configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
     const bool is_switched_off =
         std::any_of(kRateSwitches.begin(), kRateSwitches.end(), [&](const auto& each) {
@@ -446,7 +446,7 @@ class Configurator {
       Compare("gain_raw", *options.gain_raw, AravisNumber(session_, names_.gain_raw).Read().value_or(0), 0);
     if (options.black_level)
       Compare("black_level", *options.black_level,
-              Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0),
+              CallOr([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0),
               AravisNumber(session_, Has("BlackLevel") ? "BlackLevel" : "").Step());
     if (options.white_balance && !options.white_balance->by_camera)
       CompareWhiteBalance(*options.white_balance);

@@ -36,7 +36,7 @@ AravisConfigured ConfigureAravis(const AravisSession& session, const std::string
 // Reads the present exposure, gain and black level into `configured`.
 void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
-// For a camera that promises chunk data and sends none. Its payload becomes smaller. Throws Error.
+// Switches off chunk data that a camera announces and does not send; its payload shrinks. Throws Error.
 void SwitchChunksOff(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
 }  // namespace ulf::acquisition

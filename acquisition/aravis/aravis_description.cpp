@@ -83,19 +83,20 @@ NamedFeatures FeaturesOf(ArvCamera* camera) {
   return {
       .kind_of =
           [camera, node_of](const std::string& name) {
-            if (!Maybe([&](GError** e) { return arv_camera_is_feature_implemented(camera, name.c_str(), e); },
-                       false))
+            if (!CallOr(
+                    [&](GError** e) { return arv_camera_is_feature_implemented(camera, name.c_str(), e); },
+                    false))
               return NodeKind::kNone;
             return KindOf(node_of(name));
           },
       .is_available =
           [camera](const std::string& name) {
-            return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera, name.c_str(), e); },
-                         false);
+            return CallOr(
+                [&](GError** e) { return arv_camera_is_feature_available(camera, name.c_str(), e); }, false);
           },
       .choices_of =
           [camera](const std::string& name) {
-            return MaybeNames([&](guint* count, GError** e) {
+            return CallForNames([&](guint* count, GError** e) {
               return arv_camera_dup_available_enumerations_as_strings(camera, name.c_str(), count, e);
             });
           },

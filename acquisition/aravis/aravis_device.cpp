@@ -89,7 +89,7 @@ class AravisDevice : public Device {
   StillRequest RequestExposures(const std::vector<double>& stops) override {
     if (!exposures_ || state_ != DeviceState::kStreaming) return StillRequest::kBusy;
     RememberExposure();
-    return exposures_->Ask(stops);
+    return exposures_->Request(stops);
   }
 
   void Start() override;
@@ -144,7 +144,7 @@ class AravisDevice : public Device {
     transport.emplace_back(TransportFigure::kWhileSettling, statistics_.WhileSettlingCount());
     transport_ = std::move(transport);
   }
-  // Whether frames are expected: always without a trigger; with the software's, from firing to its frame.
+  // Returns whether frames are expected: always without a trigger, else from firing to the frame.
   bool TellsExposures() const {
     return std::find(configured_.chunks.begin(), configured_.chunks.end(), "ExposureTime") !=
            configured_.chunks.end();
@@ -166,7 +166,7 @@ class AravisDevice : public Device {
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::atomic<bool> running_{false};
 
-  // Of the software trigger: set by Next(), cleared when its frame arrives.
+  // A software trigger is open: set by Next(), cleared when its frame arrives.
   std::atomic<bool> trigger_out_{false};
   std::atomic<Clock::time_point> triggered_at_{Clock::time_point{}};
 
@@ -185,7 +185,7 @@ class AravisDevice : public Device {
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   TransportFigures transport_ ULF_GUARDED_BY(mutex_);  // as they were remembered last
   std::uint64_t wrong_packet_ids_ ULF_GUARDED_BY(mutex_) = 0;
-  // The URI with the values that the automatics had reached; empty: uri_.
+  // Returns the URI with the values that the automatics had reached; empty: uri_.
   std::string held_uri_ ULF_GUARDED_BY(mutex_);
 };
 
@@ -224,8 +224,8 @@ void AravisDevice::Start() {
       settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                        std::chrono::duration<double>(options_.settle_s));
   }
-  Must(uri_, "start of acquisition",
-       [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+  CallOrThrow(uri_, "start of acquisition",
+              [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
   if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, uri_);
   stop_ = false;
   state_ = DeviceState::kStreaming;
@@ -242,8 +242,8 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
   return frame;
 }
 
-// Switches the automatics off. From then on Info().uri contains the values that they had reached, so that a
-// camera opened by it takes the same pictures.
+// From then on Info().uri has the values that they reached, so that a camera opened by it takes the same
+// pictures.
 void AravisDevice::Freeze() {
   const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
   some_stay_on_ = HasAutomaticOn(*session_, options_);
@@ -280,7 +280,7 @@ void AravisDevice::Stop() {
   queue_->Close();
   // Asks first, because every call to a camera that is gone waits for all its retries.
   const bool gone =
-      !gige_address_.empty() && AskGigeControl(gige_address_, kAskAtStop) == GigeControl::kNoAnswer;
+      !gige_address_.empty() && QueryGigeControl(gige_address_, kAskAtStop) == GigeControl::kNoAnswer;
   if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
   if (!gone) exposures_->Restore();
   exposures_.reset();
@@ -290,7 +290,7 @@ void AravisDevice::Stop() {
     CloseInBackground(std::move(session_));
     return;
   }
-  Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
   session_->ReleaseStream();
   if (state_ == DeviceState::kLost)
     session_.reset();  // the camera answers: returns control at once
@@ -328,7 +328,7 @@ void AravisDevice::Capture() {
       remembered = Clock::now();
     }
     for (std::string& note : stream_->TakeNotes(!first_of_stream_)) events_.Notice(std::move(note));
-    if (const auto words = buffer ? clock_of_camera_->Look() : std::nullopt)  // a camera that is gone blocks
+    if (const auto words = buffer ? clock_of_camera_->Poll() : std::nullopt)  // a camera that is gone blocks
       events_.Notice(*words);
     const auto since = FramesAreDue() ? std::max(stall.LastFrame(), triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
@@ -337,7 +337,7 @@ void AravisDevice::Capture() {
       events_.Notice(
           "the camera sends packets from another port than it reports: from now on ulf checks only their "
           "address");
-    if (!FramesAreDue()) stall.Forget();
+    if (!FramesAreDue()) stall.EndStall();
     const bool waits_for_trigger = options_.Triggered() && !trigger_out_;
     if (const auto why = watch.LossReason(silence_s, waits_for_trigger, stream_->RefusedPackets())) {
       Lose(*why);
@@ -353,14 +353,14 @@ bool AravisDevice::ChunksFail() const {
   return session_->IsUsb() && !configured_.chunks.empty() && broken_ >= kBrokenByChunks && !one_was_whole_;
 }
 
-// Begins the stream anew, without.
+// Begins the stream again without chunk data.
 void AravisDevice::GiveUpChunks() {
   events_.Notice(fmt::format(
       "chunk data are switched on, but none of the first frames ({}) came whole: the camera perhaps "
       "sends none. They are switched off, and exposure, gain and time are taken from the settings and "
       "the stream (chunks=off says so from the start)",
       broken_));
-  Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
   frames_.reset();
   stream_.reset();
   session_->ReleaseStream();
@@ -370,8 +370,8 @@ void AravisDevice::GiveUpChunks() {
   exposures_->LookAgain(TellsExposures());
   statistics_.NumbersRestart();
   first_of_stream_ = true;
-  Must(uri_, "start of acquisition",
-       [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+  CallOrThrow(uri_, "start of acquisition",
+              [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
 }
 
 void AravisDevice::Lose(const std::string& problem) {

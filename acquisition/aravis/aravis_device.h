@@ -1,4 +1,4 @@
-// Machine-vision cameras (GigE Vision, USB3 Vision) through Aravis: `aravis:ID?option=value&...`.
+// Opens machine-vision cameras (GigE Vision, USB3 Vision) through Aravis: `aravis:ID?option=value&...`.
 //
 // ID: an IPv4 address (opened at once), a serial number, one of Aravis's ids (Vendor-Serial,
 // Vendor-Model-Serial) or a hardware address, each found by discovery, which takes a second; empty: the first
@@ -79,11 +79,11 @@ std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri);
 // be read, not written.
 std::unique_ptr<FeatureAccess> OpenAravisFeatures(const DeviceUri& uri);
 
-// The id that the library opens for the ID of a URI (what an ID may be stands above): at once for an
+// Returns the id that the library opens for the ID of a URI (what an ID may be stands above): at once for an
 // address, after a second of discovery for anything else. Throws Error that lists the cameras found.
 std::string ResolveAravis(const std::string& uri, const std::string& id);
 
-// Every camera on every network and USB port; takes about a second. Where a camera cannot be opened,
+// Returns every camera on every network and USB port; takes about a second. Where a camera cannot be opened,
 // `problem` says why and what to do: another program controls it (which one, where the camera tells), it is
 // in another network, or this user may not open the USB device.
 std::vector<DeviceInfo> ListAravisDevices();

@@ -15,7 +15,7 @@ struct Discovered {
   std::string id, physical_id, address, vendor, model, serial, protocol;
 
   bool IsGige() const { return protocol == "GigEVision"; }
-  // GigE Vision cameras open by address: without discovery, and also through routers.
+  // GigE Vision cameras are opened by address, which needs no discovery and works through routers.
   std::string OpenBy() const { return IsGige() && !address.empty() ? address : id; }
   bool IsNamed(const std::string& name) const {
     return name == id || name == serial || name == physical_id || name == address ||
@@ -42,10 +42,10 @@ bool IsIpv4(const std::string& text) {
 }
 
 std::string GigeProblem(const Discovered& camera) {
-  const GigeControl control = AskGigeControl(camera.address);
+  const GigeControl control = QueryGigeControl(camera.address);
   if (control == GigeControl::kFree) return "";
   if (control == GigeControl::kControlled) {
-    const std::string who = AskGigeController(camera.address);
+    const std::string who = QueryGigeController(camera.address);
     return fmt::format(
         "another program controls it{}; close that program (its control ends some seconds later)",
         who.empty() ? "" : ", from " + who);

@@ -20,11 +20,11 @@ constexpr double kPatienceS = 3;                    // beside the exposure itsel
 bool AreTheSame(double a_s, double b_s) { return std::abs(a_s - b_s) <= kSameShare * b_s + kSameS; }
 
 bool Has(ArvDevice* device, const char* feature) {
-  return Maybe([&](GError** e) { return arv_device_is_feature_available(device, feature, e); }, FALSE) !=
+  return CallOr([&](GError** e) { return arv_device_is_feature_available(device, feature, e); }, FALSE) !=
          FALSE;
 }
 
-// 0 and 0: not told.
+// Returns 0 and 0 when the camera does not tell.
 std::pair<double, double> BoundsOf(const AravisNumber& number) {
   try {
     return number.Bounds("the camera");
@@ -97,7 +97,7 @@ void AravisExposures::LookAgain() {
   kind_ = has_sequencer ? ExposureRequests::kSequencer : ExposureRequests::kSetTime;
 }
 
-StillRequest AravisExposures::Ask(const std::vector<double>& stops) {
+StillRequest AravisExposures::Request(const std::vector<double>& stops) {
   const MutexLock lock(mutex_);
   if (busy_ || kind_ == ExposureRequests::kNone || stops.empty()) return StillRequest::kBusy;
   asked_ = stops;

@@ -1,12 +1,12 @@
-// Exposures that are asked for one after another while the camera streams (Device::RequestExposures).
+// Takes requested exposures one after another while the camera streams (Device::RequestExposures).
 //
-// A camera that has a sequencer (SFNC SequencerMode) and says each frame's exposure (chunk data) goes through
-// the exposures by itself, from frame to frame. Of any other, each exposure time is set and the frame awaited
-// that has it: where chunk data say so, the first that says it; else the fourth after the setting, because a
-// camera may have exposed the next one already and two more may be on their way. In between a frame's
-// exposure is 0 (unknown).
+// A camera that has a sequencer (SFNC SequencerMode) and reports each frame's exposure (chunk data) changes
+// the exposure by itself, from frame to frame. For any other, each exposure time is set and the frame awaited
+// that has it: by chunk data the first that reports it, else the fourth after the setting, because a camera
+// may have exposed the next one already and two more may be in transit. In between a frame's exposure is 0
+// (unknown).
 //
-// All but Ask() belongs to the thread that takes frames.
+// All but Request() belongs to the thread that takes frames.
 #pragma once
 
 #include <atomic>
@@ -27,27 +27,26 @@ namespace ulf::acquisition {
 
 class AravisExposures {
  public:
-  // `frames_tell`: chunk data tell each frame's exposure. `triggered_by_software`: no frame is on its way but
-  // the one that was asked for.
+  // `frames_tell`: chunk data report each frame's exposure. `triggered_by_software`: no frame is in transit
+  // but the requested one.
   AravisExposures(const AravisSession& session, bool frames_tell, bool triggered_by_software);
 
   ExposureRequests Kind() const { return kind_; }  // from any thread
-  // Asks the camera what it can, as at the beginning: an automatic may have been switched off, or the chunk
-  // data.
+  // Reads the camera's abilities again: an automatic or the chunk data may have been switched off.
   void LookAgain();
   void LookAgain(bool frames_tell) {
     frames_tell_ = frames_tell;
     LookAgain();
   }
-  // From any thread.
-  StillRequest Ask(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
-  // Sets what is due.
+  // Requests exposures by their stops, from any thread.
+  StillRequest Request(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
+  // Sets the exposure that is due.
   void Step();
-  // A complete frame came.
+  // Labels a complete frame with its exposure.
   void Label(Frame& frame);
-  // Sets the exposure before the first request, where exposures are still to come.
+  // Sets the exposure from before the first request, where exposures are still to come.
   void Restore();
-  // What to say, once each.
+  // Returns messages for people, each once.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 
  private:

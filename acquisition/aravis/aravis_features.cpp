@@ -39,7 +39,7 @@ std::string SquashSpace(const std::string& text) {
   return squashed;
 }
 
-// A property (Streamable, Visibility) among a node's children; none: the description does not give it.
+// Returns a property (Streamable, Visibility) among a node's children; none if there is none.
 template <typename Value, typename Read>
 std::optional<Value> Property(ArvGcNode* node, const char* name, Value undefined, Read read) {
   for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child;
@@ -98,7 +98,7 @@ class AravisFeatures : public FeatureAccess {
     // With the present binning. Offsets reduce the limit of Width, but not WidthMax.
     const auto largest = [&](const char* of_image, void (*bounds)(ArvCamera*, gint*, gint*, GError**)) {
       gint low = 0, high = 0;
-      Try([&](GError** e) { bounds(camera, &low, &high, e); });
+      CallIgnoringErrors([&](GError** e) { bounds(camera, &low, &high, e); });
       const auto feature = Read(of_image, "");
       return feature && feature->readable ? std::max(high, std::atoi(feature->value.c_str())) : high;
     };
@@ -106,12 +106,13 @@ class AravisFeatures : public FeatureAccess {
                          .height = largest("HeightMax", arv_camera_get_height_bounds),
                          .any_size = true};
     double slowest = 0, fastest = 0;
-    if (Maybe([&](GError** e) { return arv_camera_is_frame_rate_available(camera, e); }, false))
-      Try([&](GError** e) { arv_camera_get_frame_rate_bounds(camera, &slowest, &fastest, e); });
+    if (CallOr([&](GError** e) { return arv_camera_is_frame_rate_available(camera, e); }, false))
+      CallIgnoringErrors(
+          [&](GError** e) { arv_camera_get_frame_rate_bounds(camera, &slowest, &fastest, e); });
     common.any_fps = fastest > 0 && fastest < kUnlimitedFps;
     if (common.any_fps) common.fps = {slowest, fastest};
     std::vector<OfferedFormat> formats;
-    for (const std::string& name : MaybeNames([&](guint*count, GError**e) {
+    for (const std::string& name : CallForNames([&](guint*count, GError**e) {
            return arv_camera_dup_available_pixel_formats_as_strings(camera, count, e);
          })) {
       formats.push_back(common);
@@ -148,7 +149,7 @@ class AravisFeatures : public FeatureAccess {
     }
     const std::string value = CheckedValue(info_.uri, *feature, text);
     if (feature->type == FeatureType::kCommand)
-      return Must(info_.uri, name, [&](GError** e) {
+      return CallOrThrow(info_.uri, name, [&](GError** e) {
         return arv_device_execute_command(session_->Device(), name.c_str(), e);
       });
     if (const std::string why = WriteSetting(*session_, name, value); !why.empty())
@@ -185,7 +186,7 @@ class AravisFeatures : public FeatureAccess {
     const auto type = node ? TypeOf(node) : std::nullopt;
     if (!type) return std::nullopt;
     ArvGcFeatureNode* feature_node = ARV_GC_FEATURE_NODE(node);
-    if (!Maybe([&](GError** e) { return arv_gc_feature_node_is_implemented(feature_node, e); }, true))
+    if (!CallOr([&](GError** e) { return arv_gc_feature_node_is_implemented(feature_node, e); }, true))
       return std::nullopt;
     CameraFeature feature;
     feature.name = name;
@@ -197,10 +198,10 @@ class AravisFeatures : public FeatureAccess {
     feature.visibility = VisibilityOf(node);
     feature.streamable = StreamableOf(node).value_or(!description_marks_streamable_);
     const bool available =
-        Maybe([&](GError** e) { return arv_gc_feature_node_is_available(feature_node, e); }, true);
+        CallOr([&](GError** e) { return arv_gc_feature_node_is_available(feature_node, e); }, true);
     // The library's access mode does not include the lock.
     const bool locked =
-        Maybe([&](GError** e) { return arv_gc_feature_node_is_locked(feature_node, e); }, false);
+        CallOr([&](GError** e) { return arv_gc_feature_node_is_locked(feature_node, e); }, false);
     const ArvGcAccessMode access = arv_gc_feature_node_get_actual_access_mode(feature_node);
     feature.readable = available && access != ARV_GC_ACCESS_MODE_WO && *type != FeatureType::kCommand;
     feature.writable = available && !locked && access != ARV_GC_ACCESS_MODE_RO;
@@ -221,24 +222,24 @@ class AravisFeatures : public FeatureAccess {
       constexpr gint64 kLeast = std::numeric_limits<gint64>::min(),
                        kMost = std::numeric_limits<gint64>::max();
       ArvGcInteger* integer = ARV_GC_INTEGER(node);
-      const gint64 low = Maybe([&](GError** e) { return arv_gc_integer_get_min(integer, e); }, kLeast);
-      const gint64 high = Maybe([&](GError** e) { return arv_gc_integer_get_max(integer, e); }, kMost);
-      const gint64 step = Maybe([&](GError** e) { return arv_gc_integer_get_inc(integer, e); }, gint64{1});
+      const gint64 low = CallOr([&](GError** e) { return arv_gc_integer_get_min(integer, e); }, kLeast);
+      const gint64 high = CallOr([&](GError** e) { return arv_gc_integer_get_max(integer, e); }, kMost);
+      const gint64 step = CallOr([&](GError** e) { return arv_gc_integer_get_inc(integer, e); }, gint64{1});
       if (low != kLeast) feature.min = static_cast<double>(low);
       if (high != kMost) feature.max = static_cast<double>(high);
       if (step > 0) feature.step = static_cast<double>(step);
       feature.unit = Text(arv_gc_integer_get_unit(integer));
     } else if (feature.type == FeatureType::kFloat) {
       ArvGcFloat* real = ARV_GC_FLOAT(node);
-      const double low = Maybe([&](GError** e) { return arv_gc_float_get_min(real, e); }, -DBL_MAX);
-      const double high = Maybe([&](GError** e) { return arv_gc_float_get_max(real, e); }, DBL_MAX);
-      const double step = Maybe([&](GError** e) { return arv_gc_float_get_inc(real, e); }, 0.0);
+      const double low = CallOr([&](GError** e) { return arv_gc_float_get_min(real, e); }, -DBL_MAX);
+      const double high = CallOr([&](GError** e) { return arv_gc_float_get_max(real, e); }, DBL_MAX);
+      const double step = CallOr([&](GError** e) { return arv_gc_float_get_inc(real, e); }, 0.0);
       if (std::isfinite(low) && low > -DBL_MAX) feature.min = low;
       if (std::isfinite(high) && high < DBL_MAX) feature.max = high;
       if (std::isfinite(step) && step > 2 * DBL_MIN) feature.step = step;
       feature.unit = Text(arv_gc_float_get_unit(real));
     } else if (feature.type == FeatureType::kEnumeration) {
-      feature.choices = MaybeNames([&](guint* count, GError** e) {
+      feature.choices = CallForNames([&](guint* count, GError** e) {
         return arv_gc_enumeration_dup_available_string_values(ARV_GC_ENUMERATION(node), count, e);
       });
     }

@@ -39,7 +39,7 @@ AravisFrames::AravisFrames(const AravisSession& session, AravisConfigured config
   chunk_gain_is_known_ = gain_in_decibels || !names.gain.empty();
   // Cameras of GigE Vision 1.x count ticks of their own.
   if (!ARV_IS_GV_DEVICE(session.Device())) return;
-  const guint64 ticks_per_s = Maybe(
+  const guint64 ticks_per_s = CallOr(
       [&](GError** e) {
         return arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(session.Device()), e);
       },
@@ -116,12 +116,12 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
     return;
   }
   const auto real = [&](const char* name) {
-    return Maybe([&](GError** e) { return arv_chunk_parser_get_float_value(chunks_, buffer, name, e); },
-                 std::nan(""));
+    return CallOr([&](GError** e) { return arv_chunk_parser_get_float_value(chunks_, buffer, name, e); },
+                  std::nan(""));
   };
   const auto whole = [&](const char* name) {
-    return Maybe([&](GError** e) { return arv_chunk_parser_get_integer_value(chunks_, buffer, name, e); },
-                 gint64{-1});
+    return CallOr([&](GError** e) { return arv_chunk_parser_get_integer_value(chunks_, buffer, name, e); },
+                  gint64{-1});
   };
   const auto has = [&](const char* chunk) {
     return std::find(configured_.chunks.begin(), configured_.chunks.end(), chunk) != configured_.chunks.end();

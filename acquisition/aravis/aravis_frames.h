@@ -10,7 +10,7 @@
 
 namespace ulf::acquisition {
 
-// Why a frame is incomplete, for messages.
+// Returns why a frame is incomplete, for messages.
 std::string BufferStatusText(ArvBufferStatus status);
 
 class AravisFrames {

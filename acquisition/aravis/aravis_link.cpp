@@ -21,17 +21,19 @@ constexpr int kLocalPacketSize = 7800;
 bool NegotiatePacketSize(ArvCamera* camera) {
   constexpr gint64 kSafePacketSize = 576;  // every IPv4 network passes it
   gint64 low = 0, high = 0;
-  Try([&](GError** e) { arv_camera_get_integer_bounds(camera, "GevSCPSPacketSize", &low, &high, e); });
+  CallIgnoringErrors(
+      [&](GError** e) { arv_camera_get_integer_bounds(camera, "GevSCPSPacketSize", &low, &high, e); });
   const auto read = [&] {
-    return Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0});
+    return CallOr([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0});
   };
   const auto write = [&](gint64 size) {
-    Try([&](GError** e) { arv_camera_gv_set_packet_size(camera, static_cast<gint>(size), e); });
+    CallIgnoringErrors(
+        [&](GError** e) { arv_camera_gv_set_packet_size(camera, static_cast<gint>(size), e); });
   };
   const guint own = read();
   write(std::max(kSafePacketSize, low));
   const guint smallest = read();
-  Try([&](GError** e) { arv_camera_gv_auto_packet_size(camera, e); });
+  CallIgnoringErrors([&](GError** e) { arv_camera_gv_auto_packet_size(camera, e); });
   const bool found = read() > smallest;
   if (!found) write(own);
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
@@ -46,7 +48,7 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
   if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
   const auto own = [&] {
     return static_cast<int>(
-        Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0}));
+        CallOr([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0}));
   };
   if (packet_size) {
     arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
@@ -72,18 +74,18 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
   // The register is optional.
   const gint64 delay_ns = options.packet_delay_ns.value_or(0);
   const auto reads_delay = [&](gint64 otherwise) {
-    return Maybe([&](GError** e) { return arv_camera_gv_get_packet_delay(camera, e); }, otherwise);
+    return CallOr([&](GError** e) { return arv_camera_gv_get_packet_delay(camera, e); }, otherwise);
   };
   const bool taken =
       reads_delay(-1) == delay_ns ||
-      Maybe([&](GError** e) { return arv_camera_gv_set_packet_delay(camera, delay_ns, e), true; }, false);
+      CallOr([&](GError** e) { return arv_camera_gv_set_packet_delay(camera, delay_ns, e), true; }, false);
   link.packet_delay_ns = reads_delay(0);
   if (options.packet_delay_ns && (!taken || std::abs(link.packet_delay_ns - delay_ns) > delay_ns / 10))
     notes.push_back(fmt::format("changed packet_delay_ns={} to {}", delay_ns, link.packet_delay_ns));
 }
 
 std::string SwitchOf(const AravisSession& session, const FeatureNames& names) {
-  return Text(Maybe(
+  return Text(CallOr(
       [&](GError** e) { return arv_camera_get_string(session.Camera(), names.throughput_mode.c_str(), e); },
       static_cast<const char*>(nullptr)));
 }

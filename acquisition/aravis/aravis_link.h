@@ -1,5 +1,5 @@
-// What a camera puts on its link: the size of its packets and the pause between them (GigE Vision), and how
-// many bytes a second it limits itself to.
+// Configures a camera's link: the size of its packets and the pause between them (GigE Vision), and its limit
+// of bytes a second.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct AravisLink {
   int packet_size = 0;
   bool packet_size_negotiated = false;  // found with test packets; else asked for, or the camera's own
   std::int64_t packet_delay_ns = 0;
-  // Bytes a second that the camera limits itself to; none: it does not.
+  // The camera's own limit of bytes a second; none: it has none.
   std::optional<double> throughput_limit;
 };
 

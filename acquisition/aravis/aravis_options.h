@@ -1,4 +1,4 @@
-// The options of an `aravis:` URI (aravis_device.h lists them), read before any camera is opened.
+// Reads the options of an `aravis:` URI (aravis_device.h lists them) before any camera is opened.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct AravisBinning {
   int x = 1, y = 1;
 };
 
-// Either adjusted once by the camera itself, or these ratios to green.
+// White balance: adjusted once by the camera itself, or these ratios to green.
 struct AravisWhiteBalance {
   bool by_camera = false;
   double red = 1, blue = 1;

@@ -33,9 +33,9 @@ Steps StepsOf(const AravisSession& session, const std::string& who, const char* 
     if (const std::optional<double> now = AravisNumber(session, feature).Read())
       return {std::llround(*now), std::llround(*now), 1, fmt::format("{} is read-only", feature)};
   gint64 low = 0, high = 0;
-  Must(who, feature,
-       [&](GError** e) { arv_camera_get_integer_bounds(session.Camera(), feature, &low, &high, e); });
-  const gint64 step = Maybe(
+  CallOrThrow(who, feature,
+              [&](GError** e) { arv_camera_get_integer_bounds(session.Camera(), feature, &low, &high, e); });
+  const gint64 step = CallOr(
       [&](GError** e) { return arv_camera_get_integer_increment(session.Camera(), feature, e); }, gint64{1});
   // A description without limits has those of its registers.
   return {std::max<std::int64_t>(low, -kUntold), std::min<std::int64_t>(high, kUntold),
@@ -48,8 +48,8 @@ struct Axis {
 constexpr Axis kAxes[] = {{"OffsetX", "SensorWidth", "WidthMax", "BinningHorizontal", "DecimationHorizontal"},
                           {"OffsetY", "SensorHeight", "HeightMax", "BinningVertical", "DecimationVertical"}};
 
-// The sensor along an axis, in pixels of the image, beside a size that is fixed; 0: the camera does not tell
-// it. A largest size that is the fixed one tells nothing, because no other size is possible.
+// Returns the sensor along an axis, in pixels of the image, beside a size that is fixed; 0: the camera does
+// not tell it. A largest size that is the fixed one tells nothing, because no other size is possible.
 std::int64_t SensorBeside(const AravisSession& session, const Axis& axis, std::int64_t size) {
   const auto read = [&](const char* feature) {
     return std::llround(AravisNumber(session, feature).Read().value_or(0));
@@ -61,8 +61,8 @@ std::int64_t SensorBeside(const AravisSession& session, const Axis& axis, std::i
   return largest > size ? largest : 0;
 }
 
-// Where an image of `size` may begin, which is one of `sizes`. The camera's limits belong to the present
-// size: they hold for one that is fixed, and are computed for others.
+// Returns where an image of `size` may begin, which is one of `sizes`. The camera's limits belong to the
+// present size: they hold for one that is fixed, and are computed for others.
 Steps OffsetsOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
                 std::int64_t size) {
   Steps offsets = StepsOf(session, who, axis.offset);
@@ -74,8 +74,8 @@ Steps OffsetsOf(const AravisSession& session, const std::string& who, const Axis
   return offsets;
 }
 
-// Where the last pixel that the camera can send ends along an axis; 0: it has no limit. A size that is fixed
-// is not the sensor's; the offsets beside it reach as far as the sensor does.
+// Returns where the last pixel that the camera can send ends along an axis; 0: it has no limit. A size that
+// is fixed is not the sensor's; the offsets beside it reach as far as the sensor does.
 int EndOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
           bool has_offsets) {
   std::int64_t end = sizes.fixed.empty() ? sizes.high : SensorBeside(session, axis, sizes.low);
@@ -100,8 +100,8 @@ std::string Text(const Steps& steps) {
 }
 
 bool IsThere(const AravisSession& session, const char* feature) {
-  return Maybe([&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature, e); },
-               false);
+  return CallOr([&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature, e); },
+                false);
 }
 
 bool IsChoice(const AravisSession& session, const char* feature) {
@@ -127,7 +127,7 @@ void WriteReduction(const AravisSession& session, const std::string& who, const 
                     "");
     return RequireSetting(session, who, asked, feature, fmt::format("{}", factor));
   }
-  const std::vector<std::string> choices = MaybeNames([&](guint* count, GError** e) {
+  const std::vector<std::string> choices = CallForNames([&](guint* count, GError** e) {
     return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature, count, e);
   });
   const auto choice = std::find_if(choices.begin(), choices.end(),
@@ -146,12 +146,12 @@ int ReductionOf(const AravisSession& session, const char* feature) {
   if (!IsThere(session, feature)) return 1;
   if (IsChoice(session, feature))
     return ReductionIn(
-               Text(Maybe([&](GError** e) { return arv_camera_get_string(session.Camera(), feature, e); },
-                          static_cast<const char*>(nullptr))))
+               Text(CallOr([&](GError** e) { return arv_camera_get_string(session.Camera(), feature, e); },
+                           static_cast<const char*>(nullptr))))
         .value_or(1);
   return static_cast<int>(std::max(
       gint64{1},
-      Maybe([&](GError** e) { return arv_camera_get_integer(session.Camera(), feature, e); }, gint64{1})));
+      CallOr([&](GError** e) { return arv_camera_get_integer(session.Camera(), feature, e); }, gint64{1})));
 }
 
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked) {
@@ -174,8 +174,8 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
                                     const std::optional<AravisRegion>& asked, bool is_mosaic,
                                     std::vector<std::string>& notes) {
   const bool has_offsets =
-      Maybe([&](GError** e) { return arv_camera_is_region_offset_available(session.Camera(), e); }, false);
-  // Sets the offsets to zero first, because they limit the sizes.
+      CallOr([&](GError** e) { return arv_camera_is_region_offset_available(session.Camera(), e); }, false);
+  // The offsets must be zero first, because they limit the sizes.
   if (has_offsets)
     for (const char* offset : {"OffsetX", "OffsetY"})
       if (const std::string why = WriteSetting(session, offset, "0"); !why.empty() && !asked)

@@ -1,4 +1,4 @@
-// Sets the part of the sensor that a camera sends, and how many of its pixels become one.
+// Sets the part of the sensor that a camera sends, and its binning.
 //
 // A camera accepts widths, heights and offsets within limits and in steps of its own, and these limits depend
 // on each other. They follow from the pixel format, the binning and offsets of zero, which are therefore
@@ -17,8 +17,8 @@
 
 namespace ulf::acquisition {
 
-// Where the last pixel that the camera can send ends, with the present binning: the largest image or, beside
-// a fixed size, what the offsets reach; 0: it has no limit.
+// Describes the right and lower limit of pixels that the camera can send with the present binning: the
+// largest image or, beside a fixed size, what the offsets reach; 0: no limit.
 struct AravisImageLimits {
   int width = 0, height = 0;
 };
@@ -29,13 +29,12 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
                                     const std::optional<AravisRegion>& asked, bool is_mosaic,
                                     std::vector<std::string>& notes);
 
-// Pixels of the sensor that become one of the image along one axis: 1 where the camera has no such feature
-// (BinningHorizontal, DecimationVertical, ...). Some cameras have a number, others a choice whose name ends
-// with it (BinningHorizontal2).
+// Returns how many pixels of the sensor become one of the image along one axis: 1 where the camera has no
+// such feature (BinningHorizontal, DecimationVertical, ...). Some cameras have a number, others a choice
+// whose name ends with it (BinningHorizontal2).
 int ReductionOf(const AravisSession& session, const char* feature);
 
-// Throws Refusal for a binning that the camera does not have. What the last program set is undone where none
-// is asked for.
+// Throws Refusal for a binning that the camera does not have. Without a request binning is undone.
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked);
 
 }  // namespace ulf::acquisition

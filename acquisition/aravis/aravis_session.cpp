@@ -30,7 +30,7 @@ constexpr milliseconds kControlTimeout(400);
 constexpr std::chrono::minutes kWarnAgain(1);
 
 std::string ControllerText(const std::string& address) {
-  const std::string who = AskGigeController(address);
+  const std::string who = QueryGigeController(address);
   return "another program controls this camera" + (who.empty() ? "" : ", from " + who);
 }
 
@@ -48,13 +48,12 @@ void WarnSometimes(const std::string& text) {
   spdlog::warn("{}", text);
 }
 
-// Waits for a camera that another program controls. The library would retry for seconds without a message,
-// both in this case and for an address without a camera.
+// The library would retry for seconds without a message, as for an address without a camera.
 void WaitForControl(const std::string& who, const std::string& address, AravisSession::Wanted wanted) {
   const auto begin = Clock::now();
   bool said = false;
   for (;;) {
-    const GigeControl control = AskGigeControl(address, kControlTimeout);
+    const GigeControl control = QueryGigeControl(address, kControlTimeout);
     if (control == GigeControl::kNoAnswer) {
       const std::string elsewhere =
           WrongNetworkText({.address = address, .netmask = "0.0.0.0"}, NetworkInterfaces());
@@ -89,9 +88,9 @@ std::unique_ptr<AravisSession> AravisSession::Open(const std::string& who, const
                                                    Wanted wanted) {
   if (g_hostname_is_ip_address(open_by.c_str())) WaitForControl(who, open_by, wanted);
   try {
-    return std::make_unique<AravisSession>(
-        Must(who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
-             [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));
+    return std::make_unique<AravisSession>(CallOrThrow(
+        who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
+        [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));
   } catch (const Error& error) {
     const std::string hint = UsbOpenHint(error.what(), UsbCameraPlaces());
     if (hint.empty()) throw;
@@ -129,7 +128,7 @@ bool AravisSession::IsUsb() const { return ARV_IS_UV_DEVICE(Device()); }
 
 bool AravisSession::UsbAnswers() const {
   guint32 version = 0;
-  return Maybe([&](GError** e) { return arv_device_read_register(Device(), 0, &version, e); }, FALSE);
+  return CallOr([&](GError** e) { return arv_device_read_register(Device(), 0, &version, e); }, FALSE);
 }
 
 std::string AravisSession::GigeAddress() const {
@@ -142,9 +141,9 @@ std::string AravisSession::GigeAddress() const {
 }
 
 void AravisSession::Describe(DeviceInfo& info) const {
-  info.maker = Text(Maybe([&](GError** e) { return arv_camera_get_vendor_name(camera_, e); }, ""));
-  info.model = Text(Maybe([&](GError** e) { return arv_camera_get_model_name(camera_, e); }, ""));
-  info.serial = Text(Maybe([&](GError** e) { return arv_camera_get_device_serial_number(camera_, e); }, ""));
+  info.maker = Text(CallOr([&](GError** e) { return arv_camera_get_vendor_name(camera_, e); }, ""));
+  info.model = Text(CallOr([&](GError** e) { return arv_camera_get_model_name(camera_, e); }, ""));
+  info.serial = Text(CallOr([&](GError** e) { return arv_camera_get_device_serial_number(camera_, e); }, ""));
   info.address = GigeAddress();
   info.bus = ARV_IS_GV_DEVICE(Device()) ? "GigEVision" : ARV_IS_UV_DEVICE(Device()) ? "USB3Vision" : "";
 }

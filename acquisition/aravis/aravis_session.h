@@ -19,7 +19,7 @@ namespace ulf::acquisition {
 
 class AravisSession {
  public:
-  // kReading: only to be read where another program controls the camera.
+  // kReading: the camera is only read where another program controls it.
   enum class Wanted { kControl, kReading };
   // `open_by`: from ResolveAravis(); `who` names the camera in errors. Where another program controls the
   // camera, logs that and waits: a killed program keeps control for some seconds. Throws Error.
@@ -42,14 +42,14 @@ class AravisSession {
   }
   bool ControlLost() const { return control_lost_.load(); }
   bool IsController() const;
-  // "another program controls this camera, from 192.0.2.5; close it ...", for error messages.
+  // Returns "another program controls this camera, from 192.0.2.5; close it ...", for error messages.
   std::string WhoControls() const;
-  // IPv4; empty for a camera on another bus.
+  // Returns the IPv4 address; empty for a camera on another bus.
   std::string GigeAddress() const;
   bool IsUsb() const;
-  // Whether a USB3 Vision camera answers a question; half a second where it does not.
+  // Returns whether a USB3 Vision camera answers a question; takes half a second where it does not.
   bool UsbAnswers() const;
-  // Maker, model, serial and bus.
+  // Fills in maker, model, serial and bus.
   void Describe(DeviceInfo& info) const;
 
  private:

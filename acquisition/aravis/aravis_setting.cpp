@@ -56,9 +56,9 @@ std::string WhyFixed(const AravisSession& session, const std::string& feature) {
   ArvGcNode* node = NodeOf(session, feature);
   if (!node || !ARV_IS_GC_FEATURE_NODE(node)) return "is not there";
   ArvGcFeatureNode* it = ARV_GC_FEATURE_NODE(node);
-  if (!Maybe([&](GError** e) { return arv_gc_feature_node_is_available(it, e); }, true)) return kNotNow;
+  if (!CallOr([&](GError** e) { return arv_gc_feature_node_is_available(it, e); }, true)) return kNotNow;
   if (IsReadOnly(session, feature)) return "is read-only";
-  if (Maybe([&](GError** e) { return arv_gc_feature_node_is_locked(it, e); }, false))
+  if (CallOr([&](GError** e) { return arv_gc_feature_node_is_locked(it, e); }, false))
     return "is locked by another setting";
   return "";
 }
@@ -68,7 +68,7 @@ std::optional<std::string> ReadSetting(const AravisSession& session, const std::
   const char* name = feature.c_str();
   const NodeKind kind = KindOf(NodeOf(session, feature));
   if (kind == NodeKind::kNone || kind == NodeKind::kCommand ||
-      !Maybe([&](GError** e) { return arv_device_is_feature_available(device, name, e); }, false))
+      !CallOr([&](GError** e) { return arv_device_is_feature_available(device, name, e); }, false))
     return std::nullopt;
   GError* error = nullptr;
   std::optional<std::string> text;
@@ -153,9 +153,10 @@ void AravisNumber::Write(const std::string& who, double value) const {
   if (!is_whole_)
     return Put(who, value, [&](GError** e) { arv_camera_set_float(camera_, name, value / unit_, e); });
   gint64 low = 0, high = 0;
-  Must(who, feature_, [&](GError** e) { arv_camera_get_integer_bounds(camera_, name, &low, &high, e); });
+  CallOrThrow(who, feature_,
+              [&](GError** e) { arv_camera_get_integer_bounds(camera_, name, &low, &high, e); });
   const gint64 step = std::max<gint64>(
-      1, Maybe([&](GError** e) { return arv_camera_get_integer_increment(camera_, name, e); }, gint64{1}));
+      1, CallOr([&](GError** e) { return arv_camera_get_integer_increment(camera_, name, e); }, gint64{1}));
   gint64 wanted = std::llround(value / unit_);
   // A camera that tells no smallest value counts its steps from 0.
   if (step > 1) {
@@ -170,11 +171,12 @@ std::pair<double, double> AravisNumber::Bounds(const std::string& who) const {
   const char* name = feature_.c_str();
   if (is_whole_) {
     gint64 low = 0, high = 0;
-    Must(who, feature_, [&](GError** e) { arv_camera_get_integer_bounds(camera_, name, &low, &high, e); });
+    CallOrThrow(who, feature_,
+                [&](GError** e) { arv_camera_get_integer_bounds(camera_, name, &low, &high, e); });
     return {unit_ * static_cast<double>(low), unit_ * static_cast<double>(high)};
   }
   double low = 0, high = 0;
-  Must(who, feature_, [&](GError** e) { arv_camera_get_float_bounds(camera_, name, &low, &high, e); });
+  CallOrThrow(who, feature_, [&](GError** e) { arv_camera_get_float_bounds(camera_, name, &low, &high, e); });
   return {unit_ * low, unit_ * high};
 }
 
@@ -183,9 +185,9 @@ double AravisNumber::Step() const {
   const char* name = feature_.c_str();
   const double step =
       is_whole_
-          ? static_cast<double>(Maybe(
+          ? static_cast<double>(CallOr(
                 [&](GError** e) { return arv_camera_get_integer_increment(camera_, name, e); }, gint64{1}))
-          : Maybe([&](GError** e) { return arv_camera_get_float_increment(camera_, name, e); }, 0.0);
+          : CallOr([&](GError** e) { return arv_camera_get_float_increment(camera_, name, e); }, 0.0);
   // Where a camera gives none, the library returns the smallest or the largest of its type.
   return std::isfinite(step) && step > 2 * DBL_MIN && step < 1e300 ? unit_ * step : 0;
 }

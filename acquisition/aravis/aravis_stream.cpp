@@ -60,8 +60,8 @@ void CheckUsbStream(ArvDevice* device, const std::string& who) {
   constexpr guint64 kSbrmAddress = 0x1d8, kSirmAddressInSbrm = 0x20;
   constexpr unsigned kMostAlignmentBits = 20;  // the library's transfers have 2^20 bytes
   const auto read = [&](guint64 address, auto value) {
-    Must(who, "the camera no longer answers; check power and cable",
-         [&](GError** e) { arv_device_read_memory(device, address, sizeof value, &value, e); });
+    CallOrThrow(who, "the camera no longer answers; check power and cable",
+                [&](GError** e) { arv_device_read_memory(device, address, sizeof value, &value, e); });
     return value;
   };
   const guint64 sirm = read(read(kSbrmAddress, guint64{0}) + kSirmAddressInSbrm, guint64{0});
@@ -80,7 +80,7 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
     : session_(session), options_(options), configured_(configured), thread_(std::make_shared<Thread>()) {
   thread_->wanted = options.priority;
   if (session.IsUsb()) CheckUsbStream(session.Device(), who);
-  session.TakeStream(Must(who, "stream (does another program control this camera?)", [&](GError** e) {
+  session.TakeStream(CallOrThrow(who, "stream (does another program control this camera?)", [&](GError** e) {
     return arv_camera_create_stream_full(
         session.Camera(), &AravisStream::OnStream, new std::shared_ptr<Thread>(thread_),
         [](void* thread) { delete static_cast<std::shared_ptr<Thread>*>(thread); }, e);
@@ -120,8 +120,8 @@ void AravisStream::Guard() {
   try {
     if (socket_ < 0) throw Error("the stream's socket was not found");
     const auto packet_bytes = static_cast<std::size_t>(
-        Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(session_.Camera(), e); }, guint{0}));
-    const auto port = Maybe(
+        CallOr([&](GError** e) { return arv_camera_gv_get_packet_size(session_.Camera(), e); }, guint{0}));
+    const auto port = CallOr(
         [&](GError** e) { return arv_device_get_integer_feature_value(session_.Device(), "ArvGevSCSP", e); },
         gint64{0});
     arv_stream_stop_thread(stream, FALSE);

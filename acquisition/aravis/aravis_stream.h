@@ -1,6 +1,6 @@
-// The receiving side of a session: the library's stream with its buffers, receive socket, resending and
-// thread priority as the options ask, and its counters under readable names. On GigE Vision the stream's
-// socket gets a packet filter (stream_guard.h) before the first buffer is queued.
+// Owns the receiving side of a session: the library's stream with its buffers, receive socket, resending and
+// thread priority according to the options, and its counters under readable names. On GigE Vision the
+// stream's socket gets a packet filter (stream_guard.h) before the first buffer is queued.
 #pragma once
 
 #include <atomic>
@@ -24,22 +24,21 @@ class AravisStream {
   AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
                const AravisConfigured& configured);
 
-  // A warning where the system granted a smaller receive buffer than asked for; none: it is large enough.
-  // Known when the first packets have arrived.
+  // Returns a warning where the system granted a smaller receive buffer than asked for; none if it is large
+  // enough. Known when the first packets have arrived.
   std::optional<std::string> SocketBufferWarning() const;
-  // What the system did not grant and which packets were refused, each said once. `frames_came`: the first
-  // has.
+  // Returns messages about what the system did not grant and which packets were refused, each once.
+  // `frames_came`: at least one frame has arrived.
   std::vector<std::string> TakeNotes(bool frames_came);
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
-  // Stops checking the source port, for a camera that reports a wrong one; true where it was checked until
-  // now.
+  // Stops checking the source port, for a camera that reports a wrong one; true where it was checked.
   bool AllowAnyPort();
-  // Counters and settings for display. Only for the thread that pops buffers, or while that thread is
-  // stopped.
+  // Returns counters and settings for display. Only the thread that pops buffers may call it, or any while
+  // that thread is stopped.
   TransportFigures Transport() const;
 
  private:
-  // Outlives this object: the library's thread ends when the session does.
+  // The state of the library's thread, which outlives this object and ends with the session.
   struct Thread {
     ThreadPriority wanted = ThreadPriority::kNormal;
     std::atomic<int> granted{-1};
@@ -51,9 +50,9 @@ class AravisStream {
   AravisConfigured configured_;
   std::shared_ptr<Thread> thread_;
   void Guard();
-  // Whether the system granted the priority; none: not yet known, or no priority was asked for.
+  // Returns whether the system granted the priority; none if not yet known, or no priority was asked for.
   std::optional<bool> PriorityGranted() const;
-  // The receive buffer that the kernel granted, in bytes; none where the socket was not found.
+  // Returns the receive buffer that the kernel granted, in bytes; none where the socket was not found.
   std::optional<std::size_t> GrantedSocketBuffer() const;
 
   int socket_ = -1;                              // the library's; -1: another bus, or not found

@@ -13,7 +13,7 @@ namespace ulf::acquisition {
 namespace {
 
 std::vector<std::string> ChoicesOf(const AravisSession& session, const std::string& feature) {
-  return MaybeNames([&](guint* count, GError** e) {
+  return CallForNames([&](guint* count, GError** e) {
     return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature.c_str(), count, e);
   });
 }
@@ -32,7 +32,7 @@ std::string WriteSource(const AravisSession& session, const std::string& feature
   if (why.empty() || !IsReadOnly(session, feature)) return why;
   ArvCamera* camera = session.Camera();
   arv_camera_set_access_check_policy(camera, ARV_ACCESS_CHECK_POLICY_DISABLE);
-  Try([&](GError** e) { arv_camera_set_string(camera, feature.c_str(), source.c_str(), e); });
+  CallIgnoringErrors([&](GError** e) { arv_camera_set_string(camera, feature.c_str(), source.c_str(), e); });
   arv_camera_set_access_check_policy(camera, ARV_ACCESS_CHECK_POLICY_ENABLE);
   if (ReadSetting(session, feature) != source) return why + ", and a write all the same was not taken";
   notes.push_back(fmt::format("took {}={} although its description calls that read-only", feature, source));

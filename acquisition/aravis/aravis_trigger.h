@@ -1,6 +1,7 @@
-// Lets a camera wait for triggers: of its software, or of one of its lines. Cameras differ in which triggers
-// there are to choose from (feature_names.h): some have one alone and no choice, some show a choice that
-// follows the mode, some start the exposure in place of the frame.
+// Lets a camera wait for triggers, by software or on one of its input lines (GenICam SFNC TriggerSelector,
+// TriggerMode, TriggerSource). Cameras differ in the triggers that they offer (feature_names.h): some have a
+// single one without a selector, on some the choices depend on the mode, some start the exposure in place of
+// the frame.
 #pragma once
 
 #include <string>
@@ -12,11 +13,11 @@
 
 namespace ulf::acquisition {
 
-// Switches every trigger off that can be: the camera runs free.
+// Switches off every trigger that can be, so that the camera runs free.
 void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names);
 
-// Nothing where the options ask for no trigger. Returns what is to be said. Throws Refusal that begins with
-// `who` for a trigger that the camera does not have.
+// Sets the trigger that the options name; does nothing where they name none. Returns messages for people.
+// Throws Refusal that begins with `who` for a trigger that the camera does not have.
 std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const std::string& who,
                                             const FeatureNames& names, const AravisOptions& options);
 

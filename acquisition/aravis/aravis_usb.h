@@ -1,5 +1,5 @@
-// What the system knows of USB3 Vision cameras (interface class 0xEF, 0x05) that the library does not tell:
-// where they are plugged in, at which speed, and who may open them.
+// Reads from the system what the library does not report about USB3 Vision cameras (interface class 0xEF,
+// 0x05): where they are plugged in, at which speed, and who may open them.
 #pragma once
 
 #include <cstddef>
@@ -19,29 +19,28 @@ struct UsbCameraPlace {
 
 // `sysfs`: the folder of the kernel's USB devices.
 std::vector<UsbCameraPlace> UsbCameraPlaces(const std::string& sysfs = "/sys/bus/usb/devices");
-// The one with this serial number; none where there is none, or several.
+// Returns the camera with this serial number; none where there is none, or several.
 std::optional<UsbCameraPlace> UsbCameraPlaceOf(const std::string& maker, const std::string& serial);
 
-// Another device that may take of what a camera's link carries: on its bus, at 480 Mbit/s or more.
+// Another device that may share the bandwidth of a camera's link: on its bus, at 480 Mbit/s or more.
 struct UsbNeighbour {
   std::string name;  // maker and product
   std::string port;
   int megabits = 0;
-  // "2-1": the hub nearest to both that all their data pass; empty: only the controller's own, each has a
-  // port of it.
+  // The nearest hub that the data of both pass, "2-1"; empty: each has a port of the controller.
   std::string hub;
   int hub_megabits = 0;  // of that hub's own link to the computer
 };
-// What hangs on the same bus as the device at `port`, by port; hubs themselves are not named.
+// Returns the other devices on the bus of the device at `port`, by port, without hubs.
 std::vector<UsbNeighbour> UsbNeighboursOf(const std::string& port,
                                           const std::string& sysfs = "/sys/bus/usb/devices");
 
-// How many bytes a second such a link carries of pixels; 0: unknown.
+// Returns how many bytes of pixels such a link carries a second; 0: unknown.
 double UsbBytesPerSecond(int megabits);
-// That it is connected at less than USB 3, and what to do; empty where it is not. With a payload also the
-// most frames a second.
+// Returns a message when the camera is connected at less than USB 3, with what to do and, for a given
+// payload, the most frames a second; empty when it is not.
 std::string SlowUsbText(const UsbCameraPlace& place, std::size_t payload_bytes = 0);
-// What to do when the library could not open a USB camera, from what it said; empty where nothing is known.
+// Returns what to do when the library could not open a USB camera for this reason; empty if unknown.
 std::string UsbOpenHint(const std::string& reason, const std::vector<UsbCameraPlace>& places);
 
 }  // namespace ulf::acquisition

@@ -61,7 +61,7 @@ std::optional<std::string> AravisWatch::LossReason(double silence_s, bool waits_
                              silence_s);
   }
   if (SecondsSince(asked_control_at_) > (waits_for_trigger ? kAskIdleS : kAskAgainS)) {
-    const GigeControl control = AskGigeControl(gige_address_, kAskWhileCapturing);
+    const GigeControl control = QueryGigeControl(gige_address_, kAskWhileCapturing);
     asked_control_at_ = Clock::now();
     control_answered_ = control != GigeControl::kNoAnswer;
     if (control == GigeControl::kFree)

@@ -1,4 +1,4 @@
-// Tells when a camera that sends no frames counts as stalled, and when it is lost. One object for one stream.
+// Decides when a camera that sends no frames counts as stalled, and when as lost. It serves one stream.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace ulf::acquisition {
 
-// A stream stalls after so many of its frame's periods at least. Guessed.
+// A stream counts as stalled after at least so many frame periods. Guessed.
 inline constexpr double kStallPeriods = 3;
 
 class AravisWatch {
@@ -23,17 +23,17 @@ class AravisWatch {
   // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall
   // between its frames.
   void FrameCame(double gap_s);
-  // Why the camera is lost; none: it is not. The library's heartbeat reports a broken control channel up to
-  // five seconds later. While no frame comes, this asks the camera directly, which is sooner: a camera that
-  // was restarted has no controller. `silence_s`: without a frame that is due. `refused_packets`: of a kind
-  // that the camera was not set to send.
+  // Returns why the camera is lost; none if it is not. The library's heartbeat reports a broken control
+  // channel up to five seconds later. While no frame comes, this asks the camera directly, which is sooner: a
+  // camera that was restarted has no controller. `silence_s`: without a frame that is due. `refused_packets`:
+  // of a kind that the camera was not set to send.
   std::optional<std::string> LossReason(double silence_s, bool waits_for_trigger,
                                         std::uint64_t refused_packets);
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  // As set, or as the last frames came.
+  // Returns the period as set, or as the last frames came.
   double PeriodSeconds() const;
 
   const AravisSession& session_;

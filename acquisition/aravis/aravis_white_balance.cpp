@@ -40,7 +40,7 @@ std::optional<double> ReadColour(const AravisSession& session, const FeatureName
   return AravisNumber(session, names.balance_ratio).Read();
 }
 
-// What a ratio of 1 is.
+// Returns what a ratio of 1 is.
 double GreenOf(const AravisSession& session, const FeatureNames& names) {
   const double green = names.balance_is_gain ? ReadColour(session, names, "Green").value_or(1) : 1;
   return green > 0 ? green : 1;

@@ -13,8 +13,7 @@ using Units = std::initializer_list<std::pair<const char*, double>>;
 
 constexpr auto kInteger = NodeKind::kInteger, kReal = NodeKind::kReal, kChoice = NodeKind::kChoice;
 
-// The first of the names that is of one of the kinds and suits; what is available goes before what may come
-// to be.
+// Returns the first of the names that is of one of the kinds and suits; available ones come first.
 template <typename Suits>
 std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Names names, Suits&& suits) {
   for (const bool available : {true, false})
@@ -28,7 +27,7 @@ std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Names names) 
   return FirstOfKinds(camera, kinds, names, [](const char*) { return true; });
 }
 
-// The first of the names that the feature has among its choices.
+// Returns the first of the names that the feature has among its choices.
 std::string FirstChoice(const NamedFeatures& camera, const std::string& feature, Names names) {
   if (feature.empty()) return "";
   const std::vector<std::string> choices = camera.choices_of(feature);

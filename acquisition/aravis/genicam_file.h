@@ -1,4 +1,4 @@
-// A camera's GenICam description (XML) on disk, read without the camera.
+// Reads a camera's GenICam description (XML) from disk, without the camera.
 #pragma once
 
 #include <filesystem>

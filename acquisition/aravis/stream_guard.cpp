@@ -38,8 +38,8 @@ constexpr std::uint32_t kTypeAt = 2, kFormatAt = 12, kWidthAt = 16, kHeightAt = 
 constexpr std::uint32_t kTypeMask = 0x3FFF, kImage = 1, kImageWithChunks = 5;
 constexpr std::uint32_t kWidest = 0xFFFF;  // so that a product has 32 bits
 
-// A program for the kernel's packet filter. Finish() fills in the jumps to its end. The program must never
-// read past a packet's end: the kernel would let such a packet through.
+// Finish() fills in the jumps to its end. The program must never read past a packet's end: the kernel would
+// let such a packet through.
 class Program {
  public:
   void Do(int code, std::uint32_t value) { code_.push_back({static_cast<std::uint16_t>(code), 0, 0, value}); }

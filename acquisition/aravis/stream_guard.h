@@ -37,7 +37,7 @@ class StreamGuard {
 
   std::uint64_t Refused() const;  // packets
   bool ChecksPort() const { return bounds_.source_port != 0; }
-  // For a camera that sends from another port than it told.
+  // Stops checking the sender's port, for a camera that sends from another port than it reported.
   void AllowAnyPort();
 
  private:

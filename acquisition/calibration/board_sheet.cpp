@@ -26,7 +26,7 @@ struct PageSize {
 };
 constexpr PageSize kPages[] = {{"a4", 210, 297}, {"a3", 297, 420}, {"letter", 215.9, 279.4}};
 
-// The scale bar as rectangles: a line with a tick at each end whose outer edges are bar_mm apart.
+// Returns the scale bar as rectangles: a line with a tick at each end whose outer edges are bar_mm apart.
 std::vector<RectangleMm> ScaleBar(const SheetLayout& layout) {
   constexpr double kTickMm = 4;
   const double x = layout.bar_x_mm, y = layout.bar_y_mm;

@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Thresholds of a calibration. All are guessed unless a comment says otherwise.
+// All are guessed unless a comment says otherwise.
 constexpr std::size_t kLeastViews = 4;  // fewer different views give no calibration
 // A view whose corners moved by less than this share of the image's width repeats another and is dropped.
 constexpr double kSamePlaceShare = 0.005;
@@ -27,15 +27,16 @@ constexpr double kGateSigmas = 4.5, kLeastGatePx = 0.1;
 // A view whose median error exceeds so many times the median of all views, and this many pixels, is dropped.
 constexpr double kViewFactor = 3, kLeastViewErrorPx = 0.3;
 constexpr int kOutlierRounds = 3;  // of removing outliers: each fit is better than the last
-// Refused: orientations of the board closer together than this (radians), and standard deviations of focal
-// length and principal point above this share (of the focal length, of the image's width).
+// A calibration is refused when orientations of the board are closer together than this (radians), or
+// standard deviations of focal length and principal point exceed this share (of the focal length, of the
+// image's width).
 constexpr double kLeastOrientationSpread = Radians(6), kMostRelativeSigma = 0.05;
 // Refused: focal lengths outside these multiples of the image's width; no lens is so wide or so long.
 constexpr double kShortestFocal = 0.05, kLongestFocal = 50;
-// Warnings, below or above: principal point this share of the width off the middle; so few views; share of
-// the image's cells with a corner; reach of the corners (half diagonals); tilt of the board (radians);
-// standard deviation of focal length and principal point (shares as above); RMS error in pixels; share of
-// outliers.
+// Warnings are given below or above these values: principal point this share of the width off the middle; so
+// few views; share of the image's cells with a corner; reach of the corners (half diagonals); tilt of the
+// board (radians); standard deviation of focal length and principal point (shares as above); RMS error in
+// pixels; share of outliers.
 constexpr double kWarnOffCenter = 0.1;
 constexpr std::size_t kWarnViews = 10;
 constexpr double kWarnCells = 0.7, kWarnReach = 0.75, kWarnTilt = Radians(12), kWarnRelativeSigma = 0.005,
@@ -58,7 +59,6 @@ const LensCandidate& FindCandidate(Distortion distortion, int coefficients, bool
   return LensCandidates().front();
 }
 
-// The median length of the residuals.
 double MedianErrorPx(const std::vector<Vector3d>& points, const std::vector<BoardView>& views,
                      const LensFit& fit) {
   std::vector<double> lengths;
@@ -68,7 +68,7 @@ double MedianErrorPx(const std::vector<Vector3d>& points, const std::vector<Boar
   return Median(std::move(lengths));
 }
 
-// The better of the richest models of both families. Corners that it cannot explain are outliers.
+// Returns the better of the richest models of both families. Corners that it cannot explain are outliers.
 std::optional<LensFit> RichFit(const std::vector<Vector3d>& points, const std::vector<BoardView>& views,
                                const CameraModel& start) {
   std::optional<LensFit> best;
@@ -86,7 +86,7 @@ std::optional<LensFit> RichFit(const std::vector<Vector3d>& points, const std::v
   return best;
 }
 
-// The indices of views that do not repeat another; the reports name the others.
+// Returns the indices of views that do not repeat another; the reports name the others.
 std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, double least_shift_px,
                                        std::vector<ViewReport>& reports) {
   std::vector<std::size_t> kept;
@@ -102,8 +102,7 @@ std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, doub
   return kept;
 }
 
-// Removes outlying corners from the views and drops views that do not fit; `indices` are those of the views
-// kept.
+// Removes outlying corners and views that do not fit; `indices` are those of the views kept.
 void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& start, CalibrationResult& result,
                     std::vector<std::size_t>& indices) {
   constexpr double kRayleighMedian = 1.1774;  // sqrt(2 ln 2): median length of a 2D Gaussian of sigma 1

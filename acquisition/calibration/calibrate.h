@@ -16,7 +16,7 @@
 
 namespace ulf::acquisition {
 
-// How the views cover the image and the orientations of the board.
+// Describes how the views cover the image and the orientations of the board.
 struct BoardCoverage {
   int columns = 8, rows = 6;
   std::vector<int> corners_in_cell = {};  // row by row
@@ -60,12 +60,12 @@ struct CalibrationResult {
 CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
                                      int height);
 
-// The mean distance, in pixels, between the corners that two views share; infinite when they share fewer than
-// four.
+// Returns the mean distance, in pixels, between the corners that two views share; infinite when they share
+// fewer than four.
 double MeanShiftPx(const BoardView& a, const BoardView& b);
 
-// A starting point: the focal length and lens family that explain the views best, by robust fits of few
-// parameters; none where no fit succeeds.
+// Returns a starting point: the focal length and lens family that explain the views best, by robust fits of
+// few parameters; none where no fit succeeds.
 std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector<BoardView>& views, int width,
                                            int height);
 

@@ -40,7 +40,7 @@ class Streaming {
 
 constexpr milliseconds kFrameWait(200);  // before the loop looks at `stop` again; guessed
 
-// The next frame; none: it is incomplete, or did not come in time.
+// Returns the next frame; none if it is incomplete, or did not come in time.
 std::optional<Frame> NextComplete(Device& device) {
   auto frame = device.Next(kFrameWait);
   if (device.State() == DeviceState::kLost)
@@ -84,7 +84,7 @@ class OtherBoardWatch {
  public:
   explicit OtherBoardWatch(const Board& said) : said_(said), points_(said.Points()) {}
 
-  // A picture without the board. Looked at are the first ones of a while, then fewer and fewer.
+  // Looked at are the first ones of a while, then fewer and fewer.
   void NotSeen(const cv::Mat& gray, bool is_photograph) {
     Keep(gray);
     if (is_photograph) ThrowIfOther({gray});
@@ -92,14 +92,14 @@ class OtherBoardWatch {
     next_ *= 4;
     ThrowIfOther({gray});
   }
-  // Some of the pictures without the board, spread over the while.
+  // Returns some of the pictures without the board, spread over the time.
   std::vector<cv::Mat> TakeUnseen() { return std::move(unseen_pictures_); }
   // The views so far: the first ones are looked at where their corners do not lie in a plane.
   void Taken(const std::vector<BoardView>& views, const std::vector<cv::Mat>& pictures) {
     constexpr std::size_t kFirst = 4;
     constexpr double kBent = 0.03;  // no lens bends a board so far; guessed
     if (views.size() != kFirst) return;
-    if (std::ranges::any_of(views, [&](const BoardView& view) { return BendOf(points_, view) > kBent; }))
+    if (std::ranges::any_of(views, [&](const BoardView& view) { return PlaneMisfit(points_, view) > kBent; }))
       ThrowIfOther(pictures);
   }
 
@@ -124,7 +124,7 @@ class OtherBoardWatch {
   int unseen_ = 0, apart_ = 1, next_ = 30;  // frames; guessed
 };
 
-// What a photograph showed, for its photographer.
+// Tells the photographer what a photograph showed.
 std::string Finding(ViewVerdict verdict, const CalibrationGuide& guide) {
   const std::string corners = guide.last() ? Counted(guide.last()->ids.size(), "corner") : "";
   switch (verdict) {
@@ -195,7 +195,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
       RequireSize(collected, gray, name);
       if (!photographs) photographs.emplace(board, gray.cols, gray.rows, options.least_views);
       const ViewVerdict verdict =
-          photographs->LookAtPhotograph(gray, fmt::format("photograph {}", ++photograph));
+          photographs->JudgePhotograph(gray, fmt::format("photograph {}", ++photograph));
       if (verdict == ViewVerdict::kNotSeen) {
         watch.NotSeen(gray, true);
       } else {
@@ -204,11 +204,11 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
         watch.Taken(collected.views, collected.pictures);
       }
       // What live frames showed there is not to be had: it is still wanted.
-      if (guide && verdict != ViewVerdict::kTaken) guide->ForgetLast();
+      if (guide && verdict != ViewVerdict::kTaken) guide->RemoveLast();
       options.say(fmt::format("photograph {}: {}; {}", photograph, Finding(verdict, *photographs),
-                              photographs->Enough()
-                                  ? "these are enough"
-                                  : fmt::format("{} next: {}", photographs->Map(), photographs->NextMove())));
+                              photographs->Enough() ? "these are enough"
+                                                    : fmt::format("{} next: {}", photographs->Map(),
+                                                                  photographs->NextInstruction())));
       show_picture(gray, *photographs, verdict);
     } else if (frame->kind == FrameKind::kLive) {
       if (!guide) guide.emplace(board, gray.cols, gray.rows, options.least_views);
@@ -221,7 +221,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
         continue;
       }
       if (!stills) RequireSize(collected, gray, name);
-      const ViewVerdict verdict = guide->Look(gray, name);
+      const ViewVerdict verdict = guide->JudgeFrame(gray, name);
       if (verdict == ViewVerdict::kNotSeen) watch.NotSeen(gray, false);
       if (verdict == ViewVerdict::kMoving) ++collected.moving;
       if (verdict == ViewVerdict::kTaken) {
@@ -236,7 +236,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
       options.show({guide->Share(),
                     fmt::format("{}, {}{}; seen {}{}", Counted(guide->views().size(), "view"), Name(verdict),
                                 verdict == ViewVerdict::kMoving && !is_taken ? ": hold still" : "",
-                                guide->Map(), is_taken ? "" : "; " + guide->NextMove())});
+                                guide->Map(), is_taken ? "" : "; " + guide->NextInstruction())});
       show_picture(gray, *guide, verdict);
     }
     const auto& judged = stills ? photographs : guide;

@@ -11,7 +11,7 @@
 
 namespace ulf::acquisition {
 
-// Why collecting views came to an end.
+// Describes why collecting views came to an end.
 enum class ViewsEnd { kEnough, kStopped, kDeviceEnded, kNoPhotograph };
 
 struct CollectedViews {
@@ -33,10 +33,9 @@ struct CalibrationCaptureOptions {
   std::string mode = "live";  // or "still": uses photographs, which it releases, instead of live frames
   int least_views = CalibrationGuide::kLeastViews;  // of a device
   std::function<void(const CaptureProgress&)> show = [](const CaptureProgress&) {};
-  // The frame or photograph that the guide has judged: for a picture of it (calibration_picture.h).
+  // Gets each frame or photograph that the guide has judged, to draw it (calibration_picture.h).
   std::function<void(const cv::Mat& gray, const CalibrationGuide&, ViewVerdict)> show_picture = {};
-  // Of mode "still": what the photographer is told, a line at a time; and whether the photographer wants one
-  // taken now.
+  // For mode "still": gets each line for the photographer; returns whether a photograph is wanted now.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   std::function<bool()> release = [] { return false; };
   std::function<bool()> stop = [] { return false; };
@@ -53,12 +52,12 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
 CollectedViews CollectViews(const std::vector<std::string>& files, const Board& board,
                             const CalibrationCaptureOptions& options);
 
-// The next `count` complete frames of the mode: live frames, or photographs, which it requests. Fewer when
-// the device ends, or after `stop`. Throws Error when the device is lost or a photograph does not arrive,
-// Refusal for mode "still" on a device that takes no photographs.
+// Returns the next `count` complete frames of the mode: live frames, or photographs, which it requests. Fewer
+// when the device ends, or after `stop`. Throws Error when the device is lost or a photograph does not
+// arrive, Refusal for mode "still" on a device that takes no photographs.
 std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCaptureOptions& options);
 
-// The image files in a list of files and folders; those of a folder in natural order of their names.
+// Returns the image files in a list of files and folders; those of a folder in natural order of their names.
 std::vector<std::string> ImagesIn(const std::vector<std::string>& paths);
 
 }  // namespace ulf::acquisition

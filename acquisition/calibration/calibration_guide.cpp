@@ -68,7 +68,7 @@ void CalibrationGuide::Take(BoardView view) {
   CountAgain();
 }
 
-void CalibrationGuide::ForgetLast() {
+void CalibrationGuide::RemoveLast() {
   if (!views_.empty()) views_.pop_back();
   CountAgain();
 }
@@ -83,7 +83,7 @@ void CalibrationGuide::CountAgain() {
   }
 }
 
-ViewVerdict CalibrationGuide::Look(const cv::Mat& gray, const std::string& name) {
+ViewVerdict CalibrationGuide::JudgeFrame(const cv::Mat& gray, const std::string& name) {
   BoardView view = DetectBoard(board_, gray);
   if (view.ids.empty()) {
     last_.reset();
@@ -96,7 +96,7 @@ ViewVerdict CalibrationGuide::Look(const cv::Mat& gray, const std::string& name)
   return Judge(std::move(view), gray);
 }
 
-ViewVerdict CalibrationGuide::LookAtPhotograph(const cv::Mat& gray, const std::string& name) {
+ViewVerdict CalibrationGuide::JudgePhotograph(const cv::Mat& gray, const std::string& name) {
   BoardView view = DetectBoard(board_, gray);
   last_.reset();
   if (view.ids.empty()) return ViewVerdict::kNotSeen;
@@ -136,7 +136,7 @@ double CalibrationGuide::Share() const {
   return (cells + tilts + views) / 3;
 }
 
-std::string CalibrationGuide::NextMove() const {
+std::string CalibrationGuide::NextInstruction() const {
   if (views_.empty()) return "hold the board still in the middle of the image";
   constexpr std::array kEdges{"left", "right", "upper", "lower"};
   const auto missing_tilt = std::find(tilts_.begin(), tilts_.end(), false);

@@ -5,8 +5,8 @@
 // it) and new: it covers another part of the image, shows a missing tilt, or stands elsewhere than in every
 // taken view.
 //
-// Poses come from rough intrinsics that are estimated again as views are taken. For one thread; the caller
-// owns the loop.
+// Poses come from rough intrinsics that are estimated again as views are taken. It belongs to one thread; the
+// caller owns the loop.
 #pragma once
 
 #include <optional>
@@ -28,19 +28,19 @@ class CalibrationGuide {
   CalibrationGuide(const Board& board, int width, int height, int least_views = kLeastViews);
 
   // Judges the next frame of the stream (CV_8UC1); a taken view gets `name`.
-  ViewVerdict Look(const cv::Mat& gray, const std::string& name);
-  // The same for a photograph, which stands for itself: never kMoving.
-  ViewVerdict LookAtPhotograph(const cv::Mat& gray, const std::string& name);
-  // The last view that was taken counts no more.
-  void ForgetLast();
+  ViewVerdict JudgeFrame(const cv::Mat& gray, const std::string& name);
+  // Judges a photograph, which stands for itself: never kMoving.
+  ViewVerdict JudgePhotograph(const cv::Mat& gray, const std::string& name);
+  // Removes the view that was taken last.
+  void RemoveLast();
 
   const std::vector<BoardView>& views() const { return views_; }
   const std::optional<BoardView>& last() const { return last_; }  // of the last picture; none: not seen
   bool Enough() const;
   double Share() const;  // of what is needed, 0 to 1
-  // The next instruction to the operator: "bring the board to the image's upper right part".
-  std::string NextMove() const;
-  // The parts of the image as text, '#' for covered and '.' for not, top row first, '/' between rows.
+  // Returns the next instruction to the operator: "bring the board to the image's upper right part".
+  std::string NextInstruction() const;
+  // Returns the parts of the image as text, '#' for covered and '.' for not, top row first, '/' between rows.
   std::string Map() const;
   static constexpr int kColumns = 5, kRows = 4;  // parts of the image, row by row
   const std::vector<bool>& cells() const { return cells_; }

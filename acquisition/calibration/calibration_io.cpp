@@ -23,11 +23,11 @@ std::string ReadText(const std::filesystem::path& path) {
     throw Error("{}: there is no such calibration file; check the path, or calibrate (ulf calibrate)",
                 path.string());
   const std::string text = ReadWholeFile(path);
-  // Windows puts a mark before text.
+  // Windows begins text with a byte order mark.
   return text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text;
 }
 
-// The words of a line of numbers; none: something else stands there.
+// Returns the words of a line of numbers; none: something else stands there.
 std::optional<std::vector<double>> LineOfNumbers(const std::string& text) {
   std::istringstream lines(text);
   std::vector<double> numbers;
@@ -108,7 +108,7 @@ CalibrationFile FromJson(const nlohmann::json& json, const std::string& where) {
   return file;
 }
 
-// None: JSON of another program.
+// Returns none for JSON of another program.
 std::optional<CalibrationFile> OursFromJson(const std::string& text, const std::string& where) {
   // What is no JSON may be YAML in braces, which is read or named elsewhere.
   if (!IsJson(text) && text.find("LENSMODEL_") != std::string::npos) return std::nullopt;

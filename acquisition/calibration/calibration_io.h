@@ -1,4 +1,4 @@
-// Calibration files: a camera's intrinsics on disk, bound to the camera, read and written.
+// Reads and writes calibration files: a camera's intrinsics, pixels, bound to the camera.
 //
 //   {"serial": "...", "maker": "...", "model": "...", "bus": "...", "source": "how it was obtained",
 //    "modes": {"live": {"width": 640, "height": 480, "fx": ..., "fy": ..., "cx": ..., "cy": ...,
@@ -30,8 +30,7 @@
 
 namespace ulf::acquisition {
 
-// The camera that a calibration belongs to. A webcam often has no serial number; then model and bus path
-// identify it.
+// The camera of a calibration. A webcam often has no serial number; model and bus path then identify it.
 struct CameraIdentity {
   std::string serial = {}, maker = {}, model = {}, bus = {};
   static CameraIdentity Of(const DeviceInfo& info) { return {info.serial, info.maker, info.model, info.bus}; }
@@ -41,7 +40,7 @@ struct CameraIdentity {
 struct ModeCalibration {
   CameraModel camera = {};
   std::optional<SensorWindow> window = {};          // none: unknown
-  std::optional<std::array<double, 9>> sigma = {};  // of fx fy cx cy and the coefficients
+  std::optional<std::array<double, 9>> sigma = {};  // standard deviations of fx fy cx cy and the coefficients
   std::optional<double> rms_px = {};
   std::optional<FlatField> flat_field = {};
   std::optional<ColorProfile> color_profile = {};
@@ -60,7 +59,7 @@ struct CalibrationFile {
 CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std::string& camera = "");
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFile& file);
 
-// One mode of a file. Throws Error that lists the modes of the file.
+// Returns one mode of a file. Throws Error that lists the modes of the file.
 ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where);
 
 // Writes one mode. Other modes that the file contains for the same camera are kept; so are, where the new
@@ -69,7 +68,7 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
                        const std::string& source, const std::string& mode,
                        const ModeCalibration& calibration);
 
-// Intrinsics only; warnings go to the log.
+// Reads intrinsics only; warnings go to the log.
 CameraModel ReadCalibration(const std::filesystem::path& path, const std::string& mode = "live");
 void WriteCalibration(const std::filesystem::path& path, const CameraModel& camera, const std::string& serial,
                       const std::string& source, const std::string& mode = "live");

@@ -36,7 +36,7 @@ void DrawFrame(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
 
 constexpr double kSmallText = 0.38;
 
-// The box that a small text covers; `at` is the left end of its base line.
+// Returns the box that a small text covers; `at` is the left end of its base line.
 cv::Rect BoxOf(const std::string& text, cv::Point at) {
   int below = 0;
   const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kSmallText, 1, &below);
@@ -342,8 +342,8 @@ cv::Mat DrawGuide(const cv::Mat& gray, const CalibrationGuide& guide, ViewVerdic
   if (verdict == ViewVerdict::kTaken) cv::rectangle(picture, {3, 3, kWidth - 6, height - 6}, kLight, 6);
   cv::rectangle(canvas, {0, height, kWidth, kBar}, kFrame, cv::FILLED);
   cv::rectangle(canvas, {0, height, static_cast<int>(kWidth * guide.Share()), kBar}, kDone, cv::FILLED);
-  WriteLight(canvas, guide.Enough() ? "enough: it ends by itself" : guide.NextMove(), {kMargin, height + 42},
-             0.8, 2);
+  WriteLight(canvas, guide.Enough() ? "enough: it ends by itself" : guide.NextInstruction(),
+             {kMargin, height + 42}, 0.8, 2);
   WriteLight(canvas,
              fmt::format("{}, {}; coloured parts of the image have not been covered yet",
                          Counted(guide.views().size(), "view"), Name(verdict)),

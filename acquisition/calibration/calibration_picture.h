@@ -14,13 +14,12 @@ namespace ulf::acquisition {
 // directions; a pattern (all inwards at the rim) means that the model does not fit the lens. CV_8UC3.
 cv::Mat DrawCalibration(const CalibrationResult& result);
 
-// Left: the light over the image with contour lines; right: the profile along the diagonal in B, G and R.
-// CV_8UC3.
+// Draws the light over the image with contour lines and the profile along the diagonal by colour. CV_8UC3.
 cv::Mat DrawFlatField(const FlatFieldResult& result);
 
-// What the operator sees while views are taken: the picture with the corners found in it, parts that no view
-// covers yet in colour; below, what to do next, which edges of the board have been tilted away, and how much
-// is done. `gray`: CV_8UC1, the one that the guide has looked at last. CV_8UC3, 960 pixels wide.
+// Draws what the operator sees while views are taken: the picture with the corners found in it, parts that no
+// view covers yet in colour; below, what to do next, which edges of the board have been tilted away, and how
+// much is done. `gray`: CV_8UC1, the one that the guide has looked at last. CV_8UC3, 960 pixels wide.
 cv::Mat DrawGuide(const cv::Mat& gray, const CalibrationGuide& guide, ViewVerdict verdict);
 
 }  // namespace ulf::acquisition

@@ -12,7 +12,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// From chart units to image pixels.
+// Returns the homography from chart units to image pixels.
 cv::Matx33d ImgFromChart(const std::vector<cv::Point2f>& box) {
   const std::vector<cv::Point2f> outline{{0, 0},
                                          {static_cast<float>(kChartWidth), 0},
@@ -46,7 +46,7 @@ ChartPatch MeasurePatch(const cv::Mat& light, const cv::Mat& clipped, double bla
   return measured;
 }
 
-// From white to black.
+// Returns whether the greys fall from white to black.
 bool GreysAreInOrder(const MeasuredChart& chart) {
   double last = std::numeric_limits<double>::infinity();
   for (int grey = kFirstGrey; grey < kChartPatches; ++grey) {
@@ -62,7 +62,7 @@ bool GreysAreInOrder(const MeasuredChart& chart) {
 
 std::optional<MeasuredChart> FindColorChart(const Image& image, double black_level, const cv::Mat& clipped) {
   cv::Mat light = LinearFloat(image);
-  // For finding alone: brightened so that a dark picture has contours.
+  // A dark picture is brightened to have contours, for the search only.
   double most = 0;
   cv::Mat smooth;
   cv::GaussianBlur(light, smooth, {}, 2);

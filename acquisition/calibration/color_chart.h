@@ -1,5 +1,4 @@
-// A chart of 24 patches (4 rows of 6, as the ColorChecker Classic) in a picture, found by OpenCV's module
-// mcc.
+// Finds a chart of 24 patches (4 rows of 6, as the ColorChecker Classic) in a picture by OpenCV's mcc.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,8 +25,8 @@ struct MeasuredChart {
       {};  // of the outline, from the first patch clockwise; image pixels
 };
 
-// `clipped`: of ClippedPixels(), or empty. None where there is no chart, where it is smaller than some 100
-// pixels across, or where its greys are not in order: then something else was taken for one.
+// `clipped`: of ClippedPixels(), or empty. Returns none where there is no chart, where it is smaller than
+// some 100 pixels across, or where its greys are not in order: then it is something else.
 std::optional<MeasuredChart> FindColorChart(const Image& image, double black_level, const cv::Mat& clipped);
 
 }  // namespace ulf::acquisition

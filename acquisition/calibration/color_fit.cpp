@@ -61,7 +61,7 @@ Solution Balanced(const std::vector<Patch>& patches) {
   return solution;
 }
 
-// Levenberg and Marquardt, with derivatives by differences; Huber's weights.
+// Minimises by Levenberg-Marquardt with numeric derivatives and Huber weights.
 Solution SolveProfile(const std::vector<Patch>& patches) {
   Solution solution = Balanced(patches);
   constexpr double kHuber = 3;  // units of CIEDE2000. Guessed.

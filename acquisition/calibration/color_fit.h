@@ -1,10 +1,10 @@
-// A colour profile from a chart of 24 patches, or a white balance from a grey card.
+// Fits a colour profile to a chart of 24 patches, or a white balance to a grey card.
 //
-// White balance is the median over the usable greys of what their published colours ask for. The matrix then
-// minimises differences in L* a* b* (those of colour divided as CIEDE2000 does, by 1 + 0.045 chroma), with
-// Huber's weights, over all usable patches; its rows sum to one. A column of the chart is left out in turn,
-// everything is found again without it, and its patches are judged: what the profile is worth on colours that
-// took no part.
+// White balance is the median, over the usable grey patches, of the factors that map them to their published
+// colours. The 3 x 3 matrix then minimises differences in CIE L*a*b* (those in a* and b* divided by 1 + 0.045
+// chroma, as CIEDE2000 does), with Huber weights, over all usable patches; its rows sum to one. For
+// cross-validation each column of the chart is left out in turn, the profile fitted without it and tested on
+// its patches.
 #pragma once
 
 #include <string>
@@ -15,13 +15,13 @@
 
 namespace ulf::acquisition {
 
-// Of a patch that took part, CIEDE2000 from its published colour, at the exposure that fits best.
+// The differences (CIEDE2000) of a used patch from its published colour, at the exposure that fits best.
 struct PatchDifference {
   int patch = 0;           // index
-  double as_recorded = 0;  // the camera's numbers taken for linear sRGB
-  double balanced = 0;     // by white balance alone
-  double profiled = 0;     // by the profile
-  double held_out = 0;     // by the profile that was found without this patch's column
+  double as_recorded = 0;  // with the camera's values taken as linear sRGB
+  double balanced = 0;     // with white balance alone
+  double profiled = 0;     // with the profile
+  double held_out = 0;     // with the profile that was fitted without this patch's column
 };
 
 struct ColorFit {
@@ -30,22 +30,23 @@ struct ColorFit {
   std::vector<PatchDifference> patches = {};
   std::vector<int> clipped = {}, uneven = {};  // indices of patches that took no part
   bool ok() const { return refusal.empty(); }
-  // Mean and largest over the patches.
+  // Return the mean and the largest difference over the patches.
   double Mean(double PatchDifference::*which) const;
   double Most(double PatchDifference::*which) const;
 };
 
-// `charts`: of several pictures of one chart in one light; their medians are taken.
+// `charts`: of one or more pictures of one chart in one light, of which medians are taken.
 ColorFit FitColorProfile(const std::vector<MeasuredChart>& charts);
 
 struct GreyCard {
   std::string refusal = {};
   std::array<double, 3> white_balance{1, 1, 1};
-  double light = 0;       // green, of full scale
-  double unevenness = 0;  // of the ratios of colours over the card, as a share
+  double light = 0;       // green channel, share of full scale
+  double unevenness = 0;  // spread of red/green and blue/green over the card, as a share
   bool ok() const { return refusal.empty(); }
 };
-// The card fills the middle third of the picture, across and down.
+// Measures white balance (factors of R, G, B, green 1) on a card that fills the middle third of the picture,
+// across and down. `black_level`: share of full scale; `clipped`: of ClippedPixels(), or empty.
 GreyCard BalanceOfGreyCard(const Image& image, double black_level, const cv::Mat& clipped);
 
 }  // namespace ulf::acquisition

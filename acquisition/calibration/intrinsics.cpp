@@ -26,7 +26,7 @@ fs::path ConfigurationFolder() {
 
 constexpr double kSameShape = 0.005;  // relative difference of aspect ratios; guessed: rounding of sizes
 
-// Whether the frames have the shape of the lens's pictures after a quarter turn.
+// Returns whether the frames have the shape of the lens's pictures after a quarter turn.
 bool IsTurned(const CameraModel& camera, int width, int height) {
   const double turned = static_cast<double>(width) / camera.height * camera.width / height;
   const bool is_square = std::abs(static_cast<double>(width) / height - 1) < kSameShape;
@@ -90,10 +90,10 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
                     used.bus.empty() ? "an unknown place" : used.bus));
 }
 
-// The part of the sensor that a calibration without one is assumed to cover, for a device that reports its
-// own: the whole sensor where it has that size; the part in use where it has that size, with a warning,
-// because another part may have it too. Throws Error for any other size, which a region or binning may have
-// caused.
+// Returns the part of the sensor that a calibration without one is assumed to cover, for a device that
+// reports its own: the whole sensor where it has that size; the part in use where it has that size, with a
+// warning, because another part may have it too. Throws Error for any other size, which a region or binning
+// may have caused.
 SensorWindow AssumedWindow(const CameraModel& camera, const SensorWindow& used, const std::string& owner,
                            std::vector<std::string>& warnings) {
   if (camera.width == used.sensor_width && camera.height == used.sensor_height)
@@ -115,7 +115,7 @@ SensorWindow AssumedWindow(const CameraModel& camera, const SensorWindow& used, 
   return used;
 }
 
-// A mode's calibration for the device's window, else for the frames' size.
+// Returns a mode's calibration for the device's window, else for the frames' size.
 ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<SensorWindow>& window,
                         int width, int height, const std::string& owner) {
   ResolvedCalibration resolved{.camera = calibration.camera,
@@ -154,7 +154,7 @@ ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<
 
 bool IsRecording(const DeviceInfo& info) { return info.uri.starts_with("replay:"); }
 
-// What the device itself knows of its frames, or of its photographs.
+// Returns what the device itself knows of its frames, or of its photographs.
 std::optional<ResolvedCalibration> OwnCalibration(const Device& device, int width, int height,
                                                   const std::string& mode) {
   const bool still = mode == "still";
@@ -215,7 +215,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
     if (!(*args.focal_px > 0) || !std::isfinite(*args.focal_px))
       throw Refusal(Parameter("focal_px"), fmt::format("{}", *args.focal_px),
                     "the focal length must be positive", "");
-    // From wider than any lens without a fisheye's projection to longer than any telescope on a small sensor.
+    // The range reaches from wider than any rectilinear lens to longer than any telescope on a small sensor.
     constexpr double kShortest = 0.1, kLongest = 50;
     const double longer_side = std::max(width, height);
     if (*args.focal_px < kShortest * longer_side || *args.focal_px > kLongest * longer_side)
@@ -226,6 +226,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
     return {.camera = PinholeOf(info, width, height, *args.focal_px),
             .flat_field = {},
             .color_profile = {},
+            .origin = LensOrigin::kGiven,
             .source = kFocalLengthGiven,
             .warnings = {}};
   }
@@ -234,6 +235,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
         .camera = PinholeOf(info, width, height, *args.guessed_focal_px),
         .flat_field = {},
         .color_profile = {},
+        .origin = LensOrigin::kGuessed,
         .source = kFocalLengthGuessed,
         .warnings = {fmt::format("{}: the camera's intrinsics are not known; a focal length of {:.0f} px is "
                                  "guessed until the images show which it is",
@@ -257,8 +259,10 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
 
 }  // namespace
 
-bool IsCalibration(std::string_view source) {
-  return source != kFocalLengthGiven && source != kFocalLengthGuessed;
+LensOrigin OriginOfSource(std::string_view source) {
+  return source == kFocalLengthGiven     ? LensOrigin::kGiven
+         : source == kFocalLengthGuessed ? LensOrigin::kGuessed
+                                         : LensOrigin::kMeasured;
 }
 
 double GuessFocalPx(const Frame& frame) {
@@ -284,17 +288,18 @@ fs::path StoredCalibrationPath(const CameraIdentity& identity) {
 ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
                                        int height, const std::string& mode) {
   ResolvedCalibration resolved = Resolve(device, args, width, height, mode);
-  if (args.focal_px && resolved.source != kFocalLengthGiven)
+  if (args.focal_px && resolved.origin != LensOrigin::kGiven)
     resolved.warnings.push_back(fmt::format("{} {:g} is not used: the camera's intrinsics are known ({})",
                                             Parameter("focal_px"), *args.focal_px, resolved.source));
   return resolved;
 }
 
 CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, int width, int height,
-                              std::string* source) {
+                              std::string* source, LensOrigin* origin) {
   ResolvedCalibration resolved = ResolveCalibration(device, args, width, height);
   for (const std::string& warning : resolved.warnings) spdlog::warn("{}", warning);
   if (source) *source = resolved.source;
+  if (origin) *origin = resolved.origin;
   return resolved.camera;
 }
 

@@ -42,24 +42,25 @@ struct IntrinsicsArgs {
   std::optional<double> guessed_focal_px = {};  // where nothing else is known: GuessFocalPx()
 };
 
-// Of a frame in its own size: by its Exif data, else as of an ordinary lens.
+// Guesses the focal length, pixels, of a frame in its own size: by its Exif data, else for an ordinary lens.
 double GuessFocalPx(const Frame& frame);
 
-// ResolvedCalibration::source for IntrinsicsArgs::focal_px.
+// Sources as light fields record them: a focal length that was given or guessed, a lens that the tracker
+// found in place of the given one, and one that refining found.
 inline constexpr const char* kFocalLengthGiven = "focal length given";
-// For a guessed one.
 inline constexpr const char* kFocalLengthGuessed = "focal length guessed";
-// For a lens that the tracker found in place of the given one.
 inline constexpr const char* kLensFoundInCapture = "the images of the capture";
-// For one that refining found.
 inline constexpr const char* kLensFoundByRefining = "the images, refined together";
-// Whether a source says that the lens was measured: it was neither given nor guessed.
-bool IsCalibration(std::string_view source);
+// Whether a lens was measured, or only a focal length was given or guessed.
+enum class LensOrigin { kMeasured, kGiven, kGuessed };
+// Reads the origin from the source that a light field records for a camera.
+LensOrigin OriginOfSource(std::string_view source);
 
 struct ResolvedCalibration {
   CameraModel camera = {};
   std::optional<FlatField> flat_field = {};
   std::optional<ColorProfile> color_profile = {};
+  LensOrigin origin = LensOrigin::kMeasured;
   std::string source = {};  // for the record: "file F", "stored for serial S", "the device", ...
   std::vector<std::string> warnings = {};  // for the user
 };
@@ -68,12 +69,12 @@ struct ResolvedCalibration {
 ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
                                        int height, const std::string& mode = "live");
 
-// The same, intrinsics only; warnings go to the log.
+// Resolves the intrinsics alone; warnings go to the log.
 CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, int width, int height,
-                              std::string* source = nullptr);
+                              std::string* source = nullptr, LensOrigin* origin = nullptr);
 
-// The file for the stored calibration of a serial number or camera. Empty for a camera with neither serial
-// number nor model.
+// Returns the file for the stored calibration of a serial number or camera. It is empty for a camera with
+// neither serial number nor model.
 std::filesystem::path StoredCalibrationPath(const std::string& serial);
 std::filesystem::path StoredCalibrationPath(const CameraIdentity& identity);
 

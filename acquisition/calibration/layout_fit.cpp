@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-// The share of the markers seen that are in the largest group joined by such pairs of numbers.
+// Returns the share of the markers seen that are in the largest group joined by such pairs of numbers.
 double LargestGroupShare(const Neighbours& neighbours, const std::vector<std::pair<int, int>>& joined) {
   std::map<int, int> parents;
   const auto root = [&](int number) {
@@ -40,8 +40,8 @@ double LargestGroupShare(const Neighbours& neighbours, const std::vector<std::pa
 // Squares in both directions, the smaller number first: which of them is across cannot be seen.
 using SquareCounts = std::pair<int, int>;
 
-// How much darker the places between neighbours are alternately, so many squares beyond an outer row of
-// corners; none: one of them lies outside of the picture. `inner`: the row beside it.
+// Returns how much darker the places between neighbours are alternately, so many squares beyond an outer row
+// of corners; none: one of them lies outside of the picture. `inner`: the row beside it.
 std::optional<double> AlternationBeyond(const cv::Mat& picture, const std::vector<cv::Point2f>& outer,
                                         const std::vector<cv::Point2f>& inner, float squares) {
   const cv::Rect2f inside(0, 0, static_cast<float>(picture.cols), static_cast<float>(picture.rows));
@@ -57,8 +57,8 @@ std::optional<double> AlternationBeyond(const cv::Mat& picture, const std::vecto
   return std::abs(sums[0] / counts[0] - sums[1] / counts[1]);
 }
 
-// Whether the board ends on all sides, in the picture: its outermost squares alternate, and what lies behind
-// them does not.
+// Returns whether the board ends on all sides, in the picture: its outermost squares alternate, and what lies
+// behind them does not.
 bool StandsWhole(const cv::Mat& picture, const cv::Mat& corners, const cv::Size& inner) {
   const auto line = [&](bool is_row, int number) {
     std::vector<cv::Point2f> points;
@@ -80,7 +80,7 @@ bool StandsWhole(const cv::Mat& picture, const cv::Mat& corners, const cv::Size&
   return true;
 }
 
-// None: there is no whole board.
+// Returns none when there is no whole board.
 std::optional<SquareCounts> CountsIn(const cv::Mat& picture) {
   constexpr double kMostSide_px = 1600;  // larger pictures take seconds
   const double scale = std::min(1.0, kMostSide_px / std::max(picture.cols, picture.rows));
@@ -171,11 +171,11 @@ LayoutFit LayoutFitOf(const Board& layout, const Neighbours& neighbours) {
   return fit;
 }
 
-std::optional<cv::Size> OtherChessboardIn(const Board& said, const std::vector<cv::Mat>& pictures) {
+std::optional<cv::Size> OtherChessboardIn(const Board& specified, const std::vector<cv::Mat>& pictures) {
   std::map<SquareCounts, int> times;
   for (const cv::Mat& picture : pictures)
     if (const auto counts = CountsIn(picture)) ++times[*counts];
-  const SquareCounts as_said = std::minmax(said.columns, said.rows);
+  const SquareCounts as_said = std::minmax(specified.columns, specified.rows);
   const auto needed = [&](const SquareCounts& counts) {
     const bool is_larger = counts.first >= as_said.first && counts.second >= as_said.second,
                is_near = counts.first <= as_said.first + 1 && counts.second <= as_said.second + 1;
@@ -190,7 +190,7 @@ std::optional<cv::Size> OtherChessboardIn(const Board& said, const std::vector<c
       best = &counts;
   if (!best) return std::nullopt;
   const auto [fewer, more] = *best;
-  return said.columns > said.rows ? cv::Size(more, fewer) : cv::Size(fewer, more);
+  return specified.columns > specified.rows ? cv::Size(more, fewer) : cv::Size(fewer, more);
 }
 
 }  // namespace ulf::acquisition

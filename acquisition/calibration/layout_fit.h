@@ -1,5 +1,5 @@
-// How well markers seen lie as a layout of a board has them, by their neighbours in the pictures: no lens,
-// pose or size is needed.
+// Tests how well detected markers agree with the layout of a board, by their neighbours in the pictures: no
+// lens, pose or size is needed.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ using SeenMarkers = std::map<int, MarkerImage>;
 
 struct MarkerPair {
   int from = 0, to = 0;  // numbers, the smaller one first
-  // The sides of both, and from one's middle to the other's; pixels.
+  // The mean side vectors of both markers, and the vector between their middles; pixels.
   Eigen::Vector2d right, down, shift;
 };
 
@@ -27,7 +27,7 @@ struct Neighbours {
   std::map<int, int> times;       // how often each number was seen beside another
 };
 
-// Each marker with its nearest ones, within its picture.
+// Pairs each marker with its nearest ones in its picture.
 Neighbours NeighboursIn(const std::vector<SeenMarkers>& pictures);
 
 struct LayoutFit {
@@ -35,16 +35,15 @@ struct LayoutFit {
   double step = 0;   // from marker to marker (of a ChArUco board: the side of a square), in marker sides
 };
 
-// Neighbours are joined where they lie as the layout has them in most pictures. A layout that is wrong in its
-// first number or its corner joins whole rows, but not all: the groups tell, though few pairs contradict.
-// Zero where none are joined.
+// Neighbours are joined where they agree with the layout in most pictures. A layout that is wrong in its
+// first number or its corner joins whole rows, but not all, so that groups remain although few pairs
+// contradict. The share is zero where none are joined.
 LayoutFit LayoutFitOf(const Board& layout, const Neighbours& neighbours);
 
-// How many squares a chessboard in sight has, whatever was said of it: the squares across and down, turned as
-// those of `said` are, of a board that stands whole in the pictures (CV_8UC1) and is not the one that was
-// said. None: it is, or no other is found. Less than the whole of the board that was said is seen where a
-// hand covers a part, and a pattern of something else may have any size: only one row or column more is told
-// by a single picture, all else by two.
-std::optional<cv::Size> OtherChessboardIn(const Board& said, const std::vector<cv::Mat>& pictures);
+// Returns how many squares a visible chessboard has that differs from the specified one, across and down, in
+// the orientation of `specified`. The board must be whole in the pictures (CV_8UC1). Returns none when they
+// show the specified board, or no other is found. A hand may cover a part of the specified board, and other
+// patterns have any size: a single picture suffices for one row or column more, anything else needs two.
+std::optional<cv::Size> OtherChessboardIn(const Board& specified, const std::vector<cv::Mat>& pictures);
 
 }  // namespace ulf::acquisition

@@ -10,7 +10,7 @@ namespace {
 
 // A better candidate has a BIC lower by more than this: "very strong" evidence (Kass and Raftery 1995) ...
 constexpr double kBicMargin = 10;
-// ... and a squared error on left-out views lower by more than so many standard errors. Guessed.
+// A rival's squared error on left-out views must also be lower by so many standard errors. Guessed.
 constexpr double kStandardErrors = 2;
 // With up to so many views each view is a fold of its own, else there are so many folds. Guessed.
 constexpr int kMostSingleFolds = 8, kFolds = 5;

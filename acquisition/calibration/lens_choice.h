@@ -38,8 +38,8 @@ struct LensChoice {
   int folds = 0;
 };
 
-// `start`: any camera near the truth. Views must have been cleaned of outliers. The table is empty when no
-// candidate could be fitted.
+// `start`: any camera near the truth. Outliers must have been removed from the views. The table is empty when
+// no candidate could be fitted.
 LensChoice ChooseLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
                       const CameraModel& start);
 

@@ -21,7 +21,6 @@ using Eigen::Vector3d;
 // Intrinsics as they are estimated: fx, fy / fx, cx, cy and the coefficients.
 constexpr int kIntrinsics = 9;
 using IntrinsicsBlock = std::array<double, kIntrinsics>;
-// Rotation vector and translation.
 using PoseBlock = std::array<double, 6>;
 using ByIntrinsics = Eigen::Matrix<double, 2, kIntrinsics>;
 using ByPose = Eigen::Matrix<double, 2, 6>;
@@ -95,7 +94,7 @@ std::optional<Projection> Project(const CameraModel& camera, const double* pose,
   return p;
 }
 
-// All corners of one view.
+// The cost of all corners of one view.
 class ViewCost final : public ceres::CostFunction {
  public:
   ViewCost(const std::vector<Vector3d>& board_points, const BoardView& view, const CameraModel& like)
@@ -126,8 +125,8 @@ class ViewCost final : public ceres::CostFunction {
   const CameraModel& like_;
 };
 
-// A view for each corner: a robust loss must apply to single corners, because in a block of many a bad corner
-// has little weight.
+// Returns a view for each corner: a robust loss must apply to single corners, because in a block of many a
+// bad corner has little weight.
 std::vector<BoardView> OneCornerEach(const BoardView& view) {
   std::vector<BoardView> single;
   for (std::size_t i = 0; i < view.ids.size(); ++i)
@@ -135,7 +134,7 @@ std::vector<BoardView> OneCornerEach(const BoardView& view) {
   return single;
 }
 
-// Whether every corner can be projected, which Ceres needs at its start.
+// Returns whether every corner can be projected, which Ceres needs at its start.
 bool CanStart(const std::vector<Vector3d>& board_points, const BoardView& view, const CameraModel& camera,
               const PoseBlock& pose) {
   const Rigid3 cam_from_board = PoseFromBlock(pose.data());
@@ -161,7 +160,7 @@ ceres::Solver::Options SolverOptions(int iterations) {
   return solver;
 }
 
-// The normal matrix of the estimated intrinsics with the poses eliminated, inverted.
+// Returns the normal matrix of the estimated intrinsics with the poses eliminated, inverted.
 std::array<double, kIntrinsics> Sigmas(const std::vector<Vector3d>& board_points,
                                        const std::vector<BoardView>& views, const LensFit& fit) {
   using Normal = Eigen::Matrix<double, kIntrinsics, kIntrinsics>;

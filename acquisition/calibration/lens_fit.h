@@ -23,11 +23,11 @@ struct LensCandidate {
   Distortion distortion = Distortion::kNone;
   bool one_focal = true;            // fx = fy
   std::array<bool, 5> estimated{};  // which coefficients; the others are 0
-  // The number of free parameters: focal lengths, principal point, coefficients.
+  // Returns the number of free parameters: focal lengths, principal point, coefficients.
   int Parameters() const;
 };
 
-// From the simplest to the richest.
+// Returns the candidates from the simplest to the richest.
 const std::vector<LensCandidate>& LensCandidates();
 
 struct LensFit {
@@ -37,8 +37,7 @@ struct LensFit {
   std::vector<Rigid3> cam_from_board = {};  // per view
   double squared_px = 0;                    // sum over corners of squared distances
   std::size_t corners = 0;
-  // Standard deviations of fx fy cx cy and the coefficients; 0: not estimated, infinite: not determined by
-  // the views.
+  // Standard deviations of fx fy cx cy and the coefficients; 0: not estimated, infinite: not determined.
   std::array<double, 9> sigma{};
 
   double RmsPx() const;
@@ -54,12 +53,12 @@ struct LensFitOptions {
 LensFit FitLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
                 const LensCandidate& candidate, const CameraModel& start, const LensFitOptions& options = {});
 
-// The pose of one view for known intrinsics by least squares; none: not found.
+// Returns the pose of one view for known intrinsics by least squares; none if it was not found.
 std::optional<Rigid3> PoseOfBoard(const std::vector<Eigen::Vector3d>& board_points, const BoardView& view,
                                   const CameraModel& camera);
 
-// The residuals of a view's corners, observed minus predicted, in pixels; large for a corner that the model
-// cannot project.
+// Returns the residuals of a view's corners, observed minus predicted, in pixels; large for a corner that the
+// model cannot project.
 std::vector<Eigen::Vector2d> Residuals(const std::vector<Eigen::Vector3d>& board_points,
                                        const BoardView& view, const CameraModel& camera,
                                        const Rigid3& cam_from_board);

@@ -48,7 +48,7 @@ int SizeOf(const std::string& dictionary) {
              : 1024;
 }
 
-// What was seen in all pictures, of one dictionary with one width of border.
+// Describes what was seen in all pictures, of one dictionary with one width of border.
 struct Sighting {
   const DictionaryFamily* family = nullptr;
   int border_cells = 1;
@@ -102,12 +102,12 @@ Sighting SightingIn(const std::vector<Quads>& quads, const std::vector<cv::Mat>&
   return sighting;
 }
 
-Sighting SightingAsSaid(const Board& said, const std::vector<Quads>& quads,
+Sighting SightingAsSaid(const Board& specified, const std::vector<Quads>& quads,
                         const std::vector<cv::Mat>& pictures) {
   const auto family = std::ranges::find_if(DictionaryFamilies(), [&](const DictionaryFamily& known) {
-    return std::ranges::find(known.names, said.dictionary) != known.names.end();
+    return std::ranges::find(known.names, specified.dictionary) != known.names.end();
   });
-  return SightingIn(quads, pictures, *family, said.dictionary, said.BorderCells());
+  return SightingIn(quads, pictures, *family, specified.dictionary, specified.BorderCells());
 }
 
 // Fewer markers in the best picture tell no layout. Guessed.
@@ -125,14 +125,14 @@ constexpr double kLayoutFits = 0.8, kClearlyBetter = 0.03;
 // are the points, and of a ChArUco board, where they only lead to the squares' corners. Guessed.
 constexpr double kSameStep = 0.01, kSameSquare = 0.2;
 
-// How far a layout's views are from plane, as shares of their size; infinite where none is seen.
+// Returns how far a layout's views are from plane, as shares of their size; infinite where none is seen.
 double MeanBend(const Board& layout, const std::vector<BoardView>& views) {
   const auto points = layout.Points();
   double sum = 0;
   int count = 0;
   for (const BoardView& view : views) {
     if (view.ids.empty()) continue;
-    sum += BendOf(points, view);
+    sum += PlaneMisfit(points, view);
     ++count;
   }
   return count > 0 ? sum / count : std::numeric_limits<double>::infinity();
@@ -144,7 +144,7 @@ Board WithStep(const Board& layout, double step) {
   return other;
 }
 
-// Whether marker and gap are other than said; `step` is then what they are.
+// Returns whether marker and gap are other than said; `step` is then what they are.
 bool HasOtherStep(const Board& layout, double rough_step, const std::vector<cv::Mat>& pictures,
                   double& step) {
   step = rough_step;
@@ -166,18 +166,18 @@ bool HasOtherStep(const Board& layout, double rough_step, const std::vector<cv::
 }
 
 // The lengths of another kind, or of another ratio, with the marker as wide as was said.
-void SetLengths(const Board& said, double step, Board& board) {
+void SetLengths(const Board& specified, double step, Board& board) {
   // Kalibr's own gap, unless the pictures speak against it.
   constexpr double kKalibrStep = 1.3, kNearStep = 0.02;
   if (board.kind == BoardKind::kAprilGrid && std::abs(step / kKalibrStep - 1) < kNearStep) step = kKalibrStep;
   const auto rounded = [](double mm) { return std::round(10 * mm) / 10; };
-  if (board.marker_mm <= 0) board.marker_mm = rounded(said.square_mm / step);
+  if (board.marker_mm <= 0) board.marker_mm = rounded(specified.square_mm / step);
   board.square_mm = board.IsMarkerGrid() ? 0 : rounded(step * board.marker_mm);
   board.gap_mm = board.IsMarkerGrid() ? rounded((step - 1) * board.marker_mm) : 0;
 }
 
-// The layout's smallest numbers of rows (or columns, where it is numbered by columns) that hold the largest
-// marker seen.
+// Returns the layout's smallest numbers of rows (or columns, where it is numbered by columns) that hold the
+// largest marker seen.
 bool Enlarge(int largest, Board& layout) {
   int& across = layout.order.by_columns ? layout.columns : layout.rows;
   const int along = layout.order.by_columns ? layout.rows : layout.columns;
@@ -191,27 +191,28 @@ bool Enlarge(int largest, Board& layout) {
   return true;
 }
 
-// How unlike what was said; of layouts that fit alike, the one that is least so is meant.
-int Unlikeness(const Board& said, const Board& board) {
-  const bool same_counts = board.columns == said.columns && board.rows == said.rows,
-             exchanged = board.columns == said.rows && board.rows == said.columns;
-  return (board.kind != said.kind ? 16 : 0) + (board.order != said.order ? 2 : 0) +
+// Returns how unlike what was said; of layouts that fit alike, the one that is least so is meant.
+int Unlikeness(const Board& specified, const Board& board) {
+  const bool same_counts = board.columns == specified.columns && board.rows == specified.rows,
+             exchanged = board.columns == specified.rows && board.rows == specified.columns;
+  return (board.kind != specified.kind ? 16 : 0) + (board.order != specified.order ? 2 : 0) +
          (same_counts ? 0
           : exchanged ? 1
                       : 4) +
-         (board.first_marker != said.first_marker ? 2 : 0) +
-         (board.white_corner != said.white_corner ? 2 : 0);
+         (board.first_marker != specified.first_marker ? 2 : 0) +
+         (board.white_corner != specified.white_corner ? 2 : 0);
 }
 
 // All layouts of one kind that hold the numbers seen.
-void AddLayouts(const Board& said, BoardKind kind, const Sighting& sighting, std::vector<Board>& layouts) {
+void AddLayouts(const Board& specified, BoardKind kind, const Sighting& sighting,
+                std::vector<Board>& layouts) {
   constexpr int kMostAlong = 24;
   const int least = kind == BoardKind::kCharuco ? 3 : 1;
-  std::vector<int> firsts = {said.first_marker, 0, sighting.Least()};
+  std::vector<int> firsts = {specified.first_marker, 0, sighting.Least()};
   std::ranges::sort(firsts);
   firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());
   std::erase_if(firsts, [&](int first) { return first > sighting.Least(); });
-  Board layout = said;
+  Board layout = specified;
   layout.kind = kind;
   for (const int first : firsts)
     for (int way = 0; way < 8; ++way)
@@ -232,12 +233,12 @@ void AddLayouts(const Board& said, BoardKind kind, const Sighting& sighting, std
           layouts.push_back(enough);
           // What was said, and the same exchanged, where that is larger: not all markers need be in sight.
           for (const auto& [columns, rows] :
-               {std::pair{said.columns, said.rows}, std::pair{said.rows, said.columns}}) {
+               {std::pair{specified.columns, specified.rows}, std::pair{specified.rows, specified.columns}}) {
             const int along_said = layout.order.by_columns ? rows : columns,
                       across_said = layout.order.by_columns ? columns : rows;
             const int across_enough = layout.order.by_columns ? enough.columns : enough.rows;
-            // Of a board with its sides exchanged no more than a line is out of sight.
-            const bool is_said = columns == said.columns && rows == said.rows;
+            // A board with exchanged sides may lack at most one line of markers.
+            const bool is_said = columns == specified.columns && rows == specified.rows;
             if (along_said == along && across_said > across_enough &&
                 (is_said || across_said == across_enough + 1))
               layouts.push_back(with_across(across_said));
@@ -246,49 +247,51 @@ void AddLayouts(const Board& said, BoardKind kind, const Sighting& sighting, std
       }
 }
 
-std::string Differences(const Board& said, const Board& board, bool other_step) {
+std::string Differences(const Board& specified, const Board& board, bool other_step) {
   std::vector<std::string> all;
-  if (board.kind != said.kind) {
+  if (board.kind != specified.kind) {
     constexpr const char* kKinds[] = {"a ChArUco board", "a grid of ArUco markers", "Kalibr's AprilGrid",
                                       "a chessboard"};
     all.emplace_back(kKinds[static_cast<std::size_t>(board.kind)]);
   }
-  if (board.dictionary != said.dictionary && said.kind != BoardKind::kChessboard)
+  if (board.dictionary != specified.dictionary && specified.kind != BoardKind::kChessboard)
     all.push_back(fmt::format("markers of {}", board.dictionary));
-  if (board.columns == said.rows && board.rows == said.columns && said.rows != said.columns)
+  if (board.columns == specified.rows && board.rows == specified.columns &&
+      specified.rows != specified.columns)
     all.emplace_back("columns and rows are exchanged");
-  else if (board.columns != said.columns || board.rows != said.rows)
-    all.push_back(
-        fmt::format("{} x {} instead of {} x {}", board.columns, board.rows, said.columns, said.rows));
-  if (board.order != said.order && board.kind == said.kind)
-    all.push_back(fmt::format("markers are numbered {}, not {}", board.order.Text(), said.order.Text()));
-  if (board.first_marker != said.first_marker)
+  else if (board.columns != specified.columns || board.rows != specified.rows)
+    all.push_back(fmt::format("{} x {} instead of {} x {}", board.columns, board.rows, specified.columns,
+                              specified.rows));
+  if (board.order != specified.order && board.kind == specified.kind)
+    all.push_back(fmt::format("markers are numbered {}, not {}", board.order.Text(), specified.order.Text()));
+  if (board.first_marker != specified.first_marker)
     all.push_back(fmt::format("numbers begin with {}", board.first_marker));
-  if (board.white_corner != said.white_corner)
+  if (board.white_corner != specified.white_corner)
     all.emplace_back(board.white_corner ? "a marker is in the upper left corner, as OpenCV before 4.6 drew it"
                                         : "the upper left corner is dark");
   if (other_step)
     all.push_back(board.IsMarkerGrid()
                       ? fmt::format("the gap is {:.2f} of the marker, not {:.2f}; measure both",
-                                    board.gap_mm / board.marker_mm, said.gap_mm / said.marker_mm)
+                                    board.gap_mm / board.marker_mm, specified.gap_mm / specified.marker_mm)
                       : fmt::format("the square is {:.2f} of the marker, not {:.2f}; measure both",
-                                    board.square_mm / board.marker_mm, said.square_mm / said.marker_mm));
-  else if (board.IsMarkerGrid() != said.IsMarkerGrid() ||
-           (said.kind == BoardKind::kChessboard && board.kind != said.kind))
+                                    board.square_mm / board.marker_mm,
+                                    specified.square_mm / specified.marker_mm));
+  else if (board.IsMarkerGrid() != specified.IsMarkerGrid() ||
+           (specified.kind == BoardKind::kChessboard && board.kind != specified.kind))
     all.emplace_back("measure its lengths");
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-// The board that a sighting fits best; none: no layout is known that does.
-std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
+// Returns the board that a sighting fits best; none if no layout is known that does.
+std::optional<OtherBoard> LayoutOf(const Board& specified, const Sighting& sighting,
                                    const std::vector<cv::Mat>& pictures, double said_share) {
   const Neighbours neighbours = NeighboursIn(sighting.pictures);
   std::vector<Board> layouts;
   if (sighting.border_cells == 2)
-    AddLayouts(said, BoardKind::kAprilGrid, sighting, layouts);
+    AddLayouts(specified, BoardKind::kAprilGrid, sighting, layouts);
   else
     for (const BoardKind kind : {BoardKind::kArucoGrid, BoardKind::kCharuco})
-      AddLayouts(said, kind, sighting, layouts);
+      AddLayouts(specified, kind, sighting, layouts);
   // An AprilGrid's tags may be turned: half of the ways of numbering are the others, turned.
   if (sighting.border_cells == 2) std::erase_if(layouts, [](const Board& b) { return b.order.leftwards; });
   constexpr double kAlike = 0.02;
@@ -305,8 +308,8 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
     }
   std::erase_if(ranked, [&](const Ranked& r) { return r.fit.share < best - kAlike; });
   if (ranked.empty()) return std::nullopt;
-  const bool said_april = said.kind == BoardKind::kAprilGrid;
-  Board like = said;
+  const bool said_april = specified.kind == BoardKind::kAprilGrid;
+  Board like = specified;
   // What is said of a kind with another usual way of numbering says nothing about this one's.
   if ((sighting.border_cells == 2) != said_april) like.order = {.upwards = sighting.border_cells == 2};
   const auto chosen = std::ranges::min_element(
@@ -316,20 +319,20 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
   const auto holds_all = [&](const std::string& name) {
     return SizeOf(name) >= other.board.first_marker + static_cast<int>(other.board.MarkerPlaces().size());
   };
-  if (std::ranges::find(names, said.dictionary) == names.end() || !holds_all(said.dictionary))
+  if (std::ranges::find(names, specified.dictionary) == names.end() || !holds_all(specified.dictionary))
     other.board.dictionary = *std::ranges::find_if(names.begin(), std::prev(names.end()), holds_all);
   double step = chosen->fit.step;
   bool other_step = false;
-  if (other.board.IsMarkerGrid() != said.IsMarkerGrid() || said.marker_mm <= 0)
-    SetLengths(said, step, other.board);
+  if (other.board.IsMarkerGrid() != specified.IsMarkerGrid() || specified.marker_mm <= 0)
+    SetLengths(specified, step, other.board);
   else if ((other_step = HasOtherStep(other.board, chosen->fit.step, pictures, step)))
-    SetLengths(said, step, other.board);
-  if (other.board == said) return std::nullopt;
+    SetLengths(specified, step, other.board);
+  if (other.board == specified) return std::nullopt;
   Board with_said_lengths = other.board;
-  with_said_lengths.square_mm = said.square_mm;
-  with_said_lengths.gap_mm = said.gap_mm;
-  other.other_lengths_only = with_said_lengths == said;
-  other.what = Differences(said, other.board, other_step);
+  with_said_lengths.square_mm = specified.square_mm;
+  with_said_lengths.gap_mm = specified.gap_mm;
+  other.other_lengths_only = with_said_lengths == specified;
+  other.what = Differences(specified, other.board, other_step);
   const bool is_written = sighting.border_cells == 1 || other.board.dictionary == "DICT_APRILTAG_36h11";
   other.cure = is_written ? GiveBoard(other.board)
                           : fmt::format(
@@ -339,36 +342,37 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
   return other;
 }
 
-std::optional<OtherBoard> OtherChessboard(const Board& said, const std::vector<cv::Mat>& pictures) {
-  Board counted = said;
+std::optional<OtherBoard> OtherChessboard(const Board& specified, const std::vector<cv::Mat>& pictures) {
+  Board counted = specified;
   // The text says another kind of board, and so no counts of a chessboard.
-  const bool is_said = said.kind == BoardKind::kChessboard;
+  const bool is_said = specified.kind == BoardKind::kChessboard;
   if (!is_said) counted.columns = counted.rows = 0;
   const auto squares = OtherChessboardIn(counted, pictures);
   if (!squares) return std::nullopt;
   if (!is_said) {
-    OtherBoard other{
-        .board = Board::Parse(fmt::format("chessboard:{}x{}:{}", std::max(squares->width, squares->height),
-                                          std::min(squares->width, squares->height),
-                                          said.IsMarkerGrid() ? said.marker_mm : said.square_mm))};
+    OtherBoard other{.board = Board::Parse(
+                         fmt::format("chessboard:{}x{}:{}", std::max(squares->width, squares->height),
+                                     std::min(squares->width, squares->height),
+                                     specified.IsMarkerGrid() ? specified.marker_mm : specified.square_mm))};
     other.what = "a chessboard; measure its squares";
     other.cure = GiveBoard(other.board);
     return other;
   }
-  OtherBoard other{.board = said};
+  OtherBoard other{.board = specified};
   other.board.columns = squares->width;
   other.board.rows = squares->height;
-  const bool counts_corners = squares->width == said.columns + 1 && squares->height == said.rows + 1;
+  const bool counts_corners =
+      squares->width == specified.columns + 1 && squares->height == specified.rows + 1;
   other.what = counts_corners ? fmt::format("{} x {} counts inner corners, the text counts squares",
-                                            said.columns, said.rows)
-                              : Differences(said, other.board, false);
+                                            specified.columns, specified.rows)
+                              : Differences(specified, other.board, false);
   other.cure = GiveBoard(other.board);
   return other;
 }
 
 }  // namespace
 
-double BendOf(const std::vector<Eigen::Vector3d>& points, const BoardView& view) {
+double PlaneMisfit(const std::vector<Eigen::Vector3d>& points, const BoardView& view) {
   std::vector<cv::Point2d> from, to, there;
   for (std::size_t i = 0; i < view.ids.size(); ++i) {
     const Eigen::Vector3d& point = points[static_cast<std::size_t>(view.ids[i])];
@@ -389,17 +393,17 @@ double BendOf(const std::vector<Eigen::Vector3d>& points, const BoardView& view)
   return Median(misses) / std::max(1.0, cv::norm(high - low));
 }
 
-std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<cv::Mat>& pictures) {
+std::optional<OtherBoard> BoardInPictures(const Board& specified, const std::vector<cv::Mat>& pictures) {
   std::vector<Quads> quads = QuadsIn(pictures);
   std::optional<Sighting> best;
   double said_share = 0;
-  if (said.kind != BoardKind::kChessboard) {
-    Sighting as_said = SightingAsSaid(said, quads, pictures);
-    const LayoutFit fit = LayoutFitOf(said, NeighboursIn(as_said.pictures));
+  if (specified.kind != BoardKind::kChessboard) {
+    Sighting as_said = SightingAsSaid(specified, quads, pictures);
+    const LayoutFit fit = LayoutFitOf(specified, NeighboursIn(as_said.pictures));
     said_share = fit.share;
     if (fit.share >= kLayoutFits) {
       double step = 0;
-      const bool other_step = HasOtherStep(said, fit.step, pictures, step);
+      const bool other_step = HasOtherStep(specified, fit.step, pictures, step);
       if (!other_step && fit.share > 1 - kClearlyBetter) return std::nullopt;
       if (other_step) said_share = 0;
     }
@@ -413,32 +417,32 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
       const std::size_t needed = best ? kClearly * best->Most() : kLeastMarkers;
       if (sighting.Most() >= needed) best = std::move(sighting);
     }
-  if (best) return LayoutOf(said, *best, pictures, said_share);
-  if (said.kind == BoardKind::kChessboard) return OtherChessboard(said, pictures);
+  if (best) return LayoutOf(specified, *best, pictures, said_share);
+  if (specified.kind == BoardKind::kChessboard) return OtherChessboard(specified, pictures);
   // Markers cannot be read in a mirror.
   std::vector<cv::Mat> mirrored(pictures.size());
   for (std::size_t i = 0; i < pictures.size(); ++i) cv::flip(pictures[i], mirrored[i], 1);
-  const Sighting in_mirror = SightingAsSaid(said, QuadsIn(mirrored), mirrored);
+  const Sighting in_mirror = SightingAsSaid(specified, QuadsIn(mirrored), mirrored);
   if (in_mirror.Most() < kLeastMarkers ||
-      LayoutFitOf(said, NeighboursIn(in_mirror.pictures)).share < kLayoutFits)
-    return OtherChessboard(said, pictures);
-  return OtherBoard{.board = said,
+      LayoutFitOf(specified, NeighboursIn(in_mirror.pictures)).share < kLayoutFits)
+    return OtherChessboard(specified, pictures);
+  return OtherBoard{.board = specified,
                     .what = "mirrored",
                     .cure =
                         "the pictures are mirrored: turn that off in the camera, or in the program that "
                         "saved them, and take them again"};
 }
 
-bool MarkersContradict(const Board& said, const std::vector<cv::Mat>& pictures) {
-  if (said.kind == BoardKind::kChessboard) return false;
-  const Sighting sighting = SightingAsSaid(said, QuadsIn(pictures), pictures);
+bool MarkersContradict(const Board& specified, const std::vector<cv::Mat>& pictures) {
+  if (specified.kind == BoardKind::kChessboard) return false;
+  const Sighting sighting = SightingAsSaid(specified, QuadsIn(pictures), pictures);
   return sighting.Most() >= kLeastMarkers &&
-         LayoutFitOf(said, NeighboursIn(sighting.pictures)).share <= 1 - kClearlyBetter;
+         LayoutFitOf(specified, NeighboursIn(sighting.pictures)).share <= 1 - kClearlyBetter;
 }
 
-std::string DescribeOtherBoard(const Board& said, const OtherBoard& other) {
-  if (other.board == said) return fmt::format("{} is not found; {}", said.Text(), other.cure);
-  return fmt::format("the corners do not lie as on {}; they lie as on {} ({}): {}", said.Text(),
+std::string DescribeOtherBoard(const Board& specified, const OtherBoard& other) {
+  if (other.board == specified) return fmt::format("{} is not found; {}", specified.Text(), other.cure);
+  return fmt::format("the corners do not lie as on {}; they lie as on {} ({}): {}", specified.Text(),
                      other.board.Text(), other.what, other.cure);
 }
 

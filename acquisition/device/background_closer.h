@@ -1,5 +1,5 @@
-// Closes lost cameras in threads of their own: the library's call that closes a camera whose cable was pulled
-// blocks for seconds, until its last retry.
+// Closes lost cameras in separate threads, because the library's call that closes a camera whose cable was
+// pulled blocks for seconds, until its last retry.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@ void CloseInBackground(std::function<void()> work);
 template <typename Owner>
 void CloseInBackground(Owner owner) requires(!std::is_invocable_v<Owner>) {
   if (!owner) return;
-  // A std::function must be copyable; a unique_ptr is not.
+  // A std::function must be copyable, which a unique_ptr is not.
   auto held = std::make_shared<Owner>(std::move(owner));
   CloseInBackground(std::function<void()>([held] { held->reset(); }));
 }

@@ -1,4 +1,4 @@
-// The interface of every camera: machine-vision, webcam, tethered, simulated, replayed.
+// Defines the interface of every camera: machine-vision, webcam, tethered, simulated, replayed.
 //
 // OpenDevice() (opening/open_device.h) opens a device by its URI. The caller starts it and asks for frames
 // one by one; threads inside a device are hidden. Faults during operation (a frame that did not arrive, an
@@ -57,10 +57,10 @@ enum class DeviceState {
   kLost,          // given up; a driver must be opened again
 };
 const char* Name(DeviceState state);
-// No frame will come any more.
+// Returns whether no frame will come any more.
 inline bool IsOver(DeviceState state) { return state == DeviceState::kEnded || state == DeviceState::kLost; }
 
-// What a device reports between frames: each event once, in order.
+// Describes what a device reports between frames: each event once, in order.
 enum class DeviceEventKind {
   kStalled,  // no frame for longer than normal; nothing lost yet
   kFaulted,  // frames are being lost from here on
@@ -72,7 +72,7 @@ struct DeviceEvent {
   DeviceEventKind kind = DeviceEventKind::kNotice;
   double host_time_s = 0;  // since the epoch
   std::string text;        // for people, with the remedy
-  // Of kStalled, and of the kNotice that frames come again: so long no frame had come. Else 0.
+  // Seconds without a frame, for kStalled and for the kNotice that frames arrive again; else 0.
   double silence_s = 0;
 };
 const char* Name(DeviceEventKind kind);
@@ -87,20 +87,20 @@ struct DeviceStatistics {
   std::uint64_t reconnects = 0;
   double seconds = 0;       // of streaming
   std::uint64_t bytes = 0;  // of pixels delivered in that time
-  // Host clock minus device clock in seconds at the least delay seen, and the standard deviation of the
-  // delay; none for a device without a clock.
+  // Host clock minus device clock, seconds, at the least delay seen, and the standard deviation of the delay;
+  // none for a device without a clock.
   std::optional<double> clock_offset_s, clock_jitter_s;
   TransportFigures transport;  // packets missing, resent, ...
 };
 
-// Whether exposure, white balance and focus stay the same from picture to picture; none: unknown.
+// Whether exposure, white balance and focus are held from picture to picture; none: unknown.
 struct HeldAutomatics {
   std::optional<bool> exposure, white_balance, focus;
 };
 
 enum class StillRequest { kAsked, kBusy };
 
-// How exposures come that RequestExposures() asks for.
+// Describes how exposures come that RequestExposures() asks for.
 enum class ExposureRequests {
   kNone,       // the device cannot
   kSequencer,  // the camera changes its exposure time by itself, from frame to frame
@@ -111,51 +111,51 @@ class Device {
  public:
   virtual ~Device() = default;
   virtual DeviceInfo Info() const = 0;
-  // Intrinsics of the live frames that the device itself knows (simulator, replay); none for real cameras.
+  // Returns the intrinsics of live frames if the device knows them (simulator, replay), or none.
   virtual std::optional<CameraModel> Camera() const { return std::nullopt; }
-  // Intrinsics of its photographs, if they differ.
+  // Returns the intrinsics of photographs, if they differ.
   virtual std::optional<CameraModel> StillCamera() const { return std::nullopt; }
-  // The flat field that a recording contains; null: none.
+  // Returns the flat field that a recording contains; null if there is none.
   virtual std::shared_ptr<const FlatField> KnownFlatField(FrameKind /*kind*/) const { return nullptr; }
-  // The same of its colour profile.
+  // Returns the colour profile that a recording contains; null if there is none.
   virtual std::shared_ptr<const ColorProfile> KnownColorProfile(FrameKind /*kind*/) const { return nullptr; }
-  // True when frames arrive whether or not Next() is called; false for a replay, whose frames wait.
+  // Returns true when frames arrive whether or not Next() is called; false for a replay, whose frames wait.
   virtual bool IsLive() const = 0;
-  // What can still be changed about its frames: advice asks it.
+  // Returns what can still be changed about its frames, which decides what messages advise.
   virtual FrameSource Source() const { return FrameSource::kCamera; }
-  // False once it is known that no live frame will ever come: of a tethered camera without live view.
+  // Returns false once no live frame can come any more, as from a tethered camera without live view.
   virtual bool HasLiveFrames() const { return true; }
-  // The part of the sensor that the image shows. None: unknown; callers then assume the whole sensor.
+  // Returns the part of the sensor that the image shows. Returns none where it is unknown; callers then
+  // assume the whole sensor.
   virtual std::optional<SensorWindow> Window() const { return std::nullopt; }
   // May change while frames arrive, because automatics may settle first.
   virtual HeldAutomatics Held() const { return {}; }
   virtual void Start() = 0;
-  // The next frame; none: no frame within the timeout (State() tells whether more can come). The caller may
-  // keep and share its pixels: no device writes into them again.
+  // Returns the next frame; none if no frame within the timeout (State() tells whether more can come). The
+  // caller may keep and share its pixels: no device writes into them again.
   virtual std::optional<Frame> Next(std::chrono::milliseconds timeout) = 0;
   virtual void Stop() = 0;
   virtual DeviceState State() const = 0;
   virtual DeviceStatistics Statistics() const = 0;
   virtual std::vector<DeviceEvent> TakeEvents() { return {}; }
-  // The part of a recording that has been played, 0 to 1; none for a device without an end.
+  // Returns the part of a recording that has been played, 0 to 1; none for a device without an end.
   virtual std::optional<double> ShareDone() const { return std::nullopt; }
 
-  // Photographs besides the live frames (tethered cameras). Next() returns them as FrameKind::kStill after
+  // Tethered cameras take photographs besides live frames. Next() returns them as FrameKind::kStill after
   // their download, including those that the photographer releases on the camera body.
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
 
-  // Exposures beside the present one, for merging: so many stops longer (negative: shorter)
-  // each, in this order, then the present one again. Each comes as a frame (of a tethered camera as a
-  // photograph) with Frame::asked_stops; meanwhile others may come, whose exposure_s says what they have (0:
-  // not known). What the camera cannot do comes as near to it as it can; what does not come at all is a
-  // kNotice. kBusy: earlier ones are still to come.
+  // Requests exposures beside the present one, for merging: so many stops longer (negative: shorter) each, in
+  // this order, then the present one again. Each arrives as a frame (of a tethered camera as a photograph)
+  // with Frame::asked_stops; frames between them have their own exposure_s (0: not known). The camera takes
+  // the nearest exposure that it can; one that it cannot take is reported as a kNotice. kBusy: earlier ones
+  // are still to come.
   virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
 
-// For whoever waits for live frames. Throws Error where none will ever come, with the way that is left:
-// photographs first, their poses afterwards.
+// Throws Error where no live frames will ever come, with the alternative: photographs, and poses afterwards.
 void RequireLiveFrames(const Device& device);
 
 }  // namespace ulf::acquisition

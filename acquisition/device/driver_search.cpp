@@ -21,8 +21,8 @@ std::string Describe(const DeviceInfo& info) {
   return text;
 }
 
-// Without a serial number, all cameras of a model count as the same. Makers number their cameras each for
-// himself.
+// Without a serial number, all cameras of a model count as the same. Serial numbers are unique only per
+// maker.
 bool IsSameCamera(const DeviceInfo& known, const DeviceInfo& found) {
   return known.maker == found.maker && known.model == found.model &&
          (known.serial.empty() || known.serial == found.serial);

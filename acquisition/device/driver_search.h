@@ -1,5 +1,5 @@
-// The search for the driver of a lost camera: in a thread of its own, alternately where the camera was and
-// wherever it is now, until the same camera streams again or the patience is over.
+// Searches for the driver of a lost camera in a separate thread, alternately where the camera was and
+// wherever it is now, until the same camera streams again or the time is over.
 #pragma once
 
 #include <chrono>
@@ -12,20 +12,17 @@
 
 namespace ulf::acquisition {
 
-// Opens a driver again, not started; `known` is the Info() of the one that was lost. Throws Error. Runs in
-// another thread.
+// Opens a driver again, not started; `known` is the lost one's Info(). Throws Error. Runs in another thread.
 using ReopenDriver = std::function<std::unique_ptr<Device>(const DeviceInfo& known)>;
 
 struct Reconnection {
   ReopenDriver where_it_was;
   ReopenDriver elsewhere;  // wherever it is now; none: only where it was
-  // The camera is searched for so long, then given up; 0: not at all. Guessed: time to change a cable or a
-  // battery.
+  // The camera is searched for this time; 0: not at all. Guessed: time to change a cable or a battery.
   double patience_s = 300;
 };
 
-// The search for a lost camera, shared by the thread that searches and the device that waits. The device may
-// give up first.
+// The state shared by the thread that searches and the device that waits, which may give up first.
 struct DriverSearch {
   Mutex mutex;
   ConditionVariable changed;
@@ -44,8 +41,8 @@ std::shared_ptr<DriverSearch> SearchDriver(const Reconnection& how, const Device
                                            std::chrono::steady_clock::time_point begin,
                                            std::chrono::steady_clock::time_point give_up);
 
-// One attempt; the driver is started. Throws Error when the camera is not there; fills `refused` when another
-// one is.
+// Makes one attempt and starts the driver. Throws Error without the camera; fills `refused` if another is
+// there.
 std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
                                   std::string* refused);
 

@@ -1,5 +1,5 @@
-// What a device reports between frames, collected until somebody takes it (Device::TakeEvents), and when its
-// silence counts as a stall. All functions of EventLog may be called from any thread.
+// Collects a device's events until they are taken (Device::TakeEvents), and reports stalls. All functions of
+// EventLog may be called from any thread.
 #pragma once
 
 #include <chrono>
@@ -14,10 +14,9 @@ namespace ulf::acquisition {
 
 class EventLog {
  public:
-  // Every event goes to the program's log, too, at the level of debugging, as "NAME: TEXT". Before other
-  // threads begin.
+  // Writes every event also to the program's debug log as "NAME: TEXT". Call it before other threads begin.
   void LogAs(std::string name) { name_ = std::move(name); }
-  // The event's time is now. `silence_s`: DeviceEvent::silence_s.
+  // Adds an event with the present time. `silence_s`: DeviceEvent::silence_s.
   void Say(DeviceEventKind kind, std::string text, double silence_s = 0);
   void Notice(std::string text) { Say(DeviceEventKind::kNotice, std::move(text)); }
   // Takes over an event of another log.
@@ -30,18 +29,18 @@ class EventLog {
   std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
 };
 
-// Reports once that no frame comes for longer than normal, and once that frames come again. For the thread
-// that reads the frames of one stream.
+// Reports once that no frame comes for longer than normal, and once that frames come again. It belongs to the
+// thread that reads one stream's frames.
 class StallReport {
  public:
   explicit StallReport(EventLog& log) : log_(log) {}
 
   std::chrono::steady_clock::time_point LastFrame() const { return last_frame_; }
   void FrameCame();
-  // `silence_s`: without a frame that is due. True when the stall is reported now.
+  // `silence_s`: time without a frame that is due. Returns true when the stall is reported now.
   bool NoFrame(double silence_s, double stall_s);
-  // No frame is due: the next silence is a stall of its own.
-  void Forget() { stalled_ = false; }
+  // Call it when no frame is due: the next silence is a new stall.
+  void EndStall() { stalled_ = false; }
 
  private:
   EventLog& log_;

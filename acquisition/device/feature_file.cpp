@@ -21,7 +21,7 @@ constexpr int kMostRounds = 20;  // guessed: dependencies between settings are a
 
 using Selection = std::vector<std::pair<std::string, std::string>>;
 
-// The values of a selector under which features are saved; only the present one where there are too many.
+// Returns the values of a selector under which features are saved; of too many only the present one.
 std::vector<std::string> ValuesOf(const CameraFeature& selector) {
   if (!selector.writable) return {selector.value};
   if (selector.type == FeatureType::kEnumeration) return selector.choices;

@@ -1,5 +1,5 @@
-// A device's own settings by name: the GenICam tree of a machine-vision camera, the controls of a webcam, the
-// configuration of a tethered camera. Behind `ulf features`.
+// Defines access to a device's own settings by name, for `ulf features`: the GenICam tree of a machine-vision
+// camera, the controls of a webcam, the configuration of a tethered camera.
 #pragma once
 
 #include <memory>
@@ -50,27 +50,27 @@ class FeatureAccess {
  public:
   virtual ~FeatureAccess() = default;
   virtual DeviceInfo Info() const = 0;
-  // Empty: unknown.
+  // The list is empty where they are unknown.
   virtual std::vector<OfferedFormat> Formats() { return {}; }
-  // In the device's own order, grouped by category.
+  // Lists the features in the device's own order, grouped by category.
   virtual std::vector<CameraFeature> List() = 0;
-  // None: there is no such feature.
+  // Returns none when there is no such feature.
   virtual std::optional<CameraFeature> Find(const std::string& name) = 0;
   // Writes a value, or runs a command (value "" or "execute"). Throws Refusal for an unknown or read-only
   // feature and for a value out of range, naming the range or the choices.
   virtual void Set(const std::string& name, const std::string& value) = 0;
 };
 
-// The values that a feature accepts, for people: "integer", "0 to 10 step 2", "Off, On".
+// Returns the values that a feature accepts, for people: "integer", "0 to 10 step 2", "Off, On".
 std::string RangeText(const CameraFeature& feature);
-// The `count` names most similar to `wrong`, best first; for error messages.
+// Returns the `count` names most similar to `wrong`, best first; for error messages.
 std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
                                       std::size_t count = 3);
 
-// The text that `feature` reads back after it was set to `value`. Throws Refusal, beginning with `who`,
-// for a value that does not parse or is out of range.
+// Returns the text that `feature` reads back after it was set to `value`. Throws Refusal, beginning with
+// `who`, for a value that does not parse or is out of range.
 std::string CheckedValue(const std::string& who, const CameraFeature& feature, const std::string& value);
-// Whether two texts are the same value of a feature ("1" and "1.0").
+// Returns whether two texts are the same value of a feature ("1" and "1.0").
 bool SameValue(const CameraFeature& feature, const std::string& a, const std::string& b);
 
 }  // namespace ulf::acquisition

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::int64_t kIds16 = 65535;  // 1 to 65535: 0 is left out at the wrap
 
-// How far `id` lies ahead of `newest`; negative when it is a late arrival.
+// Returns how far `id` lies ahead of `newest`; negative when it is a late arrival.
 std::int64_t Ahead(std::uint64_t newest, std::uint64_t id) {
   const auto difference = static_cast<std::int64_t>(id - newest);
   if (std::max(newest, id) > kIds16 || std::abs(difference) <= kIds16 / 2) return difference;

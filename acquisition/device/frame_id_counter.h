@@ -14,7 +14,7 @@ namespace ulf::acquisition {
 class FrameIdCounter {
  public:
   void Arrived(std::uint64_t id);
-  // The camera counts from its beginning again.
+  // Call it when the camera restarts its numbers.
   void Restarted() { newest_.reset(); }
   void ArrivedWithoutId() { ++without_id_; }
   std::uint64_t Missing() const { return missing_; }

@@ -1,6 +1,6 @@
-// A bounded queue between threads. When it is full, Push() drops the oldest item and counts it, because a
-// live camera does not wait. Any number of threads may push and pop. After Close() Push() fails and Pop()
-// returns what is left.
+// Defines a bounded queue between threads. When it is full, Push() drops the oldest item and counts it,
+// because a live camera does not wait. Any number of threads may push and pop. After Close() Push() fails and
+// Pop() returns what is left.
 #pragma once
 
 #include <chrono>
@@ -24,8 +24,8 @@ class BoundedQueue {
   BoundedQueue(const BoundedQueue&) = delete;
   BoundedQueue& operator=(const BoundedQueue&) = delete;
 
-  // False when the queue is closed; the item then does not count as dropped. `dropped` receives the item that
-  // was dropped, if any.
+  // Returns false when the queue is closed; the item then does not count as dropped. `dropped` receives the
+  // item that was dropped, if any.
   bool Push(T item, std::optional<T>* dropped = nullptr) {
     MutexLock lock(mutex_);
     if (closed_) return false;
@@ -40,7 +40,7 @@ class BoundedQueue {
     return true;
   }
 
-  // The oldest item; none: no item within the timeout, or the queue is closed and empty.
+  // Returns the oldest item; none if no item within the timeout, or the queue is closed and empty.
   std::optional<T> Pop(std::chrono::milliseconds timeout) {
     MutexLock lock(mutex_);
     arrived_.wait_for(lock, timeout, [this]() ULF_REQUIRES(mutex_) { return closed_ || !items_.empty(); });

@@ -76,7 +76,7 @@ struct FrameFile {
   FileContent content;
 };
 
-// None for a photograph that has only a raw file: it is developed again.
+// Returns none for a photograph that has only a raw file: it is developed again.
 std::optional<FrameFile> ImageFile(const Frame& frame) {
   if (frame.encoded && IsJpeg(frame.encoded->extension))
     return FrameFile{frame.encoded->extension, ContentOf(*frame.encoded->bytes)};
@@ -180,7 +180,7 @@ json FrameToJson(const Frame& frame, const std::string& file, const std::string&
   return line;
 }
 
-// Without pixels.
+// Reads a frame without its pixels.
 Frame FrameFromJson(const JsonPlace& line) {
   Frame frame;
   frame.id = static_cast<std::uint64_t>(line.Number("id"));

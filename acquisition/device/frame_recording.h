@@ -31,7 +31,7 @@
 
 namespace ulf::acquisition {
 
-// Where the frames come from, and the intrinsics of the session; none: it had none.
+// Says where the frames come from, and holds the intrinsics of the session; none if it had none.
 struct RecordingHeader {
   DeviceInfo device = {};
   std::optional<SensorWindow> window = {};  // of the live frames
@@ -40,7 +40,7 @@ struct RecordingHeader {
   std::optional<FlatField> flat_field = {}, still_flat_field = {};
   std::optional<ColorProfile> color_profile = {}, still_color_profile = {};
 
-  // From what the device itself knows.
+  // Makes the header from what the device itself knows.
   static RecordingHeader Of(const Device& device);
 };
 
@@ -56,7 +56,7 @@ struct FrameRecorderSummary {
 void RequireNewRecording(const std::filesystem::path& dir);
 
 struct FrameRecorderOptions {
-  // Of frames that wait for the disk; with more, live frames are left out. Guessed.
+  // The most bytes of frames that wait for the disk; with more, live frames are left out. Guessed.
   std::size_t waiting_bytes = 512 << 20;
 };
 
@@ -69,11 +69,11 @@ class FrameRecorder {
   FrameRecorder(const FrameRecorder&) = delete;
   FrameRecorder& operator=(const FrameRecorder&) = delete;
 
-  // The pixels are shared, not copied. False when the frame was left out.
+  // The pixels are shared, not copied. Returns false when the frame was left out.
   bool TryAdd(const Frame& frame);
   // Adds a line of text for readers of the recording: a fault, a gap.
   void Note(const std::string& text);
-  // Why frames are left out at this moment; none: they are kept.
+  // Returns why frames are left out at this moment; none if they are kept.
   std::optional<std::string> Pause() const;
   // Writes the frames that wait and ends.
   FrameRecorderSummary Finish();
@@ -96,7 +96,7 @@ struct FrameRecording {
 bool IsFrameRecording(const std::filesystem::path& dir);
 // Throws Error naming file, line and key; ignores a truncated last line.
 FrameRecording ReadFrameRecording(const std::filesystem::path& dir);
-// The frame with its pixels, and a photograph's raw file. Throws Error when a file is missing or damaged.
+// Returns the frame with its pixels and any raw file. Throws Error when a file is missing or damaged.
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry);
 
 }  // namespace ulf::acquisition

@@ -1,4 +1,4 @@
-// Frames between a camera's thread and the reader: the newest live frames (older ones are dropped and
+// Queues frames between a camera's thread and the reader: the newest live frames (older ones are dropped and
 // counted) and every photograph, photographs first. A tethered camera's frames are still encoded; the reader
 // decodes them, so that a dropped frame costs no decoding.
 #pragma once

@@ -163,7 +163,7 @@ class ReconnectingDevice : public Device {
   std::atomic<bool> problem_known_{false};  // info_ holds the problem; the driver does not know it
   EventLog events_;
   mutable Mutex mutex_;
-  // Of the last open driver; with the problem while there is none.
+  // The last open driver's, with the problem while there is none.
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   std::shared_ptr<Device> driver_ ULF_GUARDED_BY(mutex_);  // null while it is searched for
   DeviceStatistics past_ ULF_GUARDED_BY(mutex_);           // of closed drivers
@@ -327,7 +327,7 @@ double ReconnectingDevice::SecondsWithoutFrames(const Frame& next) const {
   return is_plausible ? host_gap_s : gap_s;
 }
 
-// Shifts times where the camera's clock has restarted. Returns text for the event.
+// Shifts times where the camera's clock has restarted. Returns a text for the event.
 std::string ReconnectingDevice::AlignClock(const Frame& frame) {
   if (!last_device_time_s_) return "";
   const double expected_s = *last_device_time_s_ + std::max(SecondsWithoutFrames(frame), kShortestGapSeconds);

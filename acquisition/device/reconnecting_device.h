@@ -1,11 +1,11 @@
-// A live camera that searches for its driver and opens it again when the camera is lost: implements the state
-// machine of device.h for all drivers.
+// Searches for a lost camera's driver and opens it again: implements device.h's state machine for all
+// drivers.
 //
 // A driver reports kLost and the reason (Info().problem). Frames that wait in it are still delivered; then
 // the device is kFaulted, and from the next Next() on kReconnecting: a thread opens a driver again,
 // alternately where the camera was and wherever it is now (its address may have changed), until one delivers
 // a frame. The camera must be the same one, with images of the same size and kind; any other is refused, with
-// an event. Opening writes all settings again. After the patience the device is kLost.
+// an event. Opening writes all settings again. After Reconnection::patience_s the device is kLost.
 //
 // Across a gap statistics are added up and device_time_s continues. A camera that was switched off restarts
 // its clock: then its times are shifted so that the gap is as long as on this computer's clock, and the event

@@ -68,7 +68,7 @@ void RepeatedEvents::Note(const DeviceEvent& event, std::vector<std::string>& li
   ++known->count;
 }
 
-std::vector<std::string> RepeatedEvents::After(const std::vector<DeviceEvent>& events, double now_s) {
+std::vector<std::string> RepeatedEvents::Update(const std::vector<DeviceEvent>& events, double now_s) {
   std::vector<std::string> lines;
   for (const DeviceEvent& event : events) Note(event, lines);
   for (Repeated& repeated : known_) {
@@ -84,7 +84,7 @@ std::vector<std::string> RepeatedEvents::After(const std::vector<DeviceEvent>& e
   return lines;
 }
 
-std::vector<std::string> RepeatedEvents::AtTheEnd() {
+std::vector<std::string> RepeatedEvents::Finish() {
   std::vector<std::string> lines;
   for (Repeated& repeated : known_)
     if (repeated.count > std::exchange(repeated.said, repeated.count)) lines.push_back(Line(repeated));

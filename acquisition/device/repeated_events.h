@@ -1,8 +1,8 @@
-// A device's events as lines for people: the first of a kind at once, those that repeat it collected into one
+// Turns a device's events into lines for people: the first of a kind at once, repetitions collected into one
 // line with their number and the time of the first: "no frame for 6 s (12 times since 10:03)".
 //
-// Stalls repeat each other whatever their numbers; notices, which may name files, when they are the same to
-// the letter. Losses and returns of the camera (kFaulted, kReconnecting, kRestored) are said each.
+// Stalls count as repetitions whatever their numbers, notices, which may name files, only with the same text.
+// Losses and returns of the camera (kFaulted, kReconnecting, kRestored) are each reported.
 #pragma once
 
 #include <string>
@@ -14,18 +14,18 @@ namespace ulf::acquisition {
 
 class RepeatedEvents {
  public:
-  // Guessed: what comes within the first is collected, twice as long after each line, up to the second; what
-  // has not come for the last is news again.
+  // Guessed: repetitions are collected for `every_s`, for twice as long after each line, up to `longest_s`;
+  // after `forget_s` without one, an event counts as new.
   struct Options {
     double every_s = 30, longest_s = 300, forget_s = 600;
   };
   RepeatedEvents() = default;
   explicit RepeatedEvents(const Options& options) : options_(options) {}
 
-  // The lines to say now. `now_s`: since the epoch, as DeviceEvent::host_time_s.
-  std::vector<std::string> After(const std::vector<DeviceEvent>& events, double now_s);
-  // What is collected and was not said.
-  std::vector<std::string> AtTheEnd();
+  // Returns the lines to say now. `now_s`: since the epoch, as DeviceEvent::host_time_s.
+  std::vector<std::string> Update(const std::vector<DeviceEvent>& events, double now_s);
+  // Returns the lines about events that were collected and not yet reported.
+  std::vector<std::string> Finish();
 
  private:
   struct Repeated {

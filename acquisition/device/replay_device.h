@@ -40,7 +40,7 @@ namespace ulf::acquisition {
 
 std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri);
 
-// The URI with this speed, if one is given. Throws Refusal when the URI is not a replay.
+// Returns the URI with this speed, if one is given. Throws Refusal when the URI is not a replay.
 std::string WithReplaySpeed(const std::string& uri, const std::optional<double>& speed);
 
 // Plays a recording in time, as a live camera: frames arrive at the intervals at which they were taken,

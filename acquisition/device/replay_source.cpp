@@ -42,7 +42,7 @@ EncodedImage JpegFile(const fs::path& path) {
   return {".jpg", std::make_shared<const std::string>(ReadWholeFile(path))};
 }
 
-// When a photograph was taken, as text whose order is that of the times; empty: the file does not say.
+// Returns a photograph's time as text that sorts by time; empty if the file does not say.
 std::string TimeTaken(const fs::path& file) {
   if (IsRawFile(file)) return ReadRawFacts(file.string()).exif.taken;
   constexpr std::streamsize kExifBytes = 1 << 17;  // a segment has at most half of it

@@ -1,4 +1,4 @@
-// What a replay plays: the frames of a folder, a video, a light field or a recorded session, in their order.
+// Reads the frames of a replay in order: of a folder, a video, a light field or a recorded session.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace ulf::acquisition {
 
-// As replay_device.h describes the URI's options.
+// The URI's options; replay_device.h describes them.
 struct ReplayOptions {
   std::string uri;  // for messages
   std::filesystem::path path;
@@ -21,7 +21,7 @@ struct ReplayOptions {
   std::optional<Transfer> transfer;
   double speed = 0;
 
-  // Seconds, of a frame without a time of its own.
+  // Returns the time, s, of a frame without a time of its own.
   double TimeOf(std::size_t index) const;
   Transfer TransferOf(const cv::Mat& pixels) const {
     return transfer.value_or(pixels.depth() == CV_32F ? Transfer::kLinear : Transfer::kSrgb);
@@ -34,7 +34,7 @@ class ReplaySource {
   virtual std::string Describe() const = 0;
   virtual FrameSource Source() const = 0;
   virtual bool HasLiveFrames() const { return true; }
-  // The camera and what is known of it; `device.uri` is not used.
+  // Returns the camera and what is known of it; `device.uri` is not used.
   virtual RecordingHeader Header() const {
     RecordingHeader header;
     header.device.bus = "files";
@@ -42,7 +42,7 @@ class ReplaySource {
   }
   virtual bool HasRequestedPhotographs() const { return false; }  // still to come
   virtual void Rewind() = 0;
-  // None at the end. Throws Error for a file that cannot be read, or differs in kind from the first.
+  // Returns none at the end. Throws Error for a file that cannot be read, or differs in kind from the first.
   virtual std::optional<Frame> Next() = 0;
   virtual double Length() const = 0;  // frames; 0: unknown
 };

@@ -1,5 +1,5 @@
-// The statistics of a driver's stream: what arrived, what did not, and how the camera's clock runs beside
-// this computer's. All functions may be called from any thread.
+// Counts the statistics of a driver's stream: frames that arrived and did not, and the camera's clock
+// relative to this computer's. All functions may be called from any thread.
 #pragma once
 
 #include <chrono>
@@ -18,26 +18,26 @@ namespace ulf::acquisition {
 
 class StreamStatistics {
  public:
-  // A stream begins: everything is counted anew.
+  // Call it when a stream begins: all counts restart.
   void Begin();
-  // It ends: its seconds count no further.
+  // Call it when the stream ends: its seconds count no further.
   void End();
 
-  // A frame's number, whole or not; in the order of arrival.
+  // Notes a frame's number, complete or not, in the order of arrival.
   void Arrived(std::uint64_t id);
   void ArrivedWithoutId();
-  // The camera numbers its frames from the beginning again.
+  // Call it when the camera restarts its numbers.
   void NumbersRestart();
   void Incomplete();
-  // A frame that was discarded because automatics were on when it was exposed.
+  // Counts a frame that was discarded because automatics were on when it was exposed.
   void WhileSettling();
   void Dropped();
-  // A whole frame's times by both clocks; later than `period_s` after its time it counts as late. 0: never.
+  // Notes a complete frame's times by both clocks; more than `period_s` apart it is late (0: never).
   void Timed(double device_time_s, double host_time_s, double period_s);
-  // A frame that the reader got.
+  // Counts a frame that the reader got.
   void Delivered(const Frame& frame);
 
-  // Without the figures of the transport.
+  // Returns the statistics without the figures of the transport.
   DeviceStatistics Now() const;
   double WhileSettlingCount() const;
 
@@ -51,7 +51,7 @@ class StreamStatistics {
   std::chrono::steady_clock::time_point began_ ULF_GUARDED_BY(mutex_);
 };
 
-// The thread in which a driver reads its frames: runs `read`, and `lost` with the reason where that throws.
+// Starts a thread that reads frames: it runs `read`, and `lost` with the reason where that throws.
 std::thread ReadingThread(std::function<void()> read, std::function<void(const std::string&)> lost);
 
 }  // namespace ulf::acquisition

@@ -11,7 +11,7 @@ struct FigureKind {
   const char* name;
   bool counts;
 };
-// In the order of TransportFigure.
+// These are in the order of TransportFigure.
 constexpr std::array kFigureKinds{
     FigureKind{"MB/s of pixels", false},
     FigureKind{"frames completed", true},

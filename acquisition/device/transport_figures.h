@@ -1,6 +1,5 @@
-// The figures of a device's transport (packets, buffers, photographs): what each is, whether it counts, and
-// its name for people, in one place. docs/measured/cameras.md says what the figures of GigE Vision count, and
-// which are not reliable.
+// Names the figures of a device's transport (packets, buffers, photographs), and says which are counts.
+// docs/measured/cameras.md says what the figures of GigE Vision count, and which are not reliable.
 #pragma once
 
 #include <optional>
@@ -57,13 +56,13 @@ enum class TransportFigure {
 
 // "packets resent".
 const char* Name(TransportFigure figure);
-// Whether it counts since the start: counts of two streams add up. Of settings and rates the latest value
-// holds.
+// Returns whether the figure counts since the start, so that counts of two streams add up. For settings and
+// rates the latest value holds.
 bool IsCount(TransportFigure figure);
 
-// In display order.
+// Figures with their values, in display order.
 using TransportFigures = std::vector<std::pair<TransportFigure, double>>;
-// None: the device does not have it.
+// Returns none when the device does not have it.
 std::optional<double> FigureIn(const TransportFigures& figures, TransportFigure figure);
 // Adds what a later stream counted, and takes over its other values.
 void Add(const TransportFigures& later, TransportFigures& sum);

@@ -1,5 +1,5 @@
-// The UDP sockets of this process that are bound to an IPv4 address. The camera library does not give access
-// to its sockets, so they are found by address and port.
+// Lists the UDP sockets of this process that are bound to an IPv4 address. The camera library does not give
+// access to its sockets, so they are found by address and port.
 #pragma once
 
 #include <netinet/in.h>
@@ -17,7 +17,7 @@ struct BoundSocket {
 
 std::vector<BoundSocket> BoundUdpSockets();
 
-// Those that are not in `before`.
+// Returns the sockets that are not in `before`.
 std::vector<BoundSocket> BoundSince(const std::vector<BoundSocket>& before);
 
 }  // namespace ulf::acquisition

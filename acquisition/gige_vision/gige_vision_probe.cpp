@@ -120,13 +120,13 @@ std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, s
   return std::nullopt;
 }
 
-GigeControl AskGigeControl(const std::string& ipv4_address, milliseconds timeout) {
+GigeControl QueryGigeControl(const std::string& ipv4_address, milliseconds timeout) {
   const auto privilege = ReadGigeRegister(ipv4_address, kControlChannelPrivilege, timeout);
   if (!privilege) return GigeControl::kNoAnswer;
   return *privilege & 0x03 ? GigeControl::kControlled : GigeControl::kFree;  // exclusive or shared control
 }
 
-std::string AskGigeController(const std::string& ipv4_address) {
+std::string QueryGigeController(const std::string& ipv4_address) {
   const std::uint32_t address = ReadGigeRegister(ipv4_address, kPrimaryApplicationAddress).value_or(0);
   if (address == 0) return "";
   const std::uint32_t port = ReadGigeRegister(ipv4_address, kPrimaryApplicationPort).value_or(0) & 0xFFFF;
@@ -136,7 +136,7 @@ std::string AskGigeController(const std::string& ipv4_address) {
   return port == 0 ? text : fmt::format("{} (UDP port {})", text, port);
 }
 
-std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address, milliseconds timeout) {
+std::optional<GigeAnswer> QueryGigeCamera(const std::string& ipv4_address, milliseconds timeout) {
   const auto camera = GvcpPortOf(ipv4_address);
   const FileDescriptor socket = UdpSocket();
   if (!camera || !socket.IsOpen() ||

@@ -20,28 +20,29 @@ enum class GigeControl {
   kControlled,  // a program holds the control channel, perhaps this one
   kNoAnswer,    // no camera there, or not reachable by unicast from here
 };
-GigeControl AskGigeControl(const std::string& ipv4_address,
-                           std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
+GigeControl QueryGigeControl(const std::string& ipv4_address,
+                             std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
 
-// Reads one register, a second time when there is no answer within the timeout. None: no answer, or refused.
+// Reads one register, a second time when there is no answer within the timeout. Returns none when there is no
+// answer, or the camera refuses.
 std::optional<std::uint32_t> ReadGigeRegister(
     const std::string& ipv4_address, std::uint32_t register_address,
     std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
 
-// The address of the program that controls the camera, "192.0.2.5 (UDP port 40123)". Empty where the camera
-// does not tell (many leave both registers at zero).
-std::string AskGigeController(const std::string& ipv4_address);
+// Returns the address of the program that controls the camera, "192.0.2.5 (UDP port 40123)". It is empty
+// where the camera does not tell (many leave both registers at zero).
+std::string QueryGigeController(const std::string& ipv4_address);
 
 // A camera's answer to a discovery packet.
 struct GigeAnswer {
   std::string address, netmask;  // as the camera has them; the mask may be 0.0.0.0
   std::string maker = {}, model = {}, serial = {};
 };
-// None: it is no whole answer to a discovery packet.
+// Returns none when it is no whole answer to a discovery packet.
 std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet);
 // Sends a discovery packet to one address; none when nothing answers within the timeout.
-std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address,
-                                        std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
+std::optional<GigeAnswer> QueryGigeCamera(const std::string& ipv4_address,
+                                          std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
 // Sends discovery packets by broadcast on every interface; also finds cameras whose address belongs to
 // another network.
 std::vector<GigeAnswer> DiscoverGigeCameras(
@@ -54,8 +55,7 @@ struct NetworkInterface {
 };
 std::vector<NetworkInterface> NetworkInterfaces();
 
-// A message where the camera's address lies in the network of none of these interfaces; empty where it does
-// not.
+// Returns a message where the camera's address is in the network of none of these interfaces, else empty.
 std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<NetworkInterface>& interfaces);
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,4 @@
-// The GigE Vision control protocol (GVCP) as bytes: a header of eight bytes, then what the command carries,
-// all big-endian.
+// Encodes the GigE Vision control protocol (GVCP): a header of eight bytes, then the payload, big-endian.
 //
 //   request  key 0x42 (1), flags (1), command (2), bytes that follow (2), number of the request (2)
 //   answer   status (2), command + 1 (2), bytes that follow (2), number of the request (2)

@@ -49,7 +49,7 @@ std::optional<double> StopsIn(const std::string& text) {
   return stops;
 }
 
-// The step of a bracket that has as many exposures above as below, all steps there; none: it is not such.
+// Returns the step of a symmetric bracket with equal steps; none for any other.
 std::optional<double> StepOf(std::vector<double> stops) {
   stops.push_back(0);
   std::ranges::sort(stops);
@@ -158,7 +158,7 @@ bool CameraBracket::Begin(const std::vector<double>& stops) {
   return true;
 }
 
-// False: the camera is busy, or refuses.
+// Returns false when the camera is busy, or refuses.
 bool CameraBracket::Write() {
   if (Clock::now() < again_) return false;
   const auto& [name, value] = to_write_.front();

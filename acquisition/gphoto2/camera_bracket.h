@@ -1,13 +1,13 @@
-// A camera's own exposure bracketing: its settings make it take exposures so many stops apart, faster than
-// they could be asked for one by one, and are put back afterwards.
+// Uses a camera's own exposure bracketing: its settings make it take exposures so many stops apart, faster
+// than single requests, and are restored afterwards.
 //
-// By the names of libgphoto2's ptp2 driver. Canon EOS: `aeb` ("+/- 2"), three exposures, one a release in
-// `drivemode` Single. Nikon: `bracketing`, `bracketset`, `aebracketingstep` ("2 EV") and
+// Settings have the names of libgphoto2's ptp2 driver. Canon EOS: `aeb` ("+/- 2"), three exposures, one a
+// release in `drivemode` Single. Nikon: `bracketing`, `bracketset`, `aebracketingstep` ("2 EV") and
 // `aebracketingpattern` ("3 images (normal, under and over)"), or an `aebracketingcount` that fits already;
 // all from one release with `capturemode` Burst and `burstnumber`, where it has them.
 //
-// Nothing tells which photograph has which exposure but its Exif. The exposure in the middle, which is the
-// view's own, is taken again: its stops are 0.
+// Only Exif data tell which photograph has which exposure. The exposure in the middle, which is the view's
+// own, is taken again: its stops are 0.
 #pragma once
 
 #include <chrono>
@@ -32,29 +32,29 @@ struct CameraBracketPlan {
   bool one_release = false;          // brings all of them
 };
 
-// None: the camera does not offer just these exposures, so many stops from the present one. `setting`: what
-// the camera has under a name.
+// Returns none when the camera does not offer just these exposures, so many stops from the present one.
+// `setting` returns the camera's setting of a name.
 std::optional<CameraBracketPlan> PlanCameraBracket(
     const std::vector<double>& stops,
     const std::function<std::optional<GphotoSetting>(const std::string&)>& setting);
 
-// Belongs to the camera's thread. A busy camera is asked again in later rounds, so long as it may be busy.
+// Belongs to the camera's thread. A busy camera is asked again in later rounds, until its time is over.
 class CameraBracket {
  public:
   CameraBracket(GphotoCamera& camera, const CameraSettings& settings, double busy_s,
                 std::function<void(const std::string&)> notice)
       : camera_(camera), settings_(settings), busy_s_(busy_s), notice_(std::move(notice)) {}
 
-  // False: it does not offer these exposures, or failed at them before.
+  // Returns false when it does not offer these exposures, or failed at them before.
   bool Begin(const std::vector<double>& stops);
-  // Until the settings are back where they were.
+  // Returns true until the settings are restored.
   bool IsRunning() const { return is_running_; }
-  // How many photographs the release brings that is to be made now; 0: none is, not yet or no more.
+  // Returns how many photographs the release makes that is due now; 0: none is due.
   int Next();
-  // The camera did not take its settings: nothing was released.
+  // Returns whether the camera did not take its settings, so that nothing was released.
   bool HasRefused() const { return has_refused_; }
-  // Of a photograph by the exposure time in its Exif: the stops that were asked for, 0 for the middle; none:
-  // neither.
+  // Returns the requested stops of a photograph by the exposure time in its Exif data, 0 for the middle; none
+  // when it is none of these.
   std::optional<double> StopsOf(const std::optional<double>& told_s);
   void GiveUp(bool camera_is_gone);
 

@@ -42,7 +42,7 @@ const SettingNames& NamesOf(ShotSetting setting) {
   return kNames[static_cast<std::size_t>(setting)];
 }
 
-// The image formats that the camera offers and that come with a JPEG.
+// Returns the image formats that the camera offers and that come with a JPEG.
 std::string FormatsWithJpeg(GphotoCamera& camera) {
   for (const char* name : {"imageformat", "imagequality"}) {
     const auto setting = camera.Setting(name);

@@ -1,4 +1,4 @@
-// The settings of a photograph under the names that different makers' drivers give them: shutter, ISO,
+// Finds the settings of a photograph under the names that different makers' drivers give them: shutter, ISO,
 // aperture, focus, exposure program, file format. Values are compared by meaning ("1/125" equals "0.0080s").
 //
 // Lock() writes a setting and reads it back; Changes() reports every later change (automatic ISO, a dial that
@@ -20,12 +20,12 @@ inline constexpr std::array kShotSettings{ShotSetting::kShutter, ShotSetting::kI
                                           ShotSetting::kFocus,   ShotSetting::kFormat, ShotSetting::kProgram};
 const char* Name(ShotSetting setting);  // as in the URI: "shutter", "iso", ...
 
-// "1/125", "0.0080s", "f/5.6", "ISO 200", "2.5"; none for "Auto", "bulb".
+// Reads "1/125", "0.0080s", "f/5.6", "ISO 200", "2.5"; none for "Auto", "bulb".
 std::optional<double> PhotographicNumber(const std::string& text);
 bool IsSameSetting(const std::string& a, const std::string& b);
-// The choice that equals a value from the user; none: there is no such choice.
+// Returns the choice that equals a value from the user; none if there is no such choice.
 std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, const std::string& value);
-// The choice for manual operation; none: the setting has none.
+// Returns the choice for manual operation; none if the setting has none.
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices);
 bool IsAutomatic(const std::string& value);
 
@@ -35,15 +35,16 @@ struct PhotographFiles {
 };
 PhotographFiles FilesOf(const std::string& image_format);
 
-// A message that tells which image format to set when this one has no JPEG; empty when it has one.
+// Returns a message that tells which image format to set when this one has no JPEG; empty when it has one.
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format);
 
-// Selects card or memory; `to_card` none: the card if there is one with free space. True: photographs go to
-// memory. Throws Refusal for a target that the camera does not offer, Error when it refuses one.
+// Selects card or memory; `to_card` none: the card if there is one with free space. Returns true when
+// photographs go to memory. Throws Refusal for a target that the camera does not offer, Error when it refuses
+// one.
 bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card);
 
-// Whether a file is in the camera's volatile memory, from which it is deleted after its download. Files on a
-// card are never deleted.
+// Returns whether a file is in the camera's volatile memory, from which it is deleted after its download.
+// Files on a card are never deleted.
 bool IsInCameraMemory(const std::string& folder, bool target_is_memory);
 
 class CameraSettings {
@@ -60,9 +61,9 @@ class CameraSettings {
 
   // Reads all settings; one message for each change since the last call.
   std::vector<std::string> Changes();
-  // The value last read; empty: the camera has no such setting.
+  // Returns the value last read; empty if the camera has no such setting.
   std::string Value(ShotSetting setting) const;
-  // What the camera offers now; empty: it has no such setting, or any value.
+  // Returns the values that the camera offers now; empty if it has no such setting, or takes any value.
   std::vector<std::string> Choices(ShotSetting setting) const;
   std::optional<double> Number(ShotSetting setting) const { return PhotographicNumber(Value(setting)); }
 

@@ -19,7 +19,7 @@ void CameraWatch::Begin(bool target_is_memory) {
   LookAtBatteryAndCard();
 }
 
-GphotoResult CameraWatch::Look() {
+GphotoResult CameraWatch::Poll() {
   for (const std::string& change : settings_.Changes()) notice_(change);
   LookAtFormat();
   if (has_storage_)

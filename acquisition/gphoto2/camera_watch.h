@@ -1,5 +1,5 @@
-// What of a tethered camera may change by itself, or by a hand on the body, while it is used: settings, image
-// format, battery, card. Each change is told once. Belongs to the camera's thread.
+// Watches what may change on a tethered camera while it is used, by itself or by hand: settings, image
+// format, battery, card. Each change is reported once. Belongs to the camera's thread.
 #pragma once
 
 #include <functional>
@@ -18,11 +18,11 @@ class CameraWatch {
   CameraWatch(GphotoCamera& camera, CameraSettings& settings, std::function<void(const std::string&)> notice)
       : camera_(camera), settings_(settings), notice_(std::move(notice)) {}
 
-  // Before the first look, when the settings are as they are to be.
+  // Call it before the first Poll(), when all settings are made.
   void Begin(bool target_is_memory);
-  // A result that is not ok(): the camera may be gone.
-  GphotoResult Look();
-  // Whether the camera can be asked for its storage, which shows that it is there.
+  // Returns a result that is not ok() when the camera may be gone.
+  GphotoResult Poll();
+  // Returns whether the camera can be asked for its storage, which shows that it is there.
   bool HasStorage() const { return has_storage_; }
 
  private:

@@ -73,7 +73,7 @@ using List = std::unique_ptr<CameraList, Releaser<CameraList, gp_list_unref>>;
 // Held while a camera is opened or closed, which loads or unloads drivers: no two threads may do that at
 // once.
 Mutex library_mutex;
-// The list of drivers, read from disk once, which takes a tenth of a second.
+// Returns the list of drivers, read from disk once, which takes a tenth of a second.
 CameraAbilitiesList* AllAbilities(GPContext* context) ULF_REQUIRES(library_mutex) {
   static const Abilities all = [&] {
     CameraAbilitiesList* list = nullptr;

@@ -1,4 +1,4 @@
-// One tethered camera through libgphoto2, with values instead of the library's handles.
+// Controls one tethered camera through libgphoto2, with values instead of the library's handles.
 //
 // libgphoto2 is not thread-safe: the owner makes all calls from one thread at a time (GphotoDevice has a
 // thread for them). When a connection breaks the library writes into a closed socket; every call here
@@ -62,7 +62,7 @@ struct GphotoAddress {
   bool operator==(const GphotoAddress&) const = default;
 };
 
-// Cameras at the USB ports; libgphoto2 cannot discover network cameras.
+// Lists the cameras at the USB ports; libgphoto2 cannot discover network cameras.
 std::vector<GphotoAddress> DetectGphotoCameras();
 
 class GphotoCamera {
@@ -82,13 +82,13 @@ class GphotoCamera {
   GphotoResult WaitForEvent(int timeout_ms, GphotoEvent& event);
   GphotoResult Download(const GphotoFile& file, std::string& bytes);
   GphotoResult Delete(const GphotoFile& file);
-  // The names of all files in a folder of the camera; as long as there are many.
+  // Lists the names of all files in a folder of the camera; takes long where there are many.
   GphotoResult FilesIn(const std::string& folder, std::vector<std::string>& names);
-  // When the file was written, in seconds by the camera's own clock, which may be wrong; none: the camera
-  // does not say.
+  // Reads when the file was written, in seconds by the camera's own clock, which may be wrong; none if the
+  // camera does not say.
   GphotoResult WrittenAt(const GphotoFile& file, std::optional<double>& time_s);
-  // True when answers of a network camera no longer match the requests (PTP transaction ids): it must be
-  // opened again, whatever the results say.
+  // Returns true when answers of a network camera no longer match the requests (PTP transaction ids): it must
+  // be opened again, whatever the results say.
   bool OutOfStep() const;
   GphotoResult Storages(
       std::vector<GphotoStorage>& storages);  // asks the camera: also shows that it is alive
@@ -98,11 +98,11 @@ class GphotoCamera {
   std::unique_ptr<State> state_;
 };
 
-// The programs that have a USB camera open ("gvfsd-gphoto2 (process 812)"), as far as this user may see them;
-// `port`: such as "usb:001,005".
+// Returns the programs that have a USB camera open ("gvfsd-gphoto2 (process 812)"), as far as this user may
+// see them; `port`: such as "usb:001,005".
 std::vector<std::string> ProgramsHoldingUsb(const std::string& port, const std::string& proc = "/proc",
                                             const std::string& usb = "/dev/bus/usb");
-// The reason why a USB camera cannot be opened, with the remedy; empty: no reason known.
+// Returns the reason why a USB camera cannot be opened, with the remedy; empty if no reason known.
 std::string UsbObstacle(const std::string& port);
 
 }  // namespace ulf::acquisition

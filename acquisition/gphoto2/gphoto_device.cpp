@@ -16,9 +16,9 @@
 #include "acquisition/gphoto2/camera_watch.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/gphoto_options.h"
-#include "acquisition/gphoto2/left_fetch.h"
 #include "acquisition/gphoto2/photograph_downloads.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "acquisition/gphoto2/photograph_recovery.h"
 #include "acquisition/gphoto2/photograph_requests.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -54,8 +54,8 @@ milliseconds Milliseconds(double seconds) { return milliseconds(static_cast<int>
 
 class GphotoDevice : public Device {
  public:
-  GphotoDevice(const DeviceUri& uri, std::shared_ptr<LeftPhotographs> left)
-      : left_(left ? std::move(left) : std::make_shared<LeftPhotographs>()),
+  GphotoDevice(const DeviceUri& uri, std::shared_ptr<UnfetchedPhotographs> left)
+      : left_(left ? std::move(left) : std::make_shared<UnfetchedPhotographs>()),
         options_(GphotoOptions::Of(uri)),
         uri_(uri.Text()),
         camera_(std::make_unique<GphotoCamera>(uri_, ResolveGphotoAddress(uri))),
@@ -63,7 +63,7 @@ class GphotoDevice : public Device {
         downloads_(*camera_),
         pairing_(kPairS),
         watch_(*camera_, settings_, [this](const std::string& words) { Notice(words); }),
-        left_fetch_(
+        recovery_(
             *camera_, *left_, [this](const std::string& words) { Notice(words); },
             [this](const GphotoResult& result) { return Gone(result); }),
         requests_(
@@ -78,7 +78,7 @@ class GphotoDevice : public Device {
     target_is_memory_ = ChooseTarget(*camera_, uri_, options_.to_card);
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     for (const std::string& words : automatic) Notice(words);
-    requests_.LookAtSettings();
+    requests_.ReadSettings();
     watch_.Begin(target_is_memory_);
   }
 
@@ -94,14 +94,15 @@ class GphotoDevice : public Device {
   bool TakesStills() const override { return true; }
 
   StillRequest RequestStill() override {
-    return state_ == DeviceState::kStreaming && requests_.Ask() ? StillRequest::kAsked : StillRequest::kBusy;
+    return state_ == DeviceState::kStreaming && requests_.RequestPhotograph() ? StillRequest::kAsked
+                                                                              : StillRequest::kBusy;
   }
   ExposureRequests TakesExposures() const override {
     return requests_.TakesExposures() ? ExposureRequests::kSetTime : ExposureRequests::kNone;
   }
   StillRequest RequestExposures(const std::vector<double>& stops) override {
-    return state_ == DeviceState::kStreaming && requests_.AskExposures(stops) ? StillRequest::kAsked
-                                                                              : StillRequest::kBusy;
+    return state_ == DeviceState::kStreaming && requests_.RequestExposures(stops) ? StillRequest::kAsked
+                                                                                  : StillRequest::kBusy;
   }
 
   void Start() override {
@@ -180,7 +181,7 @@ class GphotoDevice : public Device {
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
     next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
-    left_fetch_.Begin();
+    recovery_.Begin();
     while (!MayStop() && !lost_) {
       QueueLeft();
       requests_.Work();
@@ -218,8 +219,8 @@ class GphotoDevice : public Device {
           "that is back");
     // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that
     // still counts.
-    LeftPhotographs::Left left =
-        left_fetch_.TakeUnfetched().value_or(LeftPhotographs::Left{.waiting = {}, .lost_s = EpochSeconds()});
+    UnfetchedPhotographs::Unfetched left = recovery_.TakeUnfetched().value_or(
+        UnfetchedPhotographs::Unfetched{.waiting = {}, .lost_s = EpochSeconds()});
     std::ranges::move(files, std::back_inserter(left.waiting));
     if (requests_.AwaitsAnnouncement()) left.released_s = requests_.ReleasedHostS();
     left_->Lost(std::move(left));
@@ -228,7 +229,7 @@ class GphotoDevice : public Device {
   }
 
   void QueueLeft() {
-    auto found = left_fetch_.Work();
+    auto found = recovery_.Work();
     if (!found) return;
     {
       // They were counted when the link dropped.
@@ -240,7 +241,7 @@ class GphotoDevice : public Device {
     for (auto& [where, file] : found->files) downloads_.Announced(where, std::move(file), NowS());
   }
 
-  // Whether the thread is to stop and no photograph is still expected.
+  // Returns whether the thread is to stop and no photograph is still expected.
   bool MayStop() {
     if (!stop_) return false;
     if (!requests_.IsReleased() && downloads_.Count() == 0) return true;
@@ -379,7 +380,7 @@ class GphotoDevice : public Device {
     }
   }
 
-  // Empty where it cannot be developed, with a notice.
+  // It is empty where it cannot be developed, with a notice.
   cv::Mat Developed(const EncodedImage& raw) {
     try {
       return DecodeRaw(*raw.bytes, fmt::format("the photograph ({})", raw.extension), RawQuality::kQuick)
@@ -390,15 +391,14 @@ class GphotoDevice : public Device {
     }
   }
 
-  // Checks settings, battery and card.
   void Watch() {
     next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
-    const GphotoResult result = watch_.Look();
+    const GphotoResult result = watch_.Poll();
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     if (!result.ok()) Gone(result);
   }
 
-  // Whether the camera is disconnected. Where the error code does not tell, asks the camera for its storage.
+  // Returns whether the camera is disconnected; where the error code does not tell, asks for its storage.
   bool Gone(const GphotoResult& result) {
     if (OutOfStep()) return true;
     bool gone = result.LinkIsGone();
@@ -436,7 +436,7 @@ class GphotoDevice : public Device {
 
   EventLog events_;
   StreamStatistics statistics_;
-  const std::shared_ptr<LeftPhotographs> left_;
+  const std::shared_ptr<UnfetchedPhotographs> left_;
   const GphotoOptions options_;
   const std::string uri_;
   std::unique_ptr<GphotoCamera> camera_;
@@ -444,7 +444,7 @@ class GphotoDevice : public Device {
   PhotographDownloads downloads_;
   PhotographPairing pairing_;
   CameraWatch watch_;
-  LeftFetch left_fetch_;
+  PhotographRecovery recovery_;
   PhotographRequests requests_;
 
   // Used by the camera's thread.
@@ -472,7 +472,7 @@ class GphotoDevice : public Device {
 
 }  // namespace
 
-std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri, std::shared_ptr<LeftPhotographs> left) {
+std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri, std::shared_ptr<UnfetchedPhotographs> left) {
   return std::make_unique<GphotoDevice>(uri, std::move(left));
 }
 

@@ -1,4 +1,4 @@
-// `gphoto2:ID`: a tethered camera, live view and photographs.
+// Opens a tethered camera, with live view and photographs: `gphoto2:ID`.
 //
 //   gphoto2:                          the first camera at a USB port
 //   gphoto2:usb:001,005               the one at this port ('ulf devices' lists them)
@@ -21,8 +21,8 @@
 // from its Exif, else from the camera's settings; gain 1 is ISO 100.
 //
 // When the link drops, what the camera has announced and not handed over, and what it takes until it is
-// opened again, stays on its card. A device that is opened with the same LeftPhotographs as the one that was
-// lost fetches it.
+// opened again, stays on its card. A device that is opened with the same UnfetchedPhotographs as the one that
+// was lost fetches it.
 #pragma once
 
 #include <memory>
@@ -30,19 +30,19 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
-#include "acquisition/gphoto2/left_photographs.h"
+#include "acquisition/gphoto2/unfetched_photographs.h"
 
 namespace ulf::acquisition {
 
 // Throws Refusal for unknown options and values that the camera does not offer, Error for a camera that
 // cannot be opened.
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri,
-                                         std::shared_ptr<LeftPhotographs> left = nullptr);
+                                         std::shared_ptr<UnfetchedPhotographs> left = nullptr);
 
-// The camera's configuration tree by name.
+// Returns the camera's configuration tree by name.
 std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri);
 
-// Cameras at USB ports.
+// Lists cameras at USB ports.
 std::vector<DeviceInfo> ListGphotoDevices();
 
 }  // namespace ulf::acquisition

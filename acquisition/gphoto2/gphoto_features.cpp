@@ -1,4 +1,4 @@
-// `ulf features gphoto2:...`: the configuration tree of a tethered camera.
+// Gives access to the configuration tree of a tethered camera, for `ulf features gphoto2:...`.
 #include <fmt/format.h>
 
 #include "acquisition/gphoto2/camera_settings.h"

@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kNetworkDriver = "PTP/IP Camera";
 constexpr int kPtpipPort = 15740;
 
-// "ptpip:ADDRESS" or "ptpip:ADDRESS:PORT" as the driver wants it, with the port for both connections.
+// Converts "ptpip:ADDRESS" or "ptpip:ADDRESS:PORT" to the driver's form, with the port for both connections.
 GphotoAddress NetworkAddress(const DeviceUri& uri) {
   const std::string rest = uri.path.substr(std::string("ptpip:").size());
   const std::size_t colon = rest.find(':');

@@ -1,4 +1,4 @@
-// The options of a `gphoto2:` URI (gphoto_device.h), and the camera that it names.
+// Reads the options of a `gphoto2:` URI (gphoto_device.h), and finds the camera that it names.
 #pragma once
 
 #include <optional>
@@ -22,11 +22,11 @@ struct GphotoOptions {
   static GphotoOptions Of(const DeviceUri& uri);  // throws Refusal
 };
 
-// The address of `path` in `gphoto2:path`; a name or serial number is searched for. Throws Error that lists
-// the cameras found.
+// Returns the address of `path` in `gphoto2:path`; a name or serial number is searched for. Throws Error that
+// lists the cameras found.
 GphotoAddress ResolveGphotoAddress(const DeviceUri& uri);
 
-// Maker, model and serial number of an open camera; `bus`: "USB" or "PTP/IP".
+// Returns maker, model and serial number of an open camera; `bus`: "USB" or "PTP/IP".
 DeviceInfo DescribeGphoto(GphotoCamera& camera, const std::string& uri, const std::string& bus);
 
 }  // namespace ulf::acquisition

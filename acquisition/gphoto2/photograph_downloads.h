@@ -40,7 +40,7 @@ class PhotographDownloads {
     double busy_pause_s = 0;              // the last one; doubled each time
     int failures = 0;
   };
-  // Whether the file is given up after this failure.
+  // Returns whether the file is given up after this failure.
   bool GivesUp(const GphotoResult& result, double now_s, Waiting& waiting, Outcome& outcome);
 
   GphotoCamera& camera_;

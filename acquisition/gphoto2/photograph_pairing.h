@@ -1,5 +1,4 @@
-// Pairs downloaded files to photographs: a JPEG and its raw file share a stem and may arrive in either order,
-// seconds apart.
+// Pairs downloaded files: a JPEG and its raw file share a stem and arrive in either order, seconds apart.
 //
 // A file whose partner is known to be on its way waits for it without limit. A file that arrives after its
 // partner was delivered keeps the photograph's times but answers no request: each request has one answer.
@@ -31,9 +30,9 @@ struct DownloadedPhotograph {
   const DownloadedFile& First() const { return jpeg.bytes.empty() ? raw : jpeg; }
 };
 
-// The name without its ending, in lower case: the same for a JPEG and its raw file.
+// Returns the name without its ending, in lower case: the same for a JPEG and its raw file.
 std::string StemOf(const std::string& file_name);
-// The ending in lower case; ".jpg" for every spelling of JPEG.
+// Returns the ending in lower case; ".jpg" for every spelling of JPEG.
 std::string ExtensionOf(const std::string& file_name);
 
 class PhotographPairing {
@@ -45,18 +44,18 @@ class PhotographPairing {
   // Without this call only raw files wait.
   void ExpectFormat(const std::string& image_format);
 
-  // Before a download: name and times for a file whose partner was delivered in the last minute; none: there
-  // is no such partner.
+  // Call it before a download: returns name and times for a file whose partner was delivered in the last
+  // minute, or none.
   std::optional<DownloadedFile> LateFile(const std::string& file_name, double now_s) const;
   void Add(DownloadedFile file, double now_s);
   bool Holds(const std::string& stem) const { return waiting_.contains(stem); }
 
   // Whether a file with this stem is still to be downloaded.
   using OnItsWay = std::function<bool(const std::string&)>;
-  // The photographs that are complete or have waited long enough.
+  // Returns the photographs that are complete or have waited long enough.
   std::vector<DownloadedPhotograph> Take(
       double now_s, const OnItsWay& on_its_way = [](const std::string&) { return false; });
-  // All photographs, complete or not.
+  // Returns all photographs, complete or not.
   std::vector<DownloadedPhotograph> TakeAll();
 
  private:

@@ -11,10 +11,10 @@
 namespace ulf::acquisition {
 namespace {
 
-// Between two requests to a busy camera; doubled each time. Guessed.
+// The pause between two requests to a busy camera doubles each time. Guessed.
 constexpr std::chrono::milliseconds kFirstBusyPause(25), kLongestBusyPause(800);
-// Seconds. A busy camera may delay the release so long, then the request fails. From release to announcement:
-// long exposures, slow cards. Guessed.
+// Seconds. A busy camera may delay the release so long, then the request fails. The second is from release to
+// announcement (long exposures, slow cards). Guessed.
 constexpr double kBusyS = 10, kPhotographS = 60;
 
 }  // namespace
@@ -28,9 +28,9 @@ PhotographRequests::PhotographRequests(GphotoCamera& camera, CameraSettings& set
       shutter_bracket_(settings, kBusyS, notice),
       camera_bracket_(camera, settings, kBusyS, notice) {}
 
-bool PhotographRequests::Ask() { return !exposures_wanted_ && !still_wanted_.exchange(true); }
+bool PhotographRequests::RequestPhotograph() { return !exposures_wanted_ && !still_wanted_.exchange(true); }
 
-bool PhotographRequests::AskExposures(const std::vector<double>& stops) {
+bool PhotographRequests::RequestExposures(const std::vector<double>& stops) {
   if (!sets_shutter_ || still_wanted_ || exposures_wanted_) return false;
   {
     const MutexLock lock(mutex_);

@@ -1,9 +1,9 @@
-// What a tethered camera was asked for: a photograph, or the exposures of a bracket. From the asking until
-// the photographs are there, were refused, or were waited for too long.
+// Keeps requests to a tethered camera, for a photograph or for the exposures of a bracket, until the
+// photographs have arrived, were refused, or are overdue.
 //
-// Asked from any thread; everything else belongs to the camera's thread. A bracket is taken by the camera's
-// own bracketing where it offers those exposures (camera_bracket.h), else one photograph after another
-// (shutter_bracket.h).
+// Requests may come from any thread; everything else belongs to the camera's thread. A bracket is taken by
+// the camera's own bracketing where it offers those exposures (camera_bracket.h), else one photograph after
+// another (shutter_bracket.h).
 //
 // The first photograph announced after a release counts as its answer, although the photographer may have
 // released it on the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
@@ -33,33 +33,32 @@ class PhotographRequests {
                      const std::function<void(const std::string&)>& notice,
                      std::function<bool(const GphotoResult&)> gone);
 
-  // From any thread. False: earlier ones are still to come.
-  bool Ask();
-  bool AskExposures(const std::vector<double>& stops);
-  // Whether exposures can be asked for; as LookAtSettings() found it.
+  // Request photographs, from any thread. Returns false when earlier ones are still to come.
+  bool RequestPhotograph();
+  bool RequestExposures(const std::vector<double>& stops);
+  // Returns whether exposures can be requested, as ReadSettings() found.
   bool TakesExposures() const { return sets_shutter_; }
 
-  // Before the camera's thread runs, when the settings are as they are to be.
-  void LookAtSettings() { sets_shutter_ = shutter_bracket_.IsPossible(); }
-  // Releases the shutter where that is asked for. A busy camera is asked again in later rounds.
+  // Call it before the camera's thread runs, when all settings are made.
+  void ReadSettings() { sets_shutter_ = shutter_bracket_.IsPossible(); }
+  // Releases the shutter where that is requested. A busy camera is asked again in later rounds.
   void Work();
-  // The shutter was released, and not all of its photographs have come.
+  // Returns whether the shutter was released and not all of its photographs have come.
   bool IsReleased() const { return released_at_.has_value(); }
-  // None of them was announced so far.
+  // Returns whether none of them has been announced so far.
   bool AwaitsAnnouncement() const { return IsReleased() && stems_.empty(); }
   double ReleasedHostS() const { return released_host_s_; }
-  // Whether the photograph of that stem, which is announced now, answers the release.
+  // Returns whether the photograph of that stem, which is announced now, answers the release.
   bool IsAnsweredBy(const std::string& stem);
-  // Of a photograph: which of the bracket's exposures it is. `told_s`: the exposure time that the photograph
-  // itself tells.
+  // Labels a photograph with the bracket's exposure that it is. `told_s`: the exposure time in its Exif data.
   void TellExposure(Frame& still, const std::optional<double>& told_s);
-  // A photograph that was released then has come, or will not come.
+  // Notes that a photograph released then has arrived, or will not.
   void Came(double released_s);
   // Releases nothing more; a photograph that was released may still come.
   void ReleaseNoMore() { still_wanted_ = false; }
-  // Nothing is asked for any more.
+  // Drops all requests.
   void Clear();
-  // Before the thread ends: what a bracket has changed on the camera is put back, or told.
+  // Call it before the thread ends: restores what a bracket has changed on the camera, or reports it.
   void GiveUpBracket(bool camera_is_gone);
 
  private:

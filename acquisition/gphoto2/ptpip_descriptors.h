@@ -16,19 +16,19 @@ struct Connection {
   bool operator==(const Connection&) const = default;
 };
 
-// The connections of this process to this address ("192.168.1.9") and TCP port.
+// Returns the connections of this process to this address ("192.168.1.9") and TCP port.
 std::vector<Connection> ConnectionsTo(const std::string& host, int port);
 
 // Runs a function in a thread with a copy of this process's descriptor table (unshare(2)): closing a
-// descriptor there does not close it here. False, without running it, when the system does not allow that.
+// descriptor there does not close it here. Returns false, without running it, when the system does not allow
+// that.
 bool RunWithOwnDescriptors(const std::function<void()>& function);
 
 class PtpipDescriptors {
  public:
-  // To be made before the camera is opened. `port`: "ptpip:ADDRESS:PORT:PORT"; for any other port all
-  // functions do nothing.
+  // Make it before the camera is opened. `port`: "ptpip:ADDRESS:PORT:PORT"; others are ignored.
   explicit PtpipDescriptors(const std::string& port);
-  // To be called when the camera is open: finds the connections that the library has made.
+  // Call it when the camera is open: finds the connections that the library has made.
   void Opened();
   // Runs `close_camera` with its own descriptors, then closes the camera's connections.
   void Close(const std::function<void()>& close_camera);

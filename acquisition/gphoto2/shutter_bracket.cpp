@@ -25,7 +25,7 @@ void ShutterBracket::Begin(const std::vector<double>& stops) {
   used_ = {before_};
 }
 
-// The choice nearest to so many stops from the time before; none: it has been used.
+// Returns the choice nearest to so many stops from the time before; none if it has been used.
 std::optional<std::string> ShutterBracket::ShutterAt(double stops) const {
   const double wanted_s = before_s_ * std::exp2(stops);
   std::optional<std::string> nearest;
@@ -39,7 +39,7 @@ std::optional<std::string> ShutterBracket::ShutterAt(double stops) const {
   return nearest && used_.contains(*nearest) ? std::nullopt : nearest;
 }
 
-// False: the camera is busy, or refuses.
+// Returns false when the camera is busy, or refuses.
 bool ShutterBracket::Set(const std::string& shutter) {
   try {
     settings_.Lock(ShotSetting::kShutter, shutter);

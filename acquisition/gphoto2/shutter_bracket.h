@@ -1,8 +1,8 @@
-// Photographs of a bracket one after another: each gets its shutter time before it is released, and the
-// camera has its own back at the end. A camera that is busy is asked again in the next round of its thread,
-// so long as it may be busy.
+// Takes the photographs of a bracket one after another: sets each shutter time before the release, and
+// restores the camera's own at the end. A busy camera is asked again in the next round of its thread, until
+// its time is over.
 //
-// Belongs to the camera's thread. For cameras without a bracketing of their own (camera_bracket.h).
+// Belongs to the camera's thread. It serves cameras without bracketing of their own (camera_bracket.h).
 #pragma once
 
 #include <chrono>
@@ -20,20 +20,20 @@ namespace ulf::acquisition {
 
 class ShutterBracket {
  public:
-  // `settings` outlives it. `busy_s`: so long a camera may refuse a shutter time before the bracket goes on
-  // without it.
+  // `settings` outlives it. `busy_s`: a shutter time that the camera refuses for so long is skipped.
   ShutterBracket(CameraSettings& settings, double busy_s, std::function<void(const std::string&)> notice)
       : settings_(settings), busy_s_(busy_s), notice_(std::move(notice)) {}
 
-  // Whether the camera has shutter times to choose from, and tells the one it has.
+  // Returns whether the camera has shutter times to choose from, and tells the one it has.
   bool IsPossible() const;
-  // Stops from the present shutter time.
+  // Begins exposures, in stops from the present shutter time.
   void Begin(const std::vector<double>& stops);
-  // Until the shutter is back where it was.
+  // Returns true until the shutter time is restored.
   bool IsRunning() const { return !before_.empty(); }
-  // The next exposure whose shutter time is set now: release it. None: not yet, or no more.
+  // Returns the next exposure, whose shutter time is set now, to be released. Returns none when there is none
+  // yet, or no more.
   std::optional<double> Next();
-  // Gives up what is to come. Tells when the shutter stays elsewhere.
+  // Drops the remaining exposures. Reports when the shutter time cannot be restored.
   void GiveUp(bool camera_is_gone);
 
  private:

@@ -27,7 +27,7 @@ std::optional<Value> FirstOf(const fs::path& file) {
   return std::nullopt;
 }
 
-// The local address from which the kernel would send there.
+// Returns the local address from which the kernel would send there.
 std::optional<in_addr> LocalAddressFor(const std::string& address) {
   sockaddr_in to{}, from{};
   to.sin_family = AF_INET;

@@ -72,7 +72,7 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   return streamed;
 }
 
-// Others on the same wire share it.
+// Other devices on the same wire share it.
 void DescribeNeighbours(const DeviceInfo& camera, LinkReport& report) {
   if (camera.address.empty()) return;
   const auto own = NetworkLinkTo(camera.address);

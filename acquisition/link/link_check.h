@@ -1,7 +1,7 @@
-// Whether the link to a camera carries what its settings ask for: what the system says of the link, then
-// trials with the camera streaming. Where frames are lost, smaller packets and then a lower rate are tried,
-// until none is lost; the setting that helped is the advice. Where a camera is slower than its link, the rate
-// that it reaches is.
+// Checks whether the link to a camera carries what its settings require: by what the system knows of the
+// link, then by trials with the camera streaming. Where frames are lost, it tries smaller packets and then
+// lower rates, until none is lost, and advises the setting that helped. Where a camera is slower than its
+// link, it advises the rate that it reaches.
 #pragma once
 
 #include <functional>
@@ -16,17 +16,17 @@ namespace ulf::acquisition {
 
 struct LinkCheckOptions {
   double seconds = 5;          // of each trial
-  double confirmed_times = 3;  // so much longer, what held must hold once more. Guessed
+  double confirmed_times = 3;  // a setting that held must hold once more, so many times longer. Guessed
   double first_frame_s = 10;   // that a camera may take to begin. Guessed
-  // Bytes a packet, tried in this order where frames are lost and they are smaller than what the camera
-  // sends: what fits through jumbo frames, Ethernet, tunnels, and any network (RFC 791).
+  // Packet sizes, bytes, tried in this order where frames are lost and the camera sends larger ones: they fit
+  // jumbo frames, Ethernet, tunnels, and any network (RFC 791).
   std::vector<int> packet_sizes = {8000, 4000, 1500, 1400, 576};
   int most_rates = 8;               // lower ones that are tried, one after the other. Guessed
   std::function<bool()> stop = {};  // asked between frames
   std::function<void(const std::string&)> say = {};
 };
 
-// The camera streamed with these settings.
+// A trial: the camera streamed with these settings.
 struct LinkTrial {
   std::string settings;  // beside those asked for, as in a URI: "packet_size=1400"; empty: as asked for
   double seconds = 0;
@@ -36,10 +36,10 @@ struct LinkTrial {
   std::uint64_t whole = 0, incomplete = 0, missing = 0;
   double resent_packets = 0;
   bool LostFrames() const { return incomplete + missing > 0 || whole == 0; }
-  // Fewer frames than asked for: a sender that waits for its link loses none. The share is guessed.
+  // Returns whether fewer frames came than requested: a sender that waits for its link loses none. Guessed.
   bool TooSlow() const { return fps < 0.9 * asked_fps; }
   bool Held() const { return !LostFrames() && !TooSlow(); }
-  // Nobody asked for more, and nothing was lost, but the camera says that it sends more.
+  // Returns whether nothing was lost and the request was met, but the camera reports a higher rate.
   bool BelowWhatIsSet() const { return Held() && fps < 0.9 * set_fps; }
 };
 
@@ -53,7 +53,7 @@ struct LinkReport {
       remedy;  // settings with which no frame was lost; none: none is needed, or none helped
   std::string
       camera_limit;  // CameraLimitText(), where fewer frames than asked for or set came, and none was lost
-  // As asked for, or with the remedy.
+  // Returns whether the link holds as requested or with the remedy.
   bool Holds() const { return remedy || (!trials.empty() && trials.front().Held()); }
 };
 

@@ -25,7 +25,7 @@ double MegabytesPerS(double bytes_per_s) { return 1e-6 * bytes_per_s; }
 // Of the rate that a camera is set to, or that its exposure time allows, so much is as good as all. Guessed.
 constexpr double kAsSet = 0.9;
 
-// What the camera was set to send.
+// Describes what the camera was set to send.
 struct Sent {
   double payload_bytes = 0, packet_size = 0;
   std::optional<double> fps = {};  // not more than its exposure time allows
@@ -72,10 +72,10 @@ LinkFact BufferFact(const LinkPath& path, const Sent& sent, double asked, double
   return fact;
 }
 
-// The rate that is asked for against what the link carries. `most_fps`: by the link's own figures.
+// Returns the rate that is asked for against what the link carries. `most_fps`: by the link's own figures.
 LinkFact RateFact(const Sent& sent, double most_fps, const std::string& wider) {
-  LinkFact fact{"rate", fmt::format("at most {:.1f} frames a second of {:.1f} MB", most_fps,
-                                    MegabytesPerS(sent.payload_bytes))};
+  LinkFact fact{kRateFact, fmt::format("at most {:.1f} frames a second of {:.1f} MB", most_fps,
+                                       MegabytesPerS(sent.payload_bytes))};
   if (!sent.fps) return fact;
   fact.value += fmt::format(", the camera is set to {:.1f}", *sent.set_fps);
   if (*sent.fps < kAsSet * *sent.set_fps)

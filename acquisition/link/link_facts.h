@@ -1,6 +1,5 @@
-// What is known of the link to a camera without a trial: what the system says of the way to it, what the
-// camera was set to, and what was lost so far. Each fact that is not in order has the one command or setting
-// that mends it.
+// Describes the link to a camera without a trial: what the system knows of the path, the camera's settings,
+// and the losses so far. Each fact that is not in order has the command or setting that corrects it.
 #pragma once
 
 #include <optional>
@@ -13,7 +12,7 @@
 
 namespace ulf::acquisition {
 
-// What this computer says of the way to a camera; it does not change while the camera streams.
+// What this computer knows of the path to a camera, which does not change while the camera streams.
 struct LinkPath {
   std::optional<NetworkLink> network;  // of a camera in a network
   std::optional<UsbCameraPlace> usb;   // of a USB3 Vision camera
@@ -24,7 +23,9 @@ struct LinkPath {
 // Reads /proc and /sys.
 LinkPath LinkPathTo(const DeviceInfo& camera);
 
-// One thing about the link, for people.
+inline constexpr const char* kRateFact = "rate";  // the name of the fact about the frame rate
+
+// One fact about the link, for people.
 struct LinkFact {
   std::string name, value;
   std::string advice = {};  // what would raise it; empty: nothing would, or nothing needs to
@@ -41,19 +42,18 @@ struct LinkFacts {
 };
 // `counted`: of a camera that streams or has streamed.
 LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const DeviceStatistics& counted);
-// How many frames did not arrive whole; none: no frame came, or the camera has no link (simulated).
+// Returns how many frames did not arrive whole; none if no frame came, or the camera has no link (simulated).
 std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted);
 
-// Why the camera itself, and not its link, sends fewer frames a second than it was asked for or set to;
-// empty: nothing says so. `fps`: that came, with none lost.
+// Returns why the camera itself, and not its link, sends fewer frames a second than it was asked for or set
+// to; empty if nothing says so. `fps`: that came, with none lost.
 std::string CameraLimitText(double fps, const LinkFacts& facts);
 
-// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire
-// with it.
+// Returns the highest rate that a GigE Vision link carries, with headers and gaps between packets.
 double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
-// Packets with pixels that a frame takes; 0: they are too small for any.
+// Returns the number of packets with pixels in a frame; 0: they are too small for any.
 double GigePackets(double payload_bytes, double packet_size);
-// The DeviceLinkThroughputLimit, in bytes a second, that lets so many bytes of pixels through.
+// Returns the DeviceLinkThroughputLimit, in bytes a second, that lets so many bytes of pixels through.
 double ThroughputLimitFor(double pixels_per_s);
 
 }  // namespace ulf::acquisition

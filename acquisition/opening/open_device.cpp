@@ -15,7 +15,7 @@ constexpr const char* kDeviceKinds =
     "sim:studio, replay:PATH, aravis:ID, v4l2:/dev/video0 and gphoto2:ID ('ulf devices' lists the cameras in "
     "reach)";
 
-// Machine-vision cameras first, webcams last.
+// Lists machine-vision cameras first, webcams last.
 std::vector<DeviceInfo> RealCameras() {
   std::vector<DeviceInfo> cameras = ListAravisDevices();
   for (DeviceInfo& tethered : ListGphotoDevices()) cameras.push_back(std::move(tethered));
@@ -45,8 +45,8 @@ double ExtractPatience(DeviceUri& uri) {
   return patience_s;
 }
 
-// `left`: of tethered cameras, shared by the drivers that open the same camera one after the other.
-std::unique_ptr<Device> OpenDriver(const DeviceUri& uri, const std::shared_ptr<LeftPhotographs>& left) {
+// `left` is shared by the drivers that open the same tethered camera one after the other.
+std::unique_ptr<Device> OpenDriver(const DeviceUri& uri, const std::shared_ptr<UnfetchedPhotographs>& left) {
   if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
@@ -65,7 +65,8 @@ std::vector<DeviceInfo> ListOf(const std::string& scheme) {
 
 // Opens the same camera at its present address, with its old options. Finds it by its serial number, or as
 // the only camera of its model where it has none.
-std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known, const std::shared_ptr<LeftPhotographs>& left) {
+std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known,
+                                      const std::shared_ptr<UnfetchedPhotographs>& left) {
   DeviceUri uri = DeviceUri::Parse(known.uri);
   std::vector<DeviceInfo> same;
   for (const DeviceInfo& info : ListOf(uri.scheme))
@@ -85,7 +86,7 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
   DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
   if (uri.scheme == "replay") return OpenReplayDevice(uri);
   const double patience_s = ExtractPatience(uri);
-  const auto left = std::make_shared<LeftPhotographs>();
+  const auto left = std::make_shared<UnfetchedPhotographs>();
   return MakeReconnectingDevice(
       OpenDriver(uri, left),
       {.where_it_was =

@@ -1,6 +1,5 @@
-// The one door to all cameras: opens the device, or the settings of the device, that a URI names
-// (`aravis:ID`, `v4l2:/dev/video0`, `gphoto2:PORT`, `sim:studio?seed=7`, `replay:PATH`), and lists what can
-// be found.
+// Opens the device, or the settings of the device, that a URI names (`aravis:ID`, `v4l2:/dev/video0`,
+// `gphoto2:PORT`, `sim:studio?seed=7`, `replay:PATH`), and lists what can be found.
 #pragma once
 
 #include <memory>
@@ -19,7 +18,7 @@ std::unique_ptr<Device> OpenDevice(const std::string& uri);
 // Opens the features of a camera by its URI. Throws Refusal for a device without features (replay, sim).
 std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& uri);
 
-// Every camera that can be found: real ones first, then the simulated one. Takes about a second.
+// Returns every camera that can be found: real ones first, then the simulated one. Takes about a second.
 std::vector<DeviceInfo> ListDevices();
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,5 @@
-// The device of a simulated scene that is calibrated on a bench: numbered pictures, one after another
-// whenever they are asked for, until the scene is over.
+// Makes a device of a simulated calibration scene (a board, a card, a chart): it gives one picture for each
+// call of Next(), without waiting, until the scene is over.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,17 @@
 
 namespace ulf::acquisition {
 
+// What the device shows and reports. Both functions depend on their arguments alone, so that each run gives
+// the same pictures.
 struct Bench {
   DeviceUri uri;
   std::uint64_t seed = 7;
   std::optional<CameraModel> camera = {};  // none: the device does not know it
   SensorWindow window = {};
   HeldAutomatics held = {};
-  double fps = 15;
+  double fps = 15;  // picture `frame` has the time frame / fps, seconds
   std::function<Image(std::uint64_t frame, double time_s)> picture;
-  std::function<bool(std::uint64_t frames)> is_over;  // after so many
+  std::function<bool(std::uint64_t frames)> is_over;  // whether the scene is over after so many frames
 };
 std::unique_ptr<Device> MakeBenchDevice(Bench bench);
 

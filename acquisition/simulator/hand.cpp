@@ -33,8 +33,8 @@ enum WaveStream {
 
 double Uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
-// The path time that a pause has cost, `since` seconds after its start. The path's speed falls along a
-// cosine, rests, and rises again.
+// Returns the path time that a pause has cost, `since` seconds after its start. The path's speed falls along
+// a cosine, rests, and rises again.
 double PauseSpent(double since, double rest_s) {
   const double ramp = kPauseRampS;
   const auto lost_in_ramp = [&](double t) { return 0.5 * (t - ramp / M_PI * std::sin(M_PI * t / ramp)); };
@@ -51,8 +51,8 @@ Hand::Hand(const HandOptions& options) : options_(options) {
   up_ = (options.up_in_world - options.up_in_world.dot(forward_) * forward_).normalized();
   side_ = up_.cross(forward_);
 
-  // A height is the sum of the heights of all waves: the largest possible deflection. Positions in metres,
-  // angles in radians.
+  // A height is the sum of the heights of all waves: the largest possible deflection. Positions are in
+  // metres, angles in radians.
   waves_.resize(kStreams);
   const auto draw = [&](int stream, int count, double low_hz, double high_hz, double height) {
     return Waves(options.seed, stream, count, low_hz, high_hz, height);
@@ -129,7 +129,7 @@ void Hand::PlanGlances() {
   }
 }
 
-// The integral of the planned angles over path time: piecewise parabolas.
+// Returns the integral of the planned angles over path time: piecewise parabolas.
 Vector2d Hand::PathIntegral(double path_s) const {
   if (path_s <= stops_.front().time_s) return path_s * stops_.front().angles;
   if (path_s >= stops_.back().time_s)

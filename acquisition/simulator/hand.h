@@ -1,4 +1,4 @@
-// The planned motion of a hand that scans a subject: the camera pose as a function of time, continuously
+// Plans the motion of a hand that scans a subject: the camera pose as a function of time, continuously
 // differentiable and determined by the seed.
 //
 // The hand starts in front of the subject, moves sideways so that a monocular tracker can initialise, then
@@ -25,8 +25,8 @@ namespace ulf::acquisition {
 class HandMotion {
  public:
   virtual ~HandMotion() = default;
-  // The pose at a time, smooth in time. World frame in metres, seconds from the start. Times may come in any
-  // order; for a motion that reacts they may not lie far after the last displayed frame.
+  // Returns the pose at a time, smooth in time. World frame in metres, seconds from the start. Times may come
+  // in any order; for a motion that reacts they may not lie far after the last displayed frame.
   virtual Rigid3 CamFromWorld(double time_s) const = 0;
 };
 
@@ -72,12 +72,13 @@ class Hand : public HandMotion {
 
   Rigid3 CamFromWorld(double time_s) const override;
 
-  // Direction from the subject towards the camera as (azimuth, elevation) about the first direction, radians.
+  // Returns the direction from the subject towards the camera as (azimuth, elevation) about the first
+  // direction, radians.
   Eigen::Vector2d CapAngles(const Eigen::Vector3d& center_in_world) const;
 
-  // Seconds after which the first pass over the cap is complete.
+  // Returns the seconds after which the first pass over the cap is complete.
   double FirstPassEndS() const;
-  // True while the hand looks away from the subject.
+  // Returns true while the hand looks away from the subject.
   bool LooksAway(double time_s) const;
   const HandOptions& options() const { return options_; }
 

@@ -14,7 +14,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// In the order of the enumeration.
+// The order is that of the enumeration.
 const std::vector<PixelFormat>& Formats() {
   static const std::vector<PixelFormat> formats = [] {
     std::vector<PixelFormat> list;
@@ -35,8 +35,8 @@ std::optional<SensorFormat> FormatWhere(Predicate&& fits) {
   return std::nullopt;
 }
 
-// The standard normal quantiles at the middles of 4096 equal shares, scaled to variance 1: noise by a table
-// look-up, with tails to 3.7 sigma.
+// Returns the standard normal quantiles at the middles of 4096 equal shares, scaled to variance 1: noise by a
+// table look-up, with tails to 3.7 sigma.
 const std::array<float, 4096>& NormalTable() {
   static const std::array<float, 4096> table = [] {
     std::array<float, 4096> values{};
@@ -101,7 +101,7 @@ struct Spread<8> {
   static std::uint8_t To(std::uint32_t value) { return static_cast<std::uint8_t>(value); }
 };
 
-// Converts a row of radiances to a row of numbers. Light and noise are shares of the full well.
+// Light and noise are shares of the full well.
 template <int kBits, typename Number>
 void Convert(const std::vector<float>& radiance, const Electrons& e, NormalSource& source,
              std::vector<float>& noise, Number* out) {
@@ -147,7 +147,7 @@ double Planck(double nanometres, double kelvin) {
   return 1 / std::expm1(kSecondRadiationConstant / (nanometres * kelvin));
 }
 
-// "Mono8, Mono10, ..."
+// Returns "Mono8, Mono10, ...".
 std::string SensorFormatNames() {
   std::string list;
   for (const PixelFormat& format : Formats()) list += (list.empty() ? "" : ", ") + std::string(format.name);

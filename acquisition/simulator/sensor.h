@@ -1,6 +1,6 @@
-// A model of an industrial image sensor: photo-electrons proportional to radiance and exposure; shot noise
+// Models an industrial image sensor: photo-electrons proportional to radiance and exposure; shot noise
 // (Gaussian with the variance of the Poisson distribution), read noise, gain, and a linear converter of 8 to
-// 16 bits that clips (compare EMVA Standard 1288). Not modelled: dark current, fixed pattern, blooming, black
+// 16 bits that clips (compare EMVA Standard 1288). It omits dark current, fixed pattern, blooming and black
 // level.
 #pragma once
 
@@ -43,7 +43,7 @@ enum class SensorFormat {
 std::optional<SensorFormat> SensorFormatByName(const std::string& name);  // any case: "rgb8", "BayerRG8"
 std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc);
 const PixelFormat& PixelsOf(SensorFormat format);
-// The format that a URI asks for; none: it does not. Throws Refusal that lists the formats.
+// Returns the format that a URI asks for, or none. Throws Refusal that lists the formats.
 std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri);
 
 struct SensorOptions {
@@ -64,7 +64,7 @@ struct SensorShot {
 // scaled to 16 bits (pixel_format.h).
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot);
 
-// What a simulated sensor makes of colours: the lamp's colour, and channels whose filters overlap.
+// The colour response of a simulated sensor: the lamp's colour, and channels whose filters overlap.
 //
 // The scenes' light is linear sRGB under white D65. A lamp of another colour temperature multiplies its
 // channels (Planck's law at 600, 540 and 450 nm, beside that of 6504 K, green left as it is); then each
@@ -74,13 +74,12 @@ struct SensorColors {
   double lamp_k = 6504;
   double crosstalk = 0;  // share of a channel that its neighbours have, 0 to 0.4
 
-  // Of a URI: lamp_k, crosstalk. Throws Refusal for values out of range.
+  // Reads lamp_k and crosstalk of a URI. Throws Refusal for values out of range.
   static SensorColors FromUri(const DeviceUri& uri);
 
-  // R G B.
+  // In the order R G B.
   Eigen::Matrix3d CameraFromSrgb() const;
-  // What a profile must find: factors of R G B, green 1, and the matrix of balanced light, whose rows sum to
-  // one.
+  // Return what a profile must find: factors of R G B, green 1, and the matrix, whose rows sum to one.
   Eigen::Vector3d WhiteBalance() const;
   Eigen::Matrix3d SrgbFromBalanced() const;
 };

@@ -1,4 +1,4 @@
-// `sim:board` and `sim:card`: simulated calibration with known ground truth.
+// Simulates calibration with known ground truth: `sim:board` and `sim:card`.
 //
 //   sim:board  a calibration target in a simulated hand: held still in a part of the image, tilted, moved
 //              to the next, until every part has been seen with every tilt;
@@ -30,7 +30,8 @@ struct BoardSceneOptions {
   double card_level = 0.6;  // share of full scale, in the middle
 };
 
-// "pinhole", "barrel" (59 degrees wide), "wide" (100 degrees) or "fisheye" (150 degrees); throws Refusal.
+// Returns the lens "pinhole", "barrel" (59 degrees wide), "wide" (100 degrees) or "fisheye" (150 degrees);
+// throws Refusal for another name.
 CameraModel SimulatedLens(const std::string& name, int width, int height);
 
 class BoardScene {
@@ -38,15 +39,15 @@ class BoardScene {
   explicit BoardScene(const BoardSceneOptions& options);
   const BoardSceneOptions& options() const { return options_; }
 
-  // CV_8UC1, linear. `noise_seed` picks the noise and, of a card, its lighting.
+  // Renders CV_8UC1, linear. `noise_seed` selects the noise and the lighting of a card.
   cv::Mat Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
-  // The same without noise: CV_32FC1, 1 is full scale.
+  // Returns the image without noise: CV_32FC1, 1 is full scale.
   cv::Mat Light(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
-  // The board's pose: at rest at the `stop`-th place for share 0, on the way to the next one for more.
+  // Returns the board's pose: at rest at the `stop`-th place for share 0, else on the way to the next.
   Rigid3 HeldAt(std::uint64_t stop, double share) const;
-  // The same at a time: half of each stop's time it rests.
+  // Returns the pose at a time: the board rests for half of each stop's time.
   Rigid3 HeldAtTime(double time_s) const;
-  // Light that reaches the sensor, 1 in the middle, without dust: CV_32FC1.
+  // Returns the share of light that reaches the sensor, 1 in the middle, without dust: CV_32FC1.
   const cv::Mat& Vignetting() const { return vignetting_; }
 
  private:
@@ -60,7 +61,7 @@ class BoardScene {
   cv::Mat vignetting_, dust_;
 };
 
-// What a URI as below says of the scene; `window` is then the part of the sensor. Throws Refusal.
+// Returns what a URI as below says of the scene; `window` is then the part of the sensor. Throws Refusal.
 BoardSceneOptions BoardSceneFromUri(const DeviceUri& uri, SensorWindow& window);
 
 // `sim:board?board=SPEC&lens=barrel&seed=7&width=640&height=480&fps=15&noise=1&vignetting=0&stops=40`, of a

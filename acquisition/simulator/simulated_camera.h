@@ -1,19 +1,19 @@
-// A camera in a simulated hand (hand.h or another motion) in front of a simulated scene, with exact poses.
+// Simulates a camera in a hand (hand.h or another motion) in front of a simulated scene, with exact poses.
 //
 // Motion blur: radiance is averaged over as many instants of the exposure as the blur is long in pixels (the
 // largest displacement of a grid of image points during the exposure, rounded; at least one). Everything is a
 // pure function of the options, the shot and the frame's id.
 //
-// Lens, lamps and automatics of somebody who has not taken care are faults (imperfections.h). With `lens` the
-// camera has another lens than StoredCamera(), the one that is calibrated. With `auto_exposure` the exposure
-// is what a camera's automatic would make of the pictures of the last half second, measured at few points.
+// Mistakes of lens, lamps and automatics are faults (imperfections.h). With `lens` the camera has another
+// lens than StoredCamera(), the one that is calibrated. With `auto_exposure` the exposure follows the
+// pictures of the last half second, measured at few points.
 //
 // Rolling shutter (`readout_ms=20`): rows are exposed one after the other, the last one `readout_ms` after
 // the first, each for the whole exposure; bands of eight rows share one pose. The frame's time and pose are
 // those of the middle row, in the middle of its exposure.
 //
-// Before a turntable (scene `turntable`) the camera stands (tripod.h), and what turns is the world: a frame's
-// pose is the camera's about the things on the table, as if these had stood still.
+// Before a turntable (scene `turntable`) the camera is fixed (tripod.h), and what turns is the world: a
+// frame's pose is relative to the things on the table, as if these had stood still.
 #pragma once
 
 #include <array>
@@ -62,8 +62,8 @@ struct SimulationOptions {
   void Validate() const;  // throws Refusal
 };
 
-// A moderate wide angle (f = 0.875 widths, 59 degrees) with a slight barrel distortion, off-centre by a few
-// pixels.
+// Returns a moderate wide angle (f = 0.875 widths, 59 degrees) with a slight barrel distortion, off-centre by
+// a few pixels.
 CameraModel SimulatedIntrinsics(int width, int height);
 
 struct Shot {
@@ -83,40 +83,40 @@ class SimulatedCamera {
 
   const SimulationOptions& options() const { return options_; }
   const CameraModel& camera() const { return caster_.camera(); }
-  // What a calibration of the camera says, made before another lens was mounted; else camera().
+  // Returns the camera of a calibration made before another lens was mounted; else camera().
   CameraModel StoredCamera() const;
   const Scene& scene() const { return caster_.scene(); }
   const HandMotion& hand() const { return *hand_; }
   const RayCaster& caster() const { return caster_; }
 
-  // Frame `index` of the free-running camera: opened at index / fps with the options' settings.
+  // Captures frame `index` of the free-running camera: opened at index / fps with the options' settings.
   Frame Capture(std::uint64_t index) const;
-  // The same with an exposure that was asked for, whatever the automatic would make of it.
+  // Captures the frame with an exposure that was asked for, whatever the automatic would make of it.
   Frame Capture(std::uint64_t index, double exposure_s) const;
   // device_time_s and known_cam_from_world are those of the middle of the exposure (of the middle row).
   Frame Capture(const Shot& shot) const;
 
-  // Of what moves in the scene, at a time of the hand's clock (Scene::SwayAngle); a turntable's, radians.
+  // Returns the angle, radians, of what moves in the scene at a time of the hand's clock (Scene::SwayAngle).
   double SwayAngle(double time_s) const;
-  // The pose about the scene at rest: of a turntable, about what turns.
+  // Returns the pose relative to the scene at rest; for a turntable, relative to what turns.
   Rigid3 CamFromRest(double time_s) const;
-  // What moves in the scene, as the middle of a frame's exposure shows it: CV_8UC1, 255 there.
+  // Returns a mask, CV_8UC1, 255 where the middle of a frame's exposure shows what moves in the scene.
   cv::Mat MovingPixels(double time_s) const;
 
-  // Without noise, blur and sensor, everything at rest: CV_32FC3, linear B, G, R, on the sensor's scale at
-  // the options' exposure and gain.
+  // Renders the scene at rest without noise, blur and sensor: CV_32FC3, linear B, G, R, on the sensor's scale
+  // at the options' exposure and gain.
   cv::Mat CleanLinear(const Rigid3& cam_from_world) const;
-  // The same as 8-bit sRGB.
+  // Returns that image as 8-bit sRGB.
   cv::Mat CleanSrgb(const Rigid3& cam_from_world) const;
-  // The factor from RayCaster's radiance to that scale.
+  // Returns the factor from RayCaster's radiance to that scale.
   double LightScale() const;
 
-  // The length of the motion blur of such an exposure in pixels, the camera's motion and the scene's.
+  // Returns the length of the motion blur of such an exposure in pixels, the camera's motion and the scene's.
   double BlurPx(double open_s, double exposure_s) const;
 
  private:
   SimulationOptions options_;
-  // Exposure time of the automatic at a time.
+  // Returns the automatic's exposure time at a time.
   double MeteredExposure(double open_s) const;
 
   RayCaster caster_;

@@ -26,7 +26,7 @@ double UnitShare(std::uint64_t seed, std::uint64_t frame, int which) {
       HashLattice(static_cast<std::int32_t>(frame), which, 29, static_cast<std::uint32_t>(seed)));
 }
 
-// Linear sRGB at a place on the chart; white patch about 0.9.
+// Returns linear sRGB at a place on the chart; the white patch has about 0.9.
 Vector3d ChartLight(const Vector2d& at) {
   static const std::array<Vector3d, kChartPatches> patches = [] {
     std::array<Vector3d, kChartPatches> light;

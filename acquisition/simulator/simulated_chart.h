@@ -1,4 +1,4 @@
-// `sim:chart` and `sim:grey`: simulated colour calibration with known ground truth.
+// Simulates colour calibration with known ground truth: `sim:chart` and `sim:grey`.
 //
 //   sim:chart  a chart of 24 patches with the published colours (core/fiducials/color_chart_patches.h) on
 //              black, before a plain wall, held in a hand that is not quite still

@@ -28,7 +28,7 @@ struct Absence {
   Clock::time_point back;
   std::uint64_t next_frame = 0;
 };
-// The unplugged cameras by URI. They outlive their device, which is closed meanwhile.
+// Keeps the disconnected cameras by URI. They outlive their device, which is closed meanwhile.
 class Absences {
  public:
   static Absences& Instance() {
@@ -39,7 +39,7 @@ class Absences {
     const MutexLock lock(mutex_);
     away_[uri] = absence;
   }
-  // The number of the next frame. Throws Error while the camera is unplugged.
+  // Returns the number of the next frame. Throws Error while the camera is unplugged.
   std::uint64_t End(const std::string& uri) {
     const MutexLock lock(mutex_);
     const auto found = away_.find(uri);

@@ -1,6 +1,6 @@
-// `sim:SCENE`: the simulated camera as a device. Frames wait for Next(), and each advances simulated time by
-// one period, so that a slow reader sees the same sequence as a fast one. For a camera that does not wait,
-// run `ulf simulate` and open it by `aravis:`.
+// Opens the simulated camera as a device: `sim:SCENE`. Frames wait for Next(), and each advances simulated
+// time by one period, so that a slow reader sees the same sequence as a fast one. For a camera that does not
+// wait, run `ulf simulate` and open it by `aravis:`.
 //
 // Faults (`fault=disconnect=5:2&fault=incomplete=0.1`, simulated_faults.h) begin at simulated times, and the
 // frames after them are the same in every run. A freeze or a disconnection lasts for real time, because no

@@ -37,7 +37,7 @@ struct FaultSpan {
   bool Holds(double t_s) const { return t_s >= at_s && t_s < at_s + for_s; }
 };
 
-// What a faulty network link does to the camera's packets (gige/gige_relay.h).
+// Describes what a faulty network link does to the camera's packets (gige/gige_relay.h).
 struct GigeLinkFaults {
   double lost = 0, doubled = 0, swapped = 0;  // shares of the stream's packets
   double late = 0;                            // share of the frames that are delayed ...
@@ -61,18 +61,18 @@ struct SimulatedFaults {
 
   // Throws Refusal that names an unknown fault or a value out of range.
   void Add(const std::string& text);
-  // Whether these faults are those of a network link.
+  // Returns whether these faults are those of a network link.
   bool NeedRelay() const;
 
   bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }
   bool Disconnected(double t_s) const { return AnyHolds(disconnects, t_s); }
   bool MasterLost(double t_s) const { return AnyHolds(masters_lost, t_s); }
-  // Whether a picture depends on when it is taken, not on the hand alone.
+  // Returns whether a picture depends on when it is taken, not on the hand alone.
   bool ChangeWithTime() const {
     return drift_stops_per_minute != 0 || bluer_stops_per_minute != 0 || flicker.depth > 0 ||
            hunting.radius_px > 0;
   }
-  // The factors on the light's R G B at a time.
+  // Returns the factors on the light's R G B at a time.
   std::array<double, 3> Light(double t_s) const;
 
  private:
@@ -81,7 +81,7 @@ struct SimulatedFaults {
   }
 };
 
-// The names of all faults.
+// Returns the names of all faults.
 std::vector<std::string> SimulatedFaultNames();
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,5 @@
-// A camera on a tripod before a turntable: it stands, looking at the subject, for one turn of the table, is
-// then raised by a row, and so on over the cap's height and back. It may tremble.
+// Moves a camera on a tripod before a turntable: it stands, looking at the subject, for one turn of the
+// table, is then raised by a row, and so on over the cap's height and back. It may tremble.
 //
 // World frame metres, time in seconds from the start.
 #pragma once
@@ -32,7 +32,7 @@ class Tripod : public HandMotion {
   Rigid3 CamFromWorld(double time_s) const override;
 
   int Heights() const { return heights_; }
-  // Radians above the first direction.
+  // Returns the elevation, radians, above the first direction.
   double Elevation(double time_s) const;
 
  private:

@@ -47,7 +47,7 @@ constexpr std::array kAutomatics = {
     Automatic{V4L2_CID_ISO_SENSITIVITY_AUTO, V4L2_ISO_SENSITIVITY_MANUAL, V4L2_CID_ISO_SENSITIVITY},
 };
 
-// "Exposure Time, Absolute" -> "exposure_time_absolute".
+// Converts "Exposure Time, Absolute" to "exposure_time_absolute".
 std::string NameOf(const std::string& title) {
   std::string name;
   for (const char letter : title) {

@@ -1,5 +1,5 @@
-// A webcam's controls by name (exposure, gain, white balance, focus and all others of its driver), and its
-// automatics, which must not change the picture between two views.
+// Reads and sets a webcam's controls by name (exposure, gain, white balance, focus and all others of its
+// driver), and switches off its automatics, which must not change the picture between two views.
 //
 // Names are the driver's titles in lower case with underscores, as v4l2-ctl shows them. Because they differ
 // between kernel versions, the common ones also have a fixed short name: exposure (in steps of 100 us), gain,
@@ -29,17 +29,17 @@ struct V4l2Control {
   bool Answers(const std::string& wanted) const { return wanted == name || wanted == short_name; }
 };
 
-// The controls of up to 32 bits that a user can set, in the driver's order.
+// Returns the controls of up to 32 bits that a user can set, in the driver's order.
 std::vector<V4l2Control> V4l2Controls(const V4l2Node& node);
 
 std::optional<int> GetV4l2Control(const V4l2Node& node, std::uint32_t id);
-// 0, or the error number.
+// Returns 0, or the error number.
 int SetV4l2Control(const V4l2Node& node, std::uint32_t id, int value);
 
-// The number that a text stands for: "manual", "Manual Mode" or "1", "true" or "on". Throws Refusal,
+// Returns the number that a text stands for: "manual", "Manual Mode" or "1", "true" or "on". Throws Refusal,
 // beginning with `who`, that names the range or the choices.
 int V4l2ControlValue(const std::string& who, const V4l2Control& control, const std::string& text);
-// A value as text: the menu entry, else the number.
+// Returns a value as text: the menu entry, else the number.
 std::string V4l2ControlText(const V4l2Control& control, int value);
 
 // Switches off every automatic that is on and not in `except` (names), and writes back the value that it had
@@ -52,10 +52,10 @@ struct V4l2Frozen {
 V4l2Frozen FreezeV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls,
                                 const std::vector<std::string>& except);
 
-// The state of the automatics at this moment.
+// Returns the state of the automatics at this moment.
 HeldAutomatics HeldV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls);
 
-// The exposure time in seconds, read back; 0 when it is automatic or unknown.
+// Returns the exposure time in seconds, read back; 0 when it is automatic or unknown.
 double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>& controls);
 
 }  // namespace ulf::acquisition

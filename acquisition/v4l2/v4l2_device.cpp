@@ -36,8 +36,8 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-// How long the capture thread waits for a frame before it does its other work, and its pause where no buffer
-// is filled yet. Guessed.
+// Returns how long the capture thread waits for a frame before it does its other work, and its pause where no
+// buffer is filled yet. Guessed.
 constexpr milliseconds kFrameWait(100), kEmptyPause(2);
 // How long a camera may send nothing until it counts as stalled, and as lost: the longer of seconds and frame
 // periods. Guessed.
@@ -277,7 +277,7 @@ class V4l2Device : public Device {
     }
   }
 
-  // True when the thread is to stop; else a frame may have arrived, or the time is over.
+  // Returns true when the thread is to stop; else a frame may have arrived, or the time is over.
   bool WaitForFrame(milliseconds timeout) const {
     std::array<pollfd, 2> waiting{{{stop_.Number(), POLLIN, 0}, {node_->Number(), POLLIN, 0}}};
     poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count()));
@@ -335,7 +335,7 @@ class V4l2Device : public Device {
     queue_->Push(std::move(frame));
   }
 
-  // False when the buffer does not contain the configured picture.
+  // Returns false when the buffer does not contain the configured picture.
   bool Fill(std::span<const std::uint8_t> bytes, Frame& frame) {
     try {
       if (configured_.format.packing == PixelPacking::kJpeg) {

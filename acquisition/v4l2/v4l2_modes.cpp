@@ -110,7 +110,7 @@ std::string FpsList(const V4l2Mode& mode) {
   return fmt::format("{:g}", fmt::join(mode.fps, ", "));
 }
 
-// The distinct descriptions of the modes that `keep` selects, joined.
+// Returns the distinct descriptions of the modes that `keep` selects, joined.
 template <typename Keep, typename Describe>
 std::string ListOf(const std::vector<V4l2Mode>& modes, Keep keep, Describe describe) {
   std::string list;
@@ -271,7 +271,7 @@ V4l2Configured SetV4l2Mode(const V4l2Node& node, const V4l2Mode& mode, std::opti
   format.fmt.pix.height = static_cast<std::uint32_t>(mode.height);
   format.fmt.pix.pixelformat = mode.fourcc;
   format.fmt.pix.field = V4L2_FIELD_NONE;
-  node.Must("picture format", VIDIOC_S_FMT, &format);
+  node.CallOrThrow("picture format", VIDIOC_S_FMT, &format);
   const v4l2_pix_format& got = format.fmt.pix;
   if (got.pixelformat != mode.fourcc || static_cast<int>(got.width) != mode.width ||
       static_cast<int>(got.height) != mode.height)

@@ -1,4 +1,4 @@
-// The formats, sizes and frame rates that a video node offers, and the choice among them.
+// Lists the formats, sizes and frame rates that a video node offers, and chooses among them.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace ulf::acquisition {
 
-// The pixel format of a V4L2 four-character code, and the code of a name ("YUYV", "Mono8" or "GREY").
+// Returns the pixel format of a V4L2 four-character code, and the code of a name ("YUYV", "Mono8" or "GREY").
 std::optional<PixelFormat> PixelFormatOfFourcc(std::uint32_t fourcc);
 std::optional<std::uint32_t> FourccByName(const std::string& name);
 std::string FourccText(std::uint32_t fourcc);
@@ -33,10 +33,11 @@ struct V4l2ModeRequest {
   std::optional<double> fps = {};
 };
 
-// Every supported mode. If a driver accepts any size within limits: the common sizes within them, and `also`.
+// Returns every supported mode. If a driver accepts any size within limits: the common sizes within them, and
+// `also`.
 std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<std::pair<int, int>> also = {});
 
-// The four-character codes of formats that the camera offers and ulf does not read.
+// Returns the four-character codes of formats that the camera offers and ulf does not read.
 std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node);
 
 // Chooses what the request leaves open: the largest picture up to 1920x1080 at 24 frames per second or more
@@ -57,7 +58,7 @@ struct V4l2Configured {
 // Sets the mode and reads it back. Throws Error when the driver has set another size or format.
 V4l2Configured SetV4l2Mode(const V4l2Node& node, const V4l2Mode& mode, std::optional<double> fps);
 
-// The colour encoding and transfer function that the V4L2 fields define for pixels of this format.
+// Returns the colour encoding and transfer function that the V4L2 fields define for pixels of this format.
 YuvEncoding YuvEncodingOf(const v4l2_pix_format& pixels);
 Transfer TransferOf(const v4l2_pix_format& pixels);
 

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kClass = "/sys/class/video4linux";
 
-// The first line of a file in /sys; empty where there is none.
+// Returns the first line of a file in /sys; empty where there is none.
 std::string Line(const std::string& path) {
   std::ifstream file(path);
   std::string line;
@@ -53,7 +53,7 @@ int Number(const std::string& node_name) {  // "video12"
   return std::atoi(node_name.c_str() + std::string_view("video").size());
 }
 
-// The folder of the USB device above a node's folder in /sys; empty where it is not a USB device.
+// Returns the folder of the USB device above a node's folder in /sys; empty where it is not a USB device.
 std::string UsbFolder(fs::path folder) {
   for (; folder.has_relative_path(); folder = folder.parent_path())
     if (!Line(folder / "idVendor").empty()) return folder;
@@ -147,7 +147,7 @@ void V4l2Node::Throw(const char* what, int error) const {
   throw Error("{}: the driver refuses the {}: {}", path_, what, std::strerror(error));
 }
 
-void V4l2Node::Must(const char* what, unsigned long request, void* argument) const {
+void V4l2Node::CallOrThrow(const char* what, unsigned long request, void* argument) const {
   if (const int error = Call(request, argument); error != 0) Throw(what, error);
 }
 

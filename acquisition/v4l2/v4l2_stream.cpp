@@ -24,7 +24,7 @@ struct Segment {
   std::size_t begin = 0, end = 0;  // with its marker
 };
 
-// The segments of the header, up to that of the first scan.
+// Returns the segments of the header, up to that of the first scan.
 std::vector<Segment> Segments(std::span<const std::uint8_t> jpeg) {
   std::vector<Segment> segments;
   std::size_t at = 2;
@@ -37,7 +37,7 @@ std::vector<Segment> Segments(std::span<const std::uint8_t> jpeg) {
   return segments;
 }
 
-// The standard's tables (ITU-T T.81, Annex K.3), taken from an encoder that does not optimise.
+// Returns the standard's tables (ITU-T T.81, Annex K.3), taken from an encoder that does not optimise.
 const std::string& StandardTables() {
   static const std::string tables = [] {
     const std::string encoded = JpegBytes(cv::Mat(16, 16, CV_8UC3, cv::Scalar(1, 2, 3)));
@@ -72,7 +72,7 @@ V4l2Stream::V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes)
       Buffer buffer;
       v4l2_buffer header = Header(i);
       if (io == V4l2Io::kMmap) {
-        node.Must("buffer", VIDIOC_QUERYBUF, &header);
+        node.CallOrThrow("buffer", VIDIOC_QUERYBUF, &header);
         void* mapped =
             mmap(nullptr, header.length, PROT_READ | PROT_WRITE, MAP_SHARED, node.Number(), header.m.offset);
         if (mapped == MAP_FAILED)
@@ -86,10 +86,10 @@ V4l2Stream::V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes)
       }
       buffers_.push_back(buffer);
       header = Header(i);
-      node.Must("queueing of a buffer", VIDIOC_QBUF, &header);
+      node.CallOrThrow("queueing of a buffer", VIDIOC_QBUF, &header);
     }
     int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    node.Must("start of the stream", VIDIOC_STREAMON, &type);
+    node.CallOrThrow("start of the stream", VIDIOC_STREAMON, &type);
   } catch (...) {
     Release();
     throw;

@@ -1,4 +1,5 @@
-// The buffers that a driver fills: its own, mapped into this process (mmap), or the process's (userptr).
+// Streams from a Video4Linux2 node through buffers that the driver fills: its own, mapped into this process
+// (mmap), or this process's (userptr). See the kernel's V4L2 API, "Input/Output".
 #pragma once
 
 #include <cstdint>
@@ -13,10 +14,10 @@ namespace ulf::acquisition {
 
 enum class V4l2Io { kMmap, kUserPtr };
 
-// Streams from construction to destruction.
+// A stream runs from construction to destruction. It belongs to one thread; `node` must outlive it.
 class V4l2Stream {
  public:
-  // `image_bytes`: the size of a picture as the driver reports it. Throws Error.
+  // `image_bytes`: the largest size of a picture, from the driver. Throws Error when the driver refuses.
   V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes);
   ~V4l2Stream();
   V4l2Stream(const V4l2Stream&) = delete;
@@ -26,10 +27,10 @@ class V4l2Stream {
     v4l2_buffer header;
     std::span<const std::uint8_t> bytes;
   };
-  // 0 and a filled buffer, to be returned with Requeue(); or the error number, EAGAIN when none is filled
-  // yet.
+  // Returns 0 and a filled buffer, whose bytes stay valid until it goes back by Requeue(); or an errno value,
+  // EAGAIN when no buffer is filled yet. Never waits.
   int Dequeue(std::optional<Filled>& filled);
-  // 0, or the error number.
+  // Gives a buffer back to the driver. Returns 0, or an errno value.
   int Requeue(const Filled& filled);
 
  private:
@@ -45,9 +46,9 @@ class V4l2Stream {
   std::vector<Buffer> buffers_;
 };
 
-// A webcam's Motion JPEG picture as a JPEG file: the bytes from the start marker (SOI) to the end marker
-// (EOI), with the Huffman tables of ITU-T T.81, Annex K inserted if the camera omitted them (many do; not
-// every program reads such files). None when a marker is missing, because part of the picture did not arrive.
+// Converts a webcam's Motion JPEG picture to a JPEG file: the bytes from the start marker (SOI) to the end
+// marker (EOI), with the Huffman tables of ITU-T T.81, Annex K inserted if the camera omitted them, as many
+// do. Returns none when a marker is missing, because part of the picture did not arrive.
 std::optional<std::string> StandaloneJpeg(std::span<const std::uint8_t> bytes);
 
 }  // namespace ulf::acquisition

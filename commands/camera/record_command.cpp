@@ -85,7 +85,7 @@ RecordRun Record(const RecordArgs& args) {
     if (IsComplete(args, frames, run.seconds)) break;
     const auto frame = device->Next(std::chrono::milliseconds(100));
     const std::vector<acquisition::DeviceEvent> events = device->TakeEvents();
-    for (const std::string& line : repeated.After(events, EpochSeconds())) progress.Say(line);
+    for (const std::string& line : repeated.Update(events, EpochSeconds())) progress.Say(line);
     for (const acquisition::DeviceEvent& event : events) recorder.Note(event.text);
     ReportPause(recorder, progress, paused);
     if (frame && IsKept(*frame)) {
@@ -101,7 +101,7 @@ RecordRun Record(const RecordArgs& args) {
                                          ? ""
                                          : fmt::format("; the device is {}", Name(state))));
   }
-  for (const std::string& line : repeated.AtTheEnd()) progress.Say(line);
+  for (const std::string& line : repeated.Finish()) progress.Say(line);
   run.lost = device->State() == acquisition::DeviceState::kLost;
   device->Stop();
   // Photographs may arrive after Stop().

@@ -89,7 +89,7 @@ void WarnIfNothingMeasured(const CaptureArgs& args, const coverage::CaptureSumma
 // Warns of a guessed lens that nothing replaced: it may still be wrong.
 void WarnOfGuessedLens(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
                        const CameraModel& guessed) {
-  const bool was_guessed = options.calibration_source == acquisition::kFocalLengthGuessed;
+  const bool was_guessed = options.lens_origin == acquisition::LensOrigin::kGuessed;
   const bool is_confirmed = summary.calibration && summary.calibration->determined;
   if (!was_guessed || summary.refined_lens || is_confirmed) return;
   fmt::print(stderr,

@@ -58,7 +58,7 @@ double ShareDone(const CaptureArgs& args, const coverage::CaptureOptions& option
 std::string ProgressLine(const coverage::CaptureState& now, double until_share) {
   const std::string covered =
       now.covered ? fmt::format(", {:.1f} of {:g} % covered", 100 * *now.covered, 100 * until_share) : "";
-  const coverage::NoticedMistake* mistake = Behind(now.decision.reason, now.mistakes);
+  const coverage::NoticedMistake* mistake = MistakeForReason(now.decision.reason, now.mistakes);
   std::string what =
       mistake && mistake->IsSeenAt(now.seconds) ? Name(mistake->mistake) : InWords(now.decision.reason);
   if (now.waits_to_begin) what = "not begun yet: Space in the display, or the request record, begins";
@@ -71,8 +71,8 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
                      what, way.empty() ? "" : "; next: " + way);
 }
 
-coverage::DisplayDoor DoorFor(const CaptureArgs& args,
-                              const std::shared_ptr<coverage::DisplayScript>& script) {
+coverage::SurfaceFactory DoorFor(const CaptureArgs& args,
+                                 const std::shared_ptr<coverage::DisplayScript>& script) {
   constexpr int kWidth = 1280, kHeight = 720;
   if (args.headless) return {};
   if (args.offscreen)
@@ -116,7 +116,7 @@ int RunCaptureCommand(const CaptureArgs& args, const LensUseArgs& lens, const st
     if (args.offscreen)
       take = [script](const std::string& line) { script->Take(line); };
     else
-      take = [&requests](const std::string& line) { requests.Ask(coverage::ParseCaptureRequest(line)); };
+      take = [&requests](const std::string& line) { requests.Push(coverage::ParseCaptureRequest(line)); };
     request_lines.emplace(args.requests, std::move(take));
   }
   const StopOnSignal signals;

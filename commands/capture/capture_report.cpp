@@ -94,7 +94,7 @@ std::string WayOut(coverage::Reason reason, FrameSource source) {
 // Returns "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake
 // behind it.
 std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSummary& summary) {
-  const coverage::NoticedMistake* mistake = Behind(reason, summary.mistakes);
+  const coverage::NoticedMistake* mistake = MistakeForReason(reason, summary.mistakes);
   if (!mistake)
     return fmt::format("the reason was '{}': {}", InWords(reason), WayOut(reason, summary.source));
   return fmt::format("the reason was '{}': {}. {}", Name(mistake->mistake), mistake->finding, mistake->cure);

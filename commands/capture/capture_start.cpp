@@ -71,7 +71,7 @@ tracking::PosesSpec PosesFrom(const CaptureArgs& args) {
         "--poses",
         args.turntable, args.poses_text);
   tracking::PosesSpec poses = tracking::PosesSpec::Parse("markers:" + args.turntable);
-  if (poses.ChoosesWorldAnew())
+  if (poses.WorldVaries())
     throw UsageError(
         "--turntable {}: of several markers the first that is seen would be the world; give a board "
         "(charuco:5x5:54:40:DICT_4X4_50) or one marker's number ({}:0)",
@@ -123,7 +123,7 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
   options.max_frames = args.frames;
   options.max_seconds = args.max_seconds;
   if (args.subject != "auto") {
-    if (!args.poses.HaveAWorld() && !args.resume)
+    if (!args.poses.DefineWorld() && !args.resume)
       throw UsageError(
           "--subject {}: the tracker has no world before it starts; use --subject auto, go on with a light "
           "field (--resume), or take poses whose world is known (--poses known, markers:, tum:, tcp:)",
@@ -151,7 +151,7 @@ bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options,
     if (args.person.empty())
       return acquisition::OpenDevice(acquisition::WithReplaySpeed(args.uri, args.speed));
     const DeviceUri uri = DeviceUri::Parse(args.uri);
-    hand.person = coverage::OperatorBefore(uri, args.person);
+    hand.person = coverage::MakeSimulatedOperator(uri, args.person);
     return acquisition::OpenSimulatedDevice(uri, hand.person);
   };
   return coverage::PrepareCapture(session, options, hand);

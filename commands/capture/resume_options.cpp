@@ -75,13 +75,13 @@ std::string ForceCalibrationRefusal(const CaptureArgs& args, const LightField& /
 }
 
 std::string WorldRefusal(const CaptureArgs& args, const std::string& given, const LightField& light_field) {
-  const bool own_world = args.poses.HaveAWorld() && !args.poses.ComeWithFrames();
+  const bool own_world = args.poses.DefineWorld() && !args.poses.ComeWithFrames();
   if (own_world && light_field.units != "metres")
     return fmt::format(
         " {}: its world is in metres, the light field's unit is arbitrary; leave it out, or begin a new "
         "light field",
         given);
-  if (args.poses.ChoosesWorldAnew())
+  if (args.poses.WorldVaries())
     return fmt::format(
         " {0}: the first of several markers that is seen defines the world, and that may be another one now; "
         "give features, or the marker of the session before, which its end named ({0}:NUMBER)",

@@ -104,7 +104,7 @@ ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acqui
   acquisition::RepeatedEvents repeated;
   device.Start();
   while (!acquisition::IsOver(device.State()) && !StopOnSignal::Requested()) {
-    for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
+    for (const std::string& line : repeated.Update(device.TakeEvents(), EpochSeconds()))
       spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));
     if (!frame) acquisition::RequireLiveFrames(device);
@@ -131,7 +131,7 @@ ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acqui
     if (!picture.Show(drawn) || (args.frames > 0 && run.frames >= args.frames)) break;
   }
   device.Stop();
-  for (const std::string& line : repeated.AtTheEnd()) spdlog::warn("{}", line);
+  for (const std::string& line : repeated.Finish()) spdlog::warn("{}", line);
   return run;
 }
 

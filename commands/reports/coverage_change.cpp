@@ -19,7 +19,7 @@ std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const L
     if (light_field.views.empty()) return 0.0;
     const coverage::CoverageMap map = coverage::CoverageOf(
         light_field, *before.subject, cap, before.threshold_px.value_or(coverage::kHighThresholdPx));
-    return (by_errors ? coverage::ByErrors(*before.measured, map) : map).CoveredShare();
+    return (by_errors ? coverage::CoverageByErrors(*before.measured, map) : map).CoveredShare();
   };
   return CoverageChange{cap, covered(before), covered(after)};
 }

@@ -169,7 +169,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.subject = options.subject ? options.subject : light_field.subject;
   if (!report.subject && !light_field.views.empty()) report.subject = SubjectFromAxes(light_field);
   // Directions relative to another subject are not comparable.
-  if (report.subject == light_field.subject) report.measured = coverage::StandingErrors(light_field);
+  if (report.subject == light_field.subject) report.measured = coverage::ValidErrors(light_field);
   if (light_field.views.empty()) {
     if (report.cap) report.covered = 0;
     return report;
@@ -199,7 +199,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
         coverage::CoverageOf(light_field, *report.subject, report.cap, report.threshold_px);
     if (report.measured && coverage::CoverByNamed(report.measured->cover) != coverage::CoverBy::kBound) {
       report.covered_by_bound = map.CoveredShare();
-      map = coverage::ByErrors(*report.measured, map);
+      map = coverage::CoverageByErrors(*report.measured, map);
     }
     report.covered = map.CoveredShare();
     report.holes = coverage::GapsOf(map);

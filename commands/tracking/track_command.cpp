@@ -125,7 +125,7 @@ void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acqui
   acquisition::RepeatedEvents repeated;
   device.Start();
   while (!acquisition::IsOver(device.State()) && !StopOnSignal::Requested()) {
-    for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
+    for (const std::string& line : repeated.Update(device.TakeEvents(), EpochSeconds()))
       spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));
     if (!frame) acquisition::RequireLiveFrames(device);
@@ -135,9 +135,9 @@ void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acqui
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
       if (args.lens.use == tracking::LensUse::kRefine)
         intrinsics.guessed_focal_px = acquisition::GuessFocalPx(*frame);
-      std::string source;
+      auto origin = acquisition::LensOrigin::kMeasured;
       const CameraModel camera = acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(),
-                                                                frame->image.height(), &source);
+                                                                frame->image.height(), nullptr, &origin);
       poses = spec.Open(camera, {.tracker = {.deterministic = args.deterministic,
                                              .seed = args.seed,
                                              .features = args.features,
@@ -145,7 +145,7 @@ void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acqui
                                              .wait_for_mapper = !device.IsLive(),
                                              .readout = args.readout,
                                              .lens = args.lens.use,
-                                             .lens_is_guess = !acquisition::IsCalibration(source)},
+                                             .lens_is_guess = origin != acquisition::LensOrigin::kMeasured},
                                  .stop = StopOnSignal::Requested});
     }
     if (frame->known_cam_from_world)
@@ -167,7 +167,7 @@ void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acqui
                   fmt::format("frame {}, {}", count, InWords(run.frames.back().track, run.source)));
     if (args.frames > 0 && count >= args.frames) break;
   }
-  for (const std::string& line : repeated.AtTheEnd()) spdlog::warn("{}", line);
+  for (const std::string& line : repeated.Finish()) spdlog::warn("{}", line);
 }
 
 TrackedSequence Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {

@@ -14,8 +14,8 @@ constexpr double kPaceNothingFor_s = 20;  // of work that paints less than a vie
 
 }  // namespace
 
-void CapturePace::At(double time_s, double covered_sr, std::size_t views,
-                     const std::optional<Eigen::Vector3d>& direction, double disc_radius) {
+void CapturePace::Update(double time_s, double covered_sr, std::size_t views,
+                         const std::optional<Eigen::Vector3d>& direction, double disc_radius) {
   if (!begun_) {
     begun_ = true;
     known_sr_ = covered_sr, known_views_ = views;

@@ -1,8 +1,8 @@
-// How fast a capture covers its cap, and so how long the rest takes.
+// Measures how fast a capture covers its cap, and predicts from that how long the rest takes.
 //
-// Time counts while the hand works: while it paints, or goes on to where it will paint. When it rests, or the
-// pose is lost, the clock stands, and with it what is expected: a pause is no slower pace. The pace is that
-// of the last minute of work. A hand that works on and paints no more has no pace that would tell anything.
+// Only time of work counts: while new area is covered, or the camera moves to where area will be. While it
+// rests, or the pose is lost, the clock stands, so that a pause is no slower pace. The pace is that of the
+// last minute of work; without newly covered area there is none.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,16 +14,17 @@ namespace ulf::coverage {
 
 class CapturePace {
  public:
-  // Guessed; what they come to with simulated people: docs/capture.md#guidance.
+  // Guessed; docs/capture.md#guidance has the results with simulated people.
   struct Options {
-    double least_s = 8;      // not over less,
-    double least_views = 4;  // nor over less area than so many views paint
+    double least_s = 8;      // shortest time of work to measure over,
+    double least_views = 4;  // and smallest area, in views
   };
-  // After every frame: the area that is covered, the number of views, and the direction in which the camera
-  // stands (none: it is not known). `disc_radius`: what a view covers around it, radians.
-  void At(double time_s, double covered_sr, std::size_t views,
-          const std::optional<Eigen::Vector3d>& direction, double disc_radius);
-  // For this area; none: nobody can tell yet, or any more. `sr_per_view`: that a view paints.
+  // Call it after every frame with the covered area, the number of views, and the camera's direction from the
+  // subject (none: unknown). `disc_radius`: what a view covers around it, radians.
+  void Update(double time_s, double covered_sr, std::size_t views,
+              const std::optional<Eigen::Vector3d>& direction, double disc_radius);
+  // Returns the time for this area; none when there is no pace yet, or no longer. `sr_per_view`: the area
+  // that a view covers.
   std::optional<double> SecondsFor(double open_sr, double sr_per_view) const;
 
  private:

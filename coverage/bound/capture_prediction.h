@@ -1,5 +1,5 @@
-// What to expect of a capture before its first view: the number of views and the range of distances, for this
-// subject, camera and threshold.
+// Predicts a capture before its first view: the number of views and the range of distances, for a subject,
+// camera and threshold.
 #pragma once
 
 #include <optional>
@@ -13,10 +13,11 @@
 
 namespace ulf::coverage {
 
-// How many views a capture by hand takes for a cap, when a view is recorded as soon as the recorded ones no
-// longer cover it: along a row one each disc radius R, and rows of such views leave no gap, whatever their
-// phase, sqrt(3) R apart. They begin so near the rim that they reach over it by a quarter of R (guidance.h).
-// So `share` of a cap as wide and high as this one and R / 2 more, at sqrt(3) R^2 each.
+// Estimates how many views a capture by hand takes for a cap, when a view is recorded as soon as the recorded
+// ones no longer cover it: along a row one each disc radius R, and rows of such views leave no gap, whatever
+// their phase, sqrt(3) R apart. They begin so near the rim that they reach over it by a quarter of R
+// (guidance.h). So the estimate is `share` of the area of a cap R / 2 wider and higher than this one, over
+// sqrt(3) R^2.
 //
 // A hand wobbles, and the last holes are filled one by one: simulated people, experienced and novices, over
 // caps, thresholds and sizes, took between `fewest` and `most` (docs/capture.md#guidance). They went where
@@ -28,12 +29,12 @@ struct ViewsEstimate {
 };
 std::string InWords(const ViewsEstimate& views);  // "about 140 views (120 to 180)"
 
-// How long somebody takes for so many views who goes where guidance points, with a camera of 15 frames a
-// second or more. The rows are as long as the views' number times the disc's radius; an experienced hand
-// takes 0.075 s for each degree of them and 0.117 s for each view, a novice 0.022 and 0.39 s (through the
-// medians of docs/measured/capture.md, "With and without guidance": 36 to 123 and 39 to 220 s). `usual` is
-// between the two, the spread a fifth below the first and a third above the second, as the seeds scatter
-// there. Not for photographs, of which each camera takes its own time.
+// Estimates how long somebody takes for so many views who goes where guidance points, with a camera of 15
+// frames a second or more. The rows are as long as the views' number times the disc's radius; an experienced
+// hand takes 0.075 s for each degree of them and 0.117 s for each view, a novice 0.022 and 0.39 s (through
+// the medians of docs/measured/capture.md, "With and without guidance": 36 to 123 and 39 to 220 s). `usual`
+// is between the two, the spread a fifth below the first and a third above the second, as the seeds scatter
+// there. It does not hold for photographs, for which each camera takes its own time.
 struct TimeEstimate {
   double usual_s = 0, least_s = 0, most_s = 0;
   static TimeEstimate Of(const ViewsEstimate& views, double disc_radius);
@@ -43,33 +44,33 @@ std::string InWords(const TimeEstimate& time);  // "about 1.0 min (0.6 to 1.5 mi
 struct CapturePrediction {
   double distance = 0;     // of the first view from the subject's centre, world units
   double disc_radius = 0;  // what one view covers around it, radians
-  // From the subject's centre, world units: what views at `distance` still cover. None: no limit.
+  // The distances from the subject's centre, world units, that views at `distance` still cover; none: no
+  // limit.
   std::optional<double> nearest, farthest;
   std::optional<ViewsEstimate> views;  // none without a cap
 };
 
-// A warning, with what to change, when the cap takes more views than anybody records, or when discs are too
-// small for the coverage map's grid. None: no warning.
+// Returns a warning, with what to change, when the cap takes more views than anybody records, or when discs
+// are too small for the coverage map's grid. Returns none when there is nothing to warn of.
 std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
                                             const std::optional<Cap>& cap, FrameSource source);
 
-// The camera at `distance` from the subject's centre, in pixels of the coverage image.
+// Returns the camera at `distance` from the subject's centre, in pixels of the coverage image.
 CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const Subject& subject,
                        double distance, double threshold_px);
 
-// None where a view covers not even itself: a threshold of 2 px or less, or a camera inside the sphere.
-// `share`: of the cap, at which the capture ends.
+// Returns none where a view covers not even itself: a threshold of 2 px or less, or a camera inside the
+// sphere. `share`: of the cap, at which the capture ends.
 std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
                                          double share);
 
-// "keep at least 0.68 of the first distance; farther is fine". The shares that views still cover; none: no
-// limit.
+// Returns "keep at least 0.68 of the first distance; farther is fine" for covered shares; none: no limit.
 std::string DistancesInWords(const std::optional<double>& nearest_share,
                              const std::optional<double>& farthest_share, FrameSource source);
 
-// "about 140 views (120 to 180) at 12 px; stay 0.85 to 1.20 m from the subject's centre": a line for the
-// operator, in shares of the first distance where world units are no metres. Nobody is told to stay anywhere
-// where pictures are taken already.
+// Returns a line for the operator: "about 140 views (120 to 180) at 12 px; stay 0.85 to 1.20 m from the
+// subject's centre", in shares of the first distance where world units are no metres. The line for pictures
+// that are taken already leaves the distances out.
 std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric,
                     FrameSource source);
 

@@ -1,4 +1,4 @@
-// What a capture takes where nothing else is asked for: one place for all who need a default, or explain it.
+// Defines the defaults of a capture, for all who need or explain them.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@ namespace ulf::coverage {
 
 // The threshold of the bound by the name of a quality, pixels of the coverage image (docs/coverage_bound.md).
 inline constexpr double kHighThresholdPx = 7, kFastThresholdPx = 12;
-// "fast"; "high", or no name.
+// Returns the threshold of the quality "fast", or else of "high".
 inline double ThresholdOf(const std::string& quality) {
   return quality == "fast" ? kFastThresholdPx : kHighThresholdPx;
 }
@@ -15,8 +15,9 @@ inline double ThresholdOf(const std::string& quality) {
 // The width of the coverage image, pixels, to which thresholds refer.
 inline constexpr int kCoverageWidthPx = 640;
 
-// The image of the subject's sphere, as a share of the picture's width: of a subject that is found, and at
-// most. The second is the safety rectangle's share of width and height (thesis, section 3.2).
+// The width of the image of the subject's sphere as a share of the picture's width: for a subject that is
+// found automatically, and at most. The second is the safety rectangle's share of width and height (thesis,
+// section 3.2).
 inline constexpr double kSubjectSize = 0.28, kRectangleShare = 0.8;
 
 // The share of a cap that counts as all of it.

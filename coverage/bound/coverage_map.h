@@ -1,5 +1,5 @@
-// The coverage map: which directions around the subject the recorded views cover, and whether they cover a
-// new view.
+// Maps which directions around the subject the recorded views cover, and decides whether they cover a new
+// view.
 //
 // A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
 // the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The
@@ -27,7 +27,8 @@
 
 namespace ulf::coverage {
 
-// Azimuth within width / 2, elevation within height / 2 of the first recorded direction; radians.
+// The directions with azimuth within width / 2 and elevation within height / 2 of the first recorded one;
+// radians.
 struct Cap {
   double width = 0;
   double height = 0;
@@ -46,7 +47,7 @@ struct CapGoal {
   static CapGoal Parse(const std::string& text);
 };
 
-// Azimuth and elevation about a direction.
+// Converts between directions and their azimuth and elevation about a direction.
 class CapFrame {
  public:
   CapFrame(const Eigen::Vector3d& first_direction, const Eigen::Vector3d& up_in_world);
@@ -77,7 +78,7 @@ class SubjectViews {
   void Add(const CriterionView& view);
   const std::vector<CriterionView>& views() const { return views_; }
   CoveringView Best(const CriterionView& candidate) const;
-  // As soon as one is within the threshold: enough to know that the candidate is covered.
+  // Returns whether some view covers the candidate; stops at the first one.
   bool Covers(const CriterionView& candidate, double threshold_px) const;
   double MedianDistance() const;  // from the subject's centre; 0 without views
   Eigen::Vector3d MeanUp() const { return cameras_up_.Up(); }
@@ -98,10 +99,10 @@ struct CoverageMapOptions {
   double most_threshold_factor = 1;
 };
 
-// By what the threshold is multiplied in a direction, a unit vector from the subject; 1: the bound as it is.
+// The factor on the threshold in a direction, a unit vector from the subject; 1: the threshold as it is.
 using ThresholdFactor = std::function<double(const Eigen::Vector3d& direction)>;
 
-// Open cells in one piece.
+// A connected region of open cells.
 struct CoverageHole {
   double solid_angle_sr = 0;
   Eigen::Vector3d direction;  // of the open cell nearest to its middle
@@ -111,28 +112,29 @@ class CoverageMap {
  public:
   CoverageMap(const Subject& subject, const CoverageMapOptions& options,
               std::span<const CriterionView> views = {});
-  // Paints around `view`. Where the views' median distance or mean up has moved on, everything is painted
-  // anew.
+  // Paints around `view`, or everything where the views' median distance or mean up has changed too much.
   void Add(const CriterionView& view);
 
   // Where pictures turn out better or worse than the bound must assume, the threshold is another one
   // (coverage/measured). Repaints by the bounds that are known already.
   void SetThresholdFactor(ThresholdFactor factor);
   const ThresholdFactor& threshold_factor() const { return threshold_factor_; }  // empty: 1 everywhere
-  // Pixels; in the direction of a viewpoint.
+  // Returns the threshold, pixels, in the direction of a viewpoint.
   double ThresholdAt(const Eigen::Vector3d& direction) const;
-  // Of a view at the reference distance, by the threshold without its factor; radians. 0 before the first
-  // view.
+  // Returns the disc radius of a view at the reference distance, by the threshold without its factor,
+  // radians; 0 before the first view.
   double DiscRadius() const { return spacing_ * options_.cells_per_disc_radius; }
 
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }
   bool Covers(const CriterionView& candidate) const;
 
-  // The share of the cap's solid angle that is painted; 1 only where every cell is. This is what "covered"
-  // means wherever a share of a cap is told or decides: the display, the end of a capture, `ulf info`. A map
-  // that views were added to one by one may be off by what its distance and its up lag behind (Add()).
+  // Returns the share of the cap's solid angle that is painted; 1 only where every cell is. This is what
+  // "covered" means wherever a share of a cap is told or decides: the display, the end of a capture, `ulf
+  // info`. A map that views were added to one by one may be off by what its distance and its up lag behind
+  // (Add()).
   double CoveredShare() const;
-  // Which view paints a direction; index -1 for unpainted. None outside the cap.
+  // Returns the view that paints a direction, with index -1 for an unpainted one. Returns none outside the
+  // cap.
   std::optional<CoveringView> At(const Eigen::Vector3d& direction) const;
   // The grid's cells, row by row.
   struct CellView {
@@ -141,7 +143,7 @@ class CoverageMap {
     CoveringView covering;  // index -1: not covered
   };
   void ForEachCell(const std::function<void(const CellView&)>& look) const;
-  // The largest first.
+  // Returns the holes, the largest first.
   std::vector<CoverageHole> Holes() const;
 
   // The painted cells, for drawing: neighbouring cells of a row that one view paints, joined in runs no wider
@@ -158,7 +160,7 @@ class CoverageMap {
   const std::optional<CapFrame>& frame() const { return frame_; }  // none before the first view
   double reference_distance() const { return reference_distance_; }
   double spacing() const { return spacing_; }  // of the grid, radians
-  // The smallest disc that the limited grid resolves; views that cover less are painted too coarsely.
+  // Returns the smallest disc that the limited grid resolves; views that cover less are painted too coarsely.
   static double FinestDiscRadius(const Cap& cap);
   Cap extent() const { return options_.cap.value_or(Cap::WholeSphere()); }
 
@@ -180,7 +182,7 @@ class CoverageMap {
   }
   float ThresholdOf(const Eigen::Vector3d& direction) const;
   bool IsGridStale() const;
-  // Cells that share an edge with this one.
+  // Visits the cells that share an edge with this one.
   void ForEachNeighbour(std::size_t row, int column,
                         const std::function<void(std::size_t row, int column)>& look) const;
   CoverageHole GatherHole(std::size_t row, int column, std::vector<bool>& seen) const;
@@ -206,9 +208,9 @@ class CoverageMap {
   std::size_t open_cells_ = 0;
 };
 
-// In the order of light_field.views.
+// Returns the light field's views in their order.
 std::vector<CriterionView> CriterionViews(const LightField& light_field);
-// What a light field's views cover of `subject`, in the light field's own up and coverage image.
+// Returns what a light field's views cover of `subject`, in the light field's own up and coverage image.
 CoverageMap CoverageOf(const LightField& light_field, const Subject& subject, const std::optional<Cap>& cap,
                        double threshold_px);
 

@@ -1,5 +1,6 @@
-// The coverage bound: how far, in pixels of a new view, a recorded view may misplace what it shows of the
-// subject when nothing is known of the subject but its bounding sphere. (Thesis, chapter 4, figure 4-1.)
+// Computes the coverage bound: how far, in pixels of a new view, a recorded view may misplace what it shows
+// of the subject when nothing is known of the subject but its bounding sphere. (Thesis, chapter 4, figure
+// 4-1.)
 //
 // A pixel of the recorded view s is the cone of rays through the circle of one pixel spacing around it. Cut
 // with the sphere, the cone leaves a region in which the pixel's surface point lies; the region's image in
@@ -13,8 +14,8 @@
 // silhouette; all are looked at. Both poses count as they are: a camera that does not aim at O stretches what
 // it sees off its axis.
 //
-// What is infinite: the bound of a pair in which s cannot see the sphere (behind it, out of its frame) or in
-// which part of the region has no image in n (n inside the sphere, O behind n). Infinite means: cannot cover.
+// The bound is infinite, so that s cannot cover n, when s cannot see the sphere (behind it, out of its frame)
+// or part of the region has no image in n (n inside the sphere, O behind n).
 //
 // Frame: world coordinates, any unit. Pixels: those of the coverage image, without distortion. The bound is
 // not symmetric, and of a view with itself it is 2 px, so that a threshold must exceed that. No call
@@ -31,24 +32,22 @@
 namespace ulf::coverage {
 
 struct CriterionOptions {
-  // Nothing nearer to a lens than this is ever in focus: lets a camera inside the sphere be judged. 0: not
-  // known.
+  // Nothing nearer to a lens is in focus, which bounds a camera inside the sphere; 0: not known.
   double near_limit = 0;
-  // As soon as the bound is known to reach this, the search ends and what was found, at least this much, is
-  // returned.
+  // The search ends as soon as the bound reaches this, and returns the value found.
   double give_up_px = std::numeric_limits<double>::infinity();
 };
 
-// The bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all.
+// Returns the bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all.
 double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                const CriterionOptions& options = {});
 
-// No camera farther than this angle (seen from the centre) from the candidate can cover it: its sine. Above
-// 1: any may.
+// Returns the sine of the largest angle, seen from the centre, at which a camera can cover the candidate;
+// above 1: any angle.
 double MaxCoveringSine(const CriterionView& candidate, const Subject& subject, double threshold_px);
 
-// What a capture is asked for, before there are views: a camera of `focal_px` (in the coverage image) at
-// `distance` from the centre of a sphere of `radius`.
+// Describes what a capture is asked for, before there are views: a camera of `focal_px` (in the coverage
+// image) at `distance` from the centre of a sphere of `radius`.
 struct CriterionSetup {
   double focal_px = 0;
   double distance = 0;
@@ -56,17 +55,18 @@ struct CriterionSetup {
   double threshold_px = kHighThresholdPx;
 };
 
-// The bound between two aimed cameras `angle` apart, the recorded one at `distance`, the candidate at
+// Returns the bound between two aimed cameras `angle` apart, the recorded one at `distance`, the candidate at
 // `distance_ratio` times that.
 double AimedBoundPx(const CriterionSetup& setup, double angle, double distance_ratio);
 
-// How far around a recorded view the candidates at `distance_ratio` times its distance are covered: the angle
-// seen from the centre, radians. None where not even the same direction is; pi where every direction is.
+// Returns how far around a recorded view the candidates at `distance_ratio` times its distance are covered:
+// the angle seen from the centre, radians. Returns none where not even the same direction is; pi where every
+// direction is.
 std::optional<double> DiscRadius(const CriterionSetup& setup, double distance_ratio = 1);
 
-// How much nearer and farther than the recorded view a candidate in the same direction may be: ratios of new
-// distance to recorded distance at the first crossing of the threshold on each side. None: no limit on that
-// side.
+// Describes how much nearer and farther than the recorded view a candidate in the same direction may be:
+// ratios of new distance to recorded distance at the first crossing of the threshold on each side. None: no
+// limit on that side.
 struct DistanceLimits {
   std::optional<double> near;
   std::optional<double> far;

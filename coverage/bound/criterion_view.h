@@ -1,4 +1,4 @@
-// A camera of the coverage image, and where it stands: what the coverage bound (criterion.h) compares.
+// A camera of the coverage image with its pose, as the coverage bound (criterion.h) compares them.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,9 +15,9 @@ struct CriterionView {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   double width = 0, height = 0;  // the frame
 
-  // `camera` without its distortion, resized to `coverage_width_px`.
+  // Makes a view of `camera` without its distortion, resized to `coverage_width_px`.
   static CriterionView From(const CameraModel& camera, const Rigid3& cam_from_world, int coverage_width_px);
-  // A camera at `center_in_world` that aims at `target_in_world`, with this view's intrinsics.
+  // Returns a camera at `center_in_world` that aims at `target_in_world`, with this view's intrinsics.
   CriterionView AimedAt(const Eigen::Vector3d& target_in_world, const Eigen::Vector3d& center_in_world,
                         const Eigen::Vector3d& up_in_world) const;
 };

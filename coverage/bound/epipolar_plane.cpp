@@ -146,8 +146,7 @@ double EpipolarPlane::ErrorAt(double pixel_px) const {
   return extent.Length();
 }
 
-// The pixel with the largest parallax of a single ray, with a constant denominator (coverage bound, equation
-// 5).
+// Returns the pixel of a single ray's largest parallax, with a constant denominator (equation 5).
 double EpipolarPlane::FirstGuess() const {
   const double sideways = candidate_distance_ * std::abs(sin_);
   const double ahead = candidate_distance_ * cos_ - recorded_distance_;
@@ -179,7 +178,7 @@ double EpipolarPlane::Refined(double guess, double error, double give_up_px) con
   return best;
 }
 
-// The largest error between two pixels, by golden section.
+// Returns the largest error between two pixels, by golden section.
 double EpipolarPlane::Top(double low, double high) const {
   constexpr double kGolden = 0.6180339887498949;
   constexpr int kSections = 18;

@@ -1,7 +1,7 @@
-// A pair of views in the plane through both of them and the sphere's centre O, where the coverage bound is
-// looked for (criterion.h, docs/coverage_bound.md "Set-up"): both cameras are one-dimensional projective
-// cameras, a pixel's cone two rays. Coordinates (p, q): origin O, p towards the recorded view s, q towards
-// the side of the new view n.
+// Searches the coverage bound of a pair of views in the plane through both of them and the sphere's centre O
+// (criterion.h, docs/coverage_bound.md "Set-up"): both cameras are one-dimensional projective cameras, a
+// pixel's cone two rays. Coordinates (p, q): origin O, p towards the recorded view s, q towards the side of
+// the new view n.
 //
 // Pixels of s are image coordinates along the epipolar line, counted from O's image towards n's side; 0 is
 // the thesis's central pixel. Errors are in pixels of n. No call allocates.
@@ -18,8 +18,8 @@
 
 namespace ulf::coverage {
 
-// Unit vector perpendicular to the direction from O to `recorded`, in the plane through O and both views.
-// With both in one line any plane through it will do, and the one that holds the optical axes shows their
+// Returns a unit vector perpendicular to the direction from O to `recorded`, in the plane through O and both
+// views. Where these lie on one line, the plane that holds the optical axes is taken, because it shows their
 // stretch.
 Eigen::Vector3d AcrossAxis(const CriterionView& recorded, const CriterionView& candidate,
                            const Subject& subject);
@@ -31,18 +31,18 @@ class EpipolarPlane {
   EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                 const Eigen::Vector3d& across, double near_limit);
 
-  // False where the answer is infinite whatever the pixel.
+  // Returns false where the bound is infinite whatever the pixel.
   bool usable() const { return usable_; }
   double lowest_pixel() const { return lowest_; }
   double highest_pixel() const { return highest_; }
   double ErrorAt(double pixel_px) const;
-  // Whether the worst pixel is where FirstGuess() says, or so near that Refined() finds it.
+  // Returns whether the worst pixel is where FirstGuess() says, or so near that Refined() finds it.
   bool IsGuessReliable() const;
   double FirstGuess() const;  // with s outside the sphere
-  // The largest error met in two parabola steps from `guess`, whose error is `error`. This one and the next
-  // end as soon as they have met `give_up_px`.
+  // Returns the largest error met in two parabola steps from `guess`, whose error is `error`. This one and
+  // the next end as soon as they have met `give_up_px`.
   double Refined(double guess, double error, double give_up_px) const;
-  // Of 33 pixels and the places between them where there are peaks, with a golden section at the end.
+  // Returns the largest error over 33 pixels and the peaks between them, refined by golden sections.
   double Scanned(double give_up_px) const;
 
  private:

@@ -10,7 +10,7 @@
 namespace ulf::coverage {
 namespace {
 
-// The half of the cap that a gap's middle is in, by the side to which it is farther out.
+// Returns the half of the cap that a gap's middle is in, by the side to which it is farther out.
 const char* HalfOf(const CapGap& gap, const Cap& cap) {
   constexpr double kOff = 0.1;  // of half the cap; less is the middle. Guessed.
   const double right = 2 * gap.azimuth_deg / Degrees(cap.width);

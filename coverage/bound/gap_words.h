@@ -1,4 +1,4 @@
-// Where a cap is still open, in words for somebody who sees no map: "one large gap: right half, 7° right and
+// Describes where a cap is still open, for somebody who sees no map: "one large gap: right half, 7° right and
 // 3° up of the first view".
 #pragma once
 
@@ -16,13 +16,13 @@ struct CapGap {
   double azimuth_deg = 0, elevation_deg = 0;
 };
 
-// The largest first; none without a frame.
+// Returns the gaps, the largest first; none without a frame.
 std::vector<CapGap> GapsOf(const CoverageMap& map);
 
-// "7° right and 3° up of the first view"; `degree`: "°", or what a font has for it.
+// Returns "7° right and 3° up of the first view"; `degree`: "°", or what a font has for it.
 std::string PlaceInWords(const CapGap& gap, const char* degree = "°");
 
-// How many gaps there are, how much of the cap they are, and where the largest is. Empty: there is none.
+// Returns the number of gaps, their share of the cap, and the place of the largest; empty without gaps.
 std::string InWords(const std::vector<CapGap>& gaps, const Cap& cap, const char* degree = "°");
 
 }  // namespace ulf::coverage

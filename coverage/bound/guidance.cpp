@@ -55,7 +55,7 @@ double Wrap(double angle) { return std::remainder(angle, 2 * M_PI); }
 
 }  // namespace
 
-Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s) {
+Guidance Guide::Update(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s) {
   Guidance guidance;
   if (!map || subject_ != map->subject()) {
     *this = Guide(enough_);
@@ -78,9 +78,9 @@ Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>
   guidance.distance = map->reference_distance();
   guidance.disc_radius = open_.disc_radius();
   const bool stands_somewhere = offset && offset->norm() > 0;
-  pace_.At(time_s, open_.CoveredSr(), map->views().size(),
-           stands_somewhere ? std::optional<Vector3d>(offset->normalized()) : std::nullopt,
-           guidance.disc_radius);
+  pace_.Update(time_s, open_.CoveredSr(), map->views().size(),
+               stands_somewhere ? std::optional<Vector3d>(offset->normalized()) : std::nullopt,
+               guidance.disc_radius);
   EstimateRest(*map, guidance);
   if (!stands_somewhere) {
     seen_.clear();
@@ -122,8 +122,8 @@ double Guide::Angle(const Place& a, const Place& b) const {
   return AngleBetween(DirectionOf(a), DirectionOf(b));
 }
 
-// The elevation at which a row at about `level` passes an open run: its own level while there is room for
-// another row on both sides, else beside the nearer edge; the middle of a run that one row fills.
+// Returns the elevation at which a row at about `level` passes an open run: its own level while there is room
+// for another row on both sides, else beside the nearer edge; the middle of a run that one row fills.
 double Guide::Path(const OpenDirections::Run& run, double level) const {
   const double radius = open_.disc_radius();
   if (run.high - run.low <= 2 * kGuidePathFromEdge * radius) return 0.5 * (run.low + run.high);
@@ -197,7 +197,7 @@ std::optional<Guide::Place> Guide::RowPlace(const Place& hand, int heading) cons
   return ahead;
 }
 
-// The rim of the cap, while less than a disc is open between it and the last view of the row.
+// Returns the rim of the cap, while less than a disc is open between it and the last view of the row.
 std::optional<Guide::Place> Guide::RimPlace(const Place& hand, int heading) const {
   const double radius = open_.disc_radius();
   const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
@@ -257,7 +257,7 @@ void Guide::UpdateProgress(const Place& hand, const Place& place, double time_s)
   progress_s_ = time_s;
 }
 
-// Measured to the nearest recorded views above or below the hand.
+// Measures to the nearest recorded views above or below the camera.
 std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const Place& hand,
                                                  const Place& to) const {
   const double radius = open_.disc_radius();
@@ -280,7 +280,7 @@ std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const P
   return Guidance::RowOffset{nearest, std::max(0.0, nearest + side * (to.elevation - hand.elevation))};
 }
 
-// Strips too narrow for a row of their own, between the path of this movement and the painted cells.
+// Finds strips too narrow for a separate row, between this movement's path and the painted cells.
 std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
   constexpr double kMarkSpacing = 0.25;  // disc radii, along the elevation
   std::vector<Vector3d> left_open;

@@ -1,15 +1,14 @@
-// Guidance: where to move the camera next, at which distance, and how long it will take, from the coverage
-// map. (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2 names
-// what is hard: the offset from the previous scan line, and the distance.) docs/capture.md#guidance describes
-// and measures it.
+// Guides the operator from the coverage map: where to move the camera next, at which distance, and how long
+// it will take. (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2
+// names what is hard: the offset from the previous scan line, and the distance.) docs/capture.md#guidance
+// describes and measures it.
 //
 // The cap is scanned in rows. While cells are open ahead at the row's height, the row goes on, at the offset
 // from the painted row beside it that leaves no gap; `toward` then runs ahead of the hand by what a hand
 // covers in its reaction time, so that following it keeps the row straight. At the end of a row the goal is
 // the place that covers most for the way there, until it is reached: at the rim that is the next row, later
-// the largest of the remaining holes. A goal that the hand does not set out for, or that stays open although
-// the hand was there, is skipped for a while. Without a cap, the recorded area is extended evenly on all
-// sides.
+// the largest of the remaining holes. A goal that the hand does not approach, or that stays open although the
+// hand was there, is skipped for a while. Without a cap, the recorded area is extended evenly on all sides.
 //
 // Directions are unit vectors from the subject's centre in world coordinates; angles are radians.
 #pragma once
@@ -30,23 +29,23 @@ struct Guidance {
   std::optional<Eigen::Vector3d> toward;
   double distance = 0;     // to keep from the subject's centre, world units; 0: not known yet
   double disc_radius = 0;  // what one view covers around it at that distance
-  // The distance of the present row from the row beside it that was scanned before, and the distance that
-  // leaves no gap; none without such a row.
+  // The distance of the present row from the row scanned before beside it, and the distance that leaves no
+  // gap; none without such a row.
   struct RowOffset {
     double now = 0, wanted = 0;
   };
   std::optional<RowOffset> row;
   // Directions that the present movement, if it goes on, leaves uncovered beside its path.
   std::vector<Eigen::Vector3d> left_open;
-  // Expected until enough of the cap is covered; none without a cap. The time: none where no pace is known
-  // (capture_pace.h).
+  // Views and time expected until enough of the cap is covered; none without a cap, the time also without a
+  // known pace (capture_pace.h).
   std::optional<double> views_left, seconds_left;
 };
 
 class Guide {
  public:
-  // Set by hand with simulated people (seeds 1 to 5) and tried as a whole: docs/capture.md#guidance has what
-  // they come to with other seeds. None was measured alone.
+  // Tuned together with simulated people (seeds 1 to 5); docs/capture.md#guidance has the results with other
+  // seeds.
   struct Options {
     double near = 0.6;       // nearer to a place it is the same place: skipped, waited for
     double strip = 0.8;      // a movement covers so much on both sides of its path,
@@ -58,7 +57,7 @@ class Guide {
   Guide() = default;
   // Call after every frame, with the present map (null: no subject yet), the present camera (none: no pose)
   // and the device's time. Deterministic.
-  Guidance After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
+  Guidance Update(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
 
  private:
   struct Place {
@@ -98,7 +97,7 @@ class Guide {
   int heading_ = 0;              // along azimuth: the present row's, or the last one's
   std::optional<double> level_;  // of the present row
   std::optional<Place> goal_;    // kept until it is reached; none while a row goes on
-  std::optional<Place> last_;    // the place that After() returned last
+  std::optional<Place> last_;    // the place that Update() returned last
   double with_heading_s_ = 0;    // when the hand last moved in the row's direction
   Place progress_at_;  // where the hand last made progress: painted cells, or moved by a disc radius
   double progress_s_ = 0, progress_sr_ = 0;

@@ -13,7 +13,7 @@ constexpr double kOpenMostCells = 2e5;                          // the grid gets
 // limits.
 constexpr double kOpenCallsForAll = 16;
 constexpr std::size_t kOpenFewestInTurn = 100, kOpenMostInTurn = 1500;
-// Of the disc that Gain() asks about: its very rim nobody covers on purpose.
+// The share of the disc's radius that Gain() counts: nobody covers its very rim on purpose.
 constexpr double kOpenGainReach = 0.9;
 constexpr double kOpenDiscChange = 0.05;         // of the map's disc radius, share; more lays the grid anew
 constexpr double kOpenNearlyFull = 0.97;         // covered share from which the grid grows
@@ -36,7 +36,7 @@ void OpenDirections::Follow(const CoverageMap& map) {
     left_ = width_ = bottom_ = height_ = 0;
   }
   frame_ = map.frame();
-  if (GrowGrid(map) || other) return Lay(map);
+  if (GrowGrid(map) || other) return BuildGrid(map);
   for (; known_views_ < map.views().size(); ++known_views_) UpdateAround(map, map.views()[known_views_]);
   const std::size_t in_turn =
       std::clamp(static_cast<std::size_t>(static_cast<double>(open_.size()) / kOpenCallsForAll),
@@ -44,11 +44,11 @@ void OpenDirections::Follow(const CoverageMap& map) {
   for (std::size_t i = 0; i < std::min(in_turn, open_.size()); ++i, ++next_cell_) {
     next_cell_ %= open_.size();
     const auto rows = static_cast<std::size_t>(rows_);
-    Look(map, static_cast<int>(next_cell_ / rows), static_cast<int>(next_cell_ % rows));
+    UpdateCell(map, static_cast<int>(next_cell_ / rows), static_cast<int>(next_cell_ % rows));
   }
 }
 
-// True when the grid has to be laid anew, except for another cap, which Follow() detects.
+// Returns true when the grid has to be laid anew, except for another cap, which Follow() detects.
 bool OpenDirections::GrowGrid(const CoverageMap& map) {
   if (cap_) {
     left_ = -cap_->width / 2, width_ = cap_->width;
@@ -78,7 +78,7 @@ bool OpenDirections::GrowGrid(const CoverageMap& map) {
   return grown;
 }
 
-void OpenDirections::Lay(const CoverageMap& map) {
+void OpenDirections::BuildGrid(const CoverageMap& map) {
   const double cells = width_ * height_ / (kOpenCellWidth * kOpenCellHeight * disc_radius_ * disc_radius_);
   const double coarser = std::max(1.0, std::sqrt(cells / kOpenMostCells));
   columns_ = std::max(1, static_cast<int>(std::ceil(width_ / (coarser * kOpenCellWidth * disc_radius_))));
@@ -87,7 +87,7 @@ void OpenDirections::Lay(const CoverageMap& map) {
   total_sr_ = open_sr_ = 0;
   for (int row = 0; row < rows_; ++row) total_sr_ += columns_ * CellSr(row);
   for (int column = 0; column < columns_; ++column)
-    for (int row = 0; row < rows_; ++row) Look(map, column, row);
+    for (int row = 0; row < rows_; ++row) UpdateCell(map, column, row);
   known_views_ = map.views().size();
   next_cell_ = 0;
 }
@@ -97,7 +97,7 @@ double OpenDirections::CellSr(int row) const {
   return column_width() * (std::sin(low + height_ / rows_) - std::sin(low));
 }
 
-void OpenDirections::Look(const CoverageMap& map, int column, int row) {
+void OpenDirections::UpdateCell(const CoverageMap& map, int column, int row) {
   const Vector3d direction = frame_->Direction(Azimuth(column), bottom_ + (row + 0.5) * height_ / rows_);
   const auto covering = map.At(direction);
   const std::uint8_t open = covering && covering->index < 0 ? 1 : 0;
@@ -118,7 +118,7 @@ void OpenDirections::UpdateAround(const CoverageMap& map, const CriterionView& v
     if (const auto column = Wrapped(middle + step))
       for (int row = std::max(0, RowOf(at.elevation - reach));
            row <= std::min(rows_ - 1, RowOf(at.elevation + reach)); ++row)
-        Look(map, *column, row);
+        UpdateCell(map, *column, row);
 }
 
 int OpenDirections::ColumnOf(double azimuth) const {

@@ -1,4 +1,4 @@
-// The open part of a coverage map on a coarse grid that is cheap to query for every frame: columns of
+// Keeps the open part of a coverage map on a coarse grid that is cheap to query for every frame: columns of
 // azimuth, each with the intervals of elevation that no view covers.
 //
 // Each call reads the map around new views, and one slice of the rest, so that it costs the same whatever the
@@ -21,10 +21,11 @@ namespace ulf::coverage {
 
 class OpenDirections {
  public:
-  // Lengths in disc radii. What one call costs was measured (docs/capture.md#guidance); the rest is guessed.
+  // Lengths in disc radii. The cost of a call was measured (docs/capture.md#guidance), the values are
+  // guessed.
   struct Options {
     double reach = 1.2;  // around a new view; a disc that other views' distances enlarge still fits
-    // Without a cap.
+    // Used without a cap.
     double margin = 3;  // around the recorded views
   };
   struct Run {
@@ -40,19 +41,19 @@ class OpenDirections {
   double column_width() const { return width_ / columns_; }
   double Azimuth(int column) const { return left_ + (column + 0.5) * column_width(); }
   int ColumnOf(double azimuth) const;  // may lie outside 0 to columns()
-  // Modulo columns() where the grid goes all round; none beyond its rim.
+  // Returns the column modulo columns() where the grid goes all round; none beyond its rim.
   std::optional<int> Wrapped(int column) const;
   std::vector<Run> Runs(int column) const;
-  // The area that a view there would newly cover, as a share of its disc. Half of what reaches over the rim
-  // is taken off the disc.
+  // Returns the area that a view there would newly cover, as a share of its disc. The disc counts without
+  // half of its part beyond the rim.
   double Gain(double azimuth, double elevation) const;
   double OpenSr() const { return open_sr_; }
   double CoveredSr() const { return total_sr_ - open_sr_; }
 
  private:
-  void Lay(const CoverageMap& map);
+  void BuildGrid(const CoverageMap& map);
   bool GrowGrid(const CoverageMap& map);
-  void Look(const CoverageMap& map, int column, int row);
+  void UpdateCell(const CoverageMap& map, int column, int row);
   void UpdateAround(const CoverageMap& map, const CriterionView& view);
   std::size_t Index(int column, int row) const {
     return static_cast<std::size_t>(column) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);

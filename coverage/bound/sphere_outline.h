@@ -1,5 +1,5 @@
-// The subject sphere as a camera sees it, and the safety rectangle that it has to stay in (thesis,
-// section 3.2).
+// Projects the subject's sphere into a camera, and tests it against the safety rectangle (thesis, section
+// 3.2).
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +12,8 @@
 
 namespace ulf::coverage {
 
-// The silhouette's image as a polygon, with the camera's distortion. None when the camera is inside the
-// sphere or part of the silhouette has no image.
+// Returns the silhouette's image as a polygon, with the camera's distortion. Returns none when the camera is
+// inside the sphere or part of the silhouette has no image.
 std::optional<std::vector<Eigen::Vector2d>> SphereOutline(const CameraModel& camera,
                                                           const Rigid3& cam_from_world,
                                                           const Subject& subject, int corners = 64);
@@ -25,8 +25,8 @@ struct SafetyRectangle {
   bool Holds(const std::vector<Eigen::Vector2d>& outline) const;
 };
 
-// The sphere whose image is `width_share` of the image's width, around a point `depth` along the optical
-// axis.
+// Returns the sphere whose image is `width_share` of the image's width, around a point `depth` along the
+// optical axis.
 Subject SubjectOnAxis(const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                       double width_share);
 

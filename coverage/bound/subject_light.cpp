@@ -8,7 +8,7 @@
 namespace ulf::coverage {
 namespace {
 
-// Of the brightest channel, as stored, 0 to 1.
+// Returns the brightest channel as stored, 0 to 1.
 float Brightness(const Image& image, int x, int y) {
   const cv::Mat& pixels = image.pixels;
   const int channels = pixels.channels();

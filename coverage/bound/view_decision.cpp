@@ -15,7 +15,7 @@ struct ReasonTexts {
   const char* name;
   const char* words;
 };
-// In the order of Reason.
+// The order is that of Reason.
 constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"recorded", "recorded"},
     {"covered", "covered already"},
@@ -45,7 +45,7 @@ double MotionBlurPx(const FrameToDecide& input) {
   return input.track.speed_px * scale * input.frame.exposure_s / input.frame_period_s;
 }
 
-// What is wrong with the image of an open viewpoint; kRecorded: nothing.
+// Returns what is wrong with the image of an open viewpoint; kRecorded: nothing.
 Reason ImageReason(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
                    const DecisionLimits& limits) {
   const auto light = LightInside(input.frame.image, outline);
@@ -104,7 +104,7 @@ SubjectInView LookForSubject(const FrameToDecide& input, const CoverageMap* map,
 
 }  // namespace
 
-bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
+bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
   return LookForSubject(input, map, limits).reason == Reason::kRecorded;
 }
 

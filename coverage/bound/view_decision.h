@@ -1,8 +1,7 @@
-// The decision whether a frame is recorded, with the reason. Pure functions of frame, track and coverage map.
+// Decides whether a frame is recorded, with the reason, from frame, track and coverage map alone.
 //
-// The tests are made in this order: is the pose known, does the camera see the whole subject, is the
-// viewpoint open, is the image good. So a frame whose viewpoint is covered already is not reported as
-// blurred.
+// The tests have this order: the pose is known, the camera sees the whole subject, the viewpoint is open, the
+// image is good. So a frame whose viewpoint is covered already is not reported as blurred.
 #pragma once
 
 #include <array>
@@ -46,13 +45,14 @@ const char* Name(Reason reason);               // as in reports for programs
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
 
-// By how many pixels of the coverage image a camera centre that is off by `center_sigma` moves what its view
-// shows of a sphere of `radius` at `distance` (docs/coverage_bound.md, "How sure a pose must be").
+// Returns by how many pixels of the coverage image a camera centre that is off by `center_sigma` moves what
+// its view shows of a sphere of `radius` at `distance` (docs/coverage_bound.md, "How sure a pose must be").
 //
-// A pose fits what it was found by: where the centre is off by s, the rotation has taken it along, and what
-// lies at the sphere's centre, at the distance D, falls where it should. What is nearer does not: the nearest
-// point is off by f s (1 / (D - r) - 1 / D) = f s r / (D (D - r)). That is for an error across the line of
-// sight; along it the same error moves the sphere's rim by about f s r / D^2, which is less.
+// A pose fits the points that it was estimated from: where the centre is off by s, the rotation compensates
+// for it, and what lies at the sphere's centre, at the distance D, projects where it should. What is nearer
+// does not: the nearest point is off by f s (1 / (D - r) - 1 / D) = f s r / (D (D - r)). That is for an error
+// across the line of sight; along it the same error moves the sphere's rim by about f s r / D^2, which is
+// less.
 //
 // The limit is one pixel because the bound allows for that already: it takes a recorded pixel for the cone of
 // rays through the circle of one pixel spacing (criterion.h). As long as the true ray lies in that cone a
@@ -72,7 +72,7 @@ struct DecisionLimits {
 
 struct Decision {
   Reason reason = Reason::kTracking;
-  // Of the recorded view that covers best; none where it is infinite or was not computed.
+  // The smallest bound of the recorded views; none where it is infinite or was not computed.
   std::optional<double> bound_px;
 };
 
@@ -85,18 +85,19 @@ struct FrameToDecide {
   bool exposure_settled = true;
 };
 
-// Clipped or black, so that it is not recorded, and its fine detail tells nothing.
+// Returns whether the subject is clipped or black, so that the frame is not recorded and its sharpness is
+// unknown.
 bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
 
-// Whether a frame shows the whole subject from a known pose: all other reasons not to record it are the
-// bound's or the image's. `map`: null while there is no subject.
-bool ShowsTheSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
+// Returns whether a frame shows the whole subject from a known pose: all other reasons not to record it are
+// the bound's or the image's. `map`: null while there is no subject.
+bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
 // `map`: null while there is no subject.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
-// The decision without a subject. `shown_already`: by recorded views (posed_photographs.h). The exposure is
-// judged on the whole image.
+// Returns the decision without a subject. `shown_already`: by recorded views (posed_photographs.h). The
+// exposure is judged on the whole image.
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already,
                               const DecisionLimits& limits = {});
 

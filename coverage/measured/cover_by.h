@@ -1,5 +1,5 @@
-// What decides whether a viewpoint is covered: the bound (coverage/bound/criterion.h), the error that is
-// measured at frames (error_meter.h), or both.
+// Chooses what decides whether a viewpoint is covered: the bound (coverage/bound/criterion.h), the error that
+// is measured at frames (error_meter.h), or both.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@ enum class CoverBy {
   kMeasured,  // the recorded views predict the frame well enough; where that cannot be measured, the bound
   kBoth,      // both
 };
-const char* Name(CoverBy by);                   // as on the command line
+const char* Name(CoverBy by);                   // as an option's value
 CoverBy CoverByNamed(const std::string& name);  // kBound for a name that is not known
 
 struct CoverGoal {
   CoverBy by = CoverBy::kBound;
-  // At least, inside the subject's silhouette, in small pictures (docs/capture.md, "Measured errors").
-  // Guessed.
+  // The least peak signal-to-noise ratio inside the subject's silhouette, in small pictures (docs/capture.md,
+  // "Measured errors"). Guessed.
   double db = 33;
   // "bound", "measured", "both", or "measured:35", "both:35". Throws Refusal.
   static CoverGoal Parse(const std::string& text);

@@ -125,7 +125,7 @@ ErrorMap ErrorMapOf(const MeasuredErrors& measured) {
   return map;
 }
 
-std::optional<MeasuredErrors> StandingErrors(const LightField& light_field) {
+std::optional<MeasuredErrors> ValidErrors(const LightField& light_field) {
   if (!light_field.measured || !light_field.subject) return std::nullopt;
   constexpr double kMoved = Radians(0.5);  // corrections of poses move views by less. Guessed.
   MeasuredErrors standing = *light_field.measured;

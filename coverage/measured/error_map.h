@@ -1,6 +1,6 @@
-// The error that was measured at frames, by direction from the subject: the newest measurement of each small
-// part of the sphere. What a view that is recorded afterwards improves is reckoned, until it is measured
-// again.
+// Maps the error that was measured at frames by direction from the subject: the newest measurement of each
+// small part of the sphere. A view that is recorded afterwards improves it by an estimate, until it is
+// measured again.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@
 
 namespace ulf::coverage {
 
-// What a frame showed of the light field's error.
+// Describes what a frame showed of the light field's error.
 struct MeasuredFrame {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // from the subject to the camera, unit, world frame
   double nearest_view_angle = 0;  // radians, from the subject: of the nearest recorded view
@@ -29,13 +29,13 @@ struct MeasuredFrame {
   double time_s = 0;        // the device's
   double processor_ms = 0;  // that it took
 
-  // Whether more views would make it better: what moved, or was lit or aimed differently in this one frame,
-  // would not.
+  // Returns whether more views would improve the picture: what moved, or was lit or aimed differently in this
+  // one frame, does not count.
   bool IsOfTheLightField() const;
 };
 
-// By how much pictures get better when the nearest view stands half as far away, dB. Simulated scenes: 0 to
-// 3.4 from 12 to 6 degrees, 1.5 in the middle (docs/measured/charts/measured_error.csv).
+// The gain of pictures, dB, when the nearest view is half as far away. Simulated scenes: 0 to 3.4 from 12 to
+// 6 degrees, 1.5 in the middle (docs/measured/charts/measured_error.csv).
 inline constexpr double kDbPerHalving = 2;
 
 class ErrorMap {
@@ -49,9 +49,9 @@ class ErrorMap {
   explicit ErrorMap(const Options& options) : options_(options) {}
 
   void Add(const MeasuredFrame& frame);
-  // A view was recorded in this direction: around it, errors fall as the distance to the nearest view does.
+  // Notes a recorded view in this direction: around it, errors fall with the distance to the nearest view.
   void AddView(const Eigen::Vector3d& direction);
-  // What was measured within `reach` (radians) of a view that is taken back no longer holds.
+  // Drops what was measured within `reach` (radians) of a view that is taken back.
   void RemoveView(const Eigen::Vector3d& direction, double reach);
   bool empty() const { return parts_.empty(); }
 
@@ -60,7 +60,7 @@ class ErrorMap {
     double view_angle_now = 0;  // to the nearest recorded view
     double DbNow() const;       // by kDbPerHalving
   };
-  // The nearest measurement; none within reach.
+  // Returns the nearest measurement; none within reach.
   const Part* At(const Eigen::Vector3d& direction) const;
   std::vector<const Part*> Parts() const;
 
@@ -72,7 +72,7 @@ class ErrorMap {
   std::map<Key, Part> parts_;
 };
 
-// Of all measured directions: the middle one's quality, that of the worst tenth, and how many are below
+// Statistics of all measured directions: the median quality, that of the worst tenth, and how many are below
 // `goal_db`, by cause.
 struct ErrorSummary {
   int directions = 0, failing = 0;
@@ -82,19 +82,19 @@ struct ErrorSummary {
 };
 ErrorSummary Summarize(const ErrorMap& map, double goal_db);
 
-// "good", "fair" or "poor": what viewers call pictures of that peak signal-to-noise ratio, by the usual
-// correspondence with the scale of mean opinion scores of ITU-R BT.500 (Klaue, Rathke, Wolisz: EvalVid,
-// 2003), which says "good" from 31 dB, "fair" from 25 dB; its "excellent" is good, its "bad" is poor.
+// Returns "good", "fair" or "poor" for a peak signal-to-noise ratio, by the usual correspondence with mean
+// opinion scores of ITU-R BT.500 (Klaue, Rathke, Wolisz: EvalVid, 2003): "good" from 31 dB, "fair" from 25
+// dB; its "excellent" counts as good, its "bad" as poor.
 inline constexpr double kGoodDb = 31, kFairDb = 25;
 const char* QualityInWords(double db);
 
-// As they are kept with the light field: measurable directions, each with Part::DbNow() and
-// the angle that it belongs to.
+// Converts to the form kept with the light field: measurable directions, each with Part::DbNow() and the
+// angle to which it belongs.
 MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, double goal_db,
                                 std::uint64_t frames);
 ErrorMap ErrorMapOf(const MeasuredErrors& measured);
-// What still holds of what was measured: not where the view that was nearest then is there no longer. None:
-// nothing.
-std::optional<MeasuredErrors> StandingErrors(const LightField& light_field);
+// Returns the measurements that are still valid: not those whose nearest view is gone. Returns none when none
+// is.
+std::optional<MeasuredErrors> ValidErrors(const LightField& light_field);
 
 }  // namespace ulf::coverage

@@ -1,6 +1,6 @@
-// Measures at the frames of a running capture how well the recorded views predict them
-// (render/prediction/frame_predictor.h). Works in the caller's thread and keeps to a share of its time; a
-// frame for which there is no time is not measured.
+// Measures how well the recorded views predict frames of a running capture
+// (render/prediction/frame_predictor.h), as peak signal-to-noise ratio in dB. Works in the caller's thread
+// for a share of its time; frames for which there is no time are not measured.
 #pragma once
 
 #include <chrono>
@@ -20,23 +20,23 @@
 
 namespace ulf::coverage {
 
-// In 8-bit sRGB, three channels, at most about twice as large as its longer side says. Large pictures are
-// reduced before they are converted, which is much faster.
+// Converts to 8-bit sRGB, three channels, with a longer side of at most about twice the given one: large
+// pictures are reduced before they are converted, which is much faster.
 cv::Mat SmallSrgb8(const Image& image, int longer_side_px);
 
 class ErrorMeter {
  public:
   struct Options {
     int size_px = 320;             // longer side of the pictures that are compared. Guessed: 10 ms a frame.
-    double processor_share = 0.3;  // of the caller's time, at most. Guessed: 10 ms of 33.
-    // Measures every frame, and one again, whatever it costs; for captures whose result must not depend on
-    // time.
+    double processor_share = 0.3;  // share of the caller's time, at most. Guessed: 10 ms of 33.
+    // Measures every frame, and one frame again, whatever it costs: for captures whose result must not depend
+    // on time.
     bool every_frame = false;
     // A view that is recorded changes what was measured nearer to it, radians. Guessed.
     double view_reach = Radians(8);
     render::FramePredictorOptions predictor = {};
     render::PredictionErrorOptions error = {};
-    double good_db = 33;  // as CauseOf() has it
+    double good_db = 33;  // dB; pictures above it need no cause (CauseOf())
     double least_seen =
         0.6;  // share of the silhouette that views see: with less, nothing is measured. Guessed.
     double least_contrast =
@@ -52,9 +52,9 @@ class ErrorMeter {
   // The picture is read when a frame near the view is measured.
   void AddEarlierView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
   void RemoveView(int id, const Rigid3& cam_from_world);
-  // The lens has changed: forgets the geometry, all views and all frames.
+  // Call it when the lens has changed: drops the geometry, all views and all frames.
   void StartAgain();
-  // Frames that were kept are forgotten: their poses were corrected as well.
+  // Drops the kept frames, because their poses were corrected as well.
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
 
   struct Input {
@@ -64,10 +64,10 @@ class ErrorMeter {
     std::optional<double> center_sigma;  // of the pose, world units
     double time_s = 0;
   };
-  // None: there is no geometry yet, or no time.
+  // Returns none when there is no geometry yet, or no time.
   std::optional<MeasuredFrame> Measure(const Input& input);
-  // One of the earlier frames, around which views were recorded since it was measured. None: there is none,
-  // or no time.
+  // Measures an earlier frame around which views were recorded since it was measured. Returns none when there
+  // is none, or no time.
   std::optional<MeasuredFrame> MeasureAgain();
 
  private:
@@ -78,7 +78,7 @@ class ErrorMeter {
     double time_s = 0;
     std::uint64_t number = 0;  // the smallest is the oldest
   };
-  // Frames near a view that came or went are to be measured again.
+  // Marks frames near a view that was added or removed, to be measured again.
   void MarkStale(const Rigid3& cam_from_world);
   MeasuredFrame MeasureSmall(const render::StereoView& small, std::optional<double> center_sigma,
                              double time_s);
@@ -86,7 +86,7 @@ class ErrorMeter {
             std::optional<double> center_sigma);
 
   Options options_;
-  ErrorMap parts_;  // for the keys alone
+  ErrorMap parts_;  // only for its keys
   std::map<ErrorMap::Key, Kept> kept_;
   std::deque<ErrorMap::Key> stale_;
   std::uint64_t kept_so_far_ = 0;

@@ -62,12 +62,12 @@ double ThresholdByErrors::operator()(const Vector3d& direction) const {
   return std::clamp(std::exp2(sum / weights), least_, most_);
 }
 
-void FollowErrors(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map) {
+void AdaptThresholds(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map) {
   if (goal.by == CoverBy::kBound || map.views().empty()) return;
   map.SetThresholdFactor(ThresholdByErrors(errors, goal, map.options().threshold_px, map.DiscRadius()));
 }
 
-CoverageMapOptions ForErrors(CoverageMapOptions options, const CoverGoal& goal) {
+CoverageMapOptions WithAdaptiveThreshold(CoverageMapOptions options, const CoverGoal& goal) {
   const ThresholdByErrors::Options limits;
   if (goal.by == CoverBy::kMeasured)
     options.most_threshold_factor = std::max(1.0, limits.most_px / options.threshold_px);
@@ -77,10 +77,10 @@ CoverageMapOptions ForErrors(CoverageMapOptions options, const CoverGoal& goal) 
   return options;
 }
 
-CoverageMap ByErrors(const MeasuredErrors& measured, const CoverageMap& map) {
+CoverageMap CoverageByErrors(const MeasuredErrors& measured, const CoverageMap& map) {
   const CoverGoal goal{CoverByNamed(measured.cover), measured.goal_db};
-  CoverageMap by_errors(map.subject(), ForErrors(map.options(), goal), map.views());
-  FollowErrors(ErrorMapOf(measured), goal, by_errors);
+  CoverageMap by_errors(map.subject(), WithAdaptiveThreshold(map.options(), goal), map.views());
+  AdaptThresholds(ErrorMapOf(measured), goal, by_errors);
   return by_errors;
 }
 

@@ -1,6 +1,6 @@
-// How far the bound's threshold may be raised, or must be lowered, in each direction from a subject, by the
-// errors that were measured at frames: views stand farther apart where pictures turn out better than the
-// goal, and closer together where they turn out worse. Where nothing was measured the threshold stays.
+// Raises or lowers the bound's threshold in each direction from a subject by the errors that were measured at
+// frames: views stand farther apart where pictures turn out better than the goal, and closer together where
+// they turn out worse. Where nothing was measured the threshold stays.
 //
 // A frame tells at which spacing of the views its error would meet the goal: errors fall by kDbPerHalving
 // with half the distance to the nearest view. Frames nearby are averaged, so that views that are recorded by
@@ -25,8 +25,8 @@ class ThresholdByErrors {
     double least_px = kHighThresholdPx,
            most_px = 36;  // the threshold goes no further; from the quality "high" to three times "fast"
     double most_apart = Radians(12);  // between views: geometry needs neighbours
-    // Of the radius that the bound lets one view cover: how far frames lie from the nearest view on average,
-    // and how far they must lie to tell anything.
+    // In shares of the radius that the bound lets one view cover: the average distance of frames from the
+    // nearest view, and the least distance at which a frame counts.
     double usual_apart = 0.6, least_apart = 0.35;
     double reach = Radians(3.5);  // standard deviation of the weights of frames around a direction
   };
@@ -51,13 +51,12 @@ class ThresholdByErrors {
   std::vector<Region> regions_;
 };
 
-// Lets a map follow what was measured; leaves it as it is where the bound alone decides, or before the first
-// view.
-void FollowErrors(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map);
-// CoverageMapOptions for it.
-CoverageMapOptions ForErrors(CoverageMapOptions options, const CoverGoal& goal);
+// Adapts a map's threshold to what was measured, unless the bound alone decides or there is no view.
+void AdaptThresholds(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map);
+// Returns options for a map whose threshold will be adapted.
+CoverageMapOptions WithAdaptiveThreshold(CoverageMapOptions options, const CoverGoal& goal);
 
-// The map of a light field as its own capture had it in the end.
-CoverageMap ByErrors(const MeasuredErrors& measured, const CoverageMap& map);
+// Returns the map of a light field as its own capture had it in the end.
+CoverageMap CoverageByErrors(const MeasuredErrors& measured, const CoverageMap& map);
 
 }  // namespace ulf::coverage

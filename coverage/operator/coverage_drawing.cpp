@@ -172,7 +172,7 @@ void DrawGraticule(cv::Mat& canvas, const Chart& chart) {
 
 constexpr char kDegree[] = " degrees";  // the font has no sign for it
 
-// The numbers of the largest gaps, and a line with their places, as `ulf info` has them.
+// Returns the numbers of the largest gaps, and a line with their places, as `ulf info` has them.
 std::string NumberGaps(cv::Mat& canvas, const Chart& chart, const std::vector<CapGap>& gaps) {
   constexpr std::size_t kNumbered = 3;
   std::string line;
@@ -199,7 +199,7 @@ void DrawCapOutline(cv::Mat& canvas, const Chart& chart, const Cap& cap) {
 
 constexpr int kLegendAt = 58, kLine = 20;  // from the chart's lower edge, and from line to line
 
-// In two lines.
+// Draws the legend in two lines.
 void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
   double y = chart.area.br().y + kLegendAt, x = chart.area.x;
   const auto words = [&](const std::string& text, double after_mark) {

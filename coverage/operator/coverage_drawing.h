@@ -1,5 +1,5 @@
-// Pictures of the coverage map: a chart of directions, and the painted sphere over the camera's own image
-// (thesis, figure 3-1). Drawn on the CPU with OpenCV, in the colours of palette.h.
+// Draws the coverage map with OpenCV, in the colours of palette.h: a chart of directions, and the painted
+// sphere over the camera's own image (thesis, figure 3-1).
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -21,12 +21,12 @@ struct CoverageMapPicture {
 // Both paint the map anew on a finer grid for their colours, which takes some tenths of a second. What the
 // chart shows as open, its share and its numbered holes are those of `map` itself, as `ulf info` tells them.
 
-// Azimuth to the right, elevation upwards, in degrees about the first recorded direction: the cap (or what
-// was recorded, without one) and a margin.
+// Draws a chart of azimuth to the right and elevation upwards, in degrees about the first recorded direction,
+// over the cap (or what was recorded, without one) and a margin.
 cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture = {});
 
-// The same directions with the error that was measured in them, and the letter of its cause (overlay.h) where
-// a recorded view covers a direction and the pictures are worse than `goal_db` all the same.
+// Draws the same directions with the error that was measured in them, and the letter of its cause (overlay.h)
+// where a recorded view covers a direction and the pictures are worse than `goal_db` all the same.
 cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal_db,
                      const CoverageMapPicture& picture = {});
 

@@ -64,8 +64,8 @@ const char* FinalWords(StoppedBecause why) {
 std::string WordsWithoutPose(const Instruction& instruction, const CaptureState& state) {
   if (!state.tracking_words.empty()) return state.tracking_words;
   if (IsTaken(state.source)) return "no pose is known here";
-  return instruction.to_do == ToDo::kReturn ? "go back to where the camera was before"
-                                            : "move the camera sideways";
+  return instruction.kind == InstructionKind::kReturn ? "go back to where the camera was before"
+                                                      : "move the camera sideways";
 }
 
 // While all is well: where to go.
@@ -73,19 +73,19 @@ Instruction WayToGo(const CaptureState& state) {
   const double now = (state.cam_from_world->OriginInSource() - state.subject->center_in_world).norm();
   const double wanted = state.guidance.distance;
   if (wanted > 0 && now > kDistanceOff * wanted)
-    return {.to_do = ToDo::kComeNearer, .length = LengthToGo::Of(state, now, wanted)};
+    return {.kind = InstructionKind::kComeNearer, .length = LengthToGo::Of(state, now, wanted)};
   if (wanted > 0 && wanted > kDistanceOff * now)
-    return {.to_do = ToDo::kGoFarther, .length = LengthToGo::Of(state, now, wanted)};
+    return {.kind = InstructionKind::kGoFarther, .length = LengthToGo::Of(state, now, wanted)};
   if (const auto& row = state.guidance.row; row && row->wanted > 0) {
-    if (row->now > kRowFar * row->wanted) return {.to_do = ToDo::kApproachRow};
-    if (row->now < kRowNear * row->wanted) return {.to_do = ToDo::kLeaveRow};
+    if (row->now > kRowFar * row->wanted) return {.kind = InstructionKind::kApproachRow};
+    if (row->now < kRowNear * row->wanted) return {.kind = InstructionKind::kLeaveRow};
   }
-  if (state.guidance.toward) return {.to_do = ToDo::kFollowArrow};
+  if (state.guidance.toward) return {.kind = InstructionKind::kFollowArrow};
   return {};
 }
 
-const NoticedMistake* MistakeBehind(const CaptureState& state) {
-  const NoticedMistake* mistake = Behind(state.decision.reason, state.mistakes);
+const NoticedMistake* MistakeForState(const CaptureState& state) {
+  const NoticedMistake* mistake = MistakeForReason(state.decision.reason, state.mistakes);
   return mistake && mistake->IsSeenAt(state.seconds) ? mistake : nullptr;
 }
 
@@ -93,80 +93,83 @@ const NoticedMistake* MistakeBehind(const CaptureState& state) {
 
 Instruction InstructionFor(const CaptureState& state) {
   if (state.ended)
-    return {.to_do = ToDo::kFinished,
+    return {.kind = InstructionKind::kFinished,
             .urgent = *state.ended == StoppedBecause::kDeviceLost || *state.ended == StoppedBecause::kDisk};
   if (!state.why_waiting.empty() && !state.device_problem.empty())
-    return {.to_do = ToDo::kWaitForDevice, .urgent = true};
+    return {.kind = InstructionKind::kWaitForDevice, .urgent = true};
   if (!state.cam_from_world)
-    return {.to_do = state.tracking == tracking::TrackState::kLost ? ToDo::kReturn : ToDo::kFindPose,
+    return {.kind = state.tracking == tracking::TrackState::kLost ? InstructionKind::kReturn
+                                                                  : InstructionKind::kFindPose,
             .urgent = true};
   if (!state.subject && !state.without_subject)
-    return state.finding_subject ? Instruction{.to_do = ToDo::kAwaitSubject}
-                                 : Instruction{.to_do = ToDo::kFindSubject, .urgent = true};
-  if (state.subject_moved) return {.to_do = ToDo::kPlaceSubject, .urgent = true};
+    return state.finding_subject ? Instruction{.kind = InstructionKind::kAwaitSubject}
+                                 : Instruction{.kind = InstructionKind::kFindSubject, .urgent = true};
+  if (state.subject_moved) return {.kind = InstructionKind::kPlaceSubject, .urgent = true};
   const Reason reason = state.decision.reason;
-  if (Has(kAimWords, reason)) return {.to_do = ToDo::kAim, .urgent = true, .reason = reason};
+  if (Has(kAimWords, reason)) return {.kind = InstructionKind::kAim, .urgent = true, .reason = reason};
   if (state.waits_to_begin)
-    return HoldsInWords(state.preflight).empty() ? Instruction{.to_do = ToDo::kBegin}
-                                                 : Instruction{.to_do = ToDo::kMendChecks, .urgent = true};
-  if (!state.recording) return {.to_do = ToDo::kGoOn, .urgent = true};
-  if (MistakeBehind(state)) return {.to_do = ToDo::kMendMistake, .urgent = true};
-  if (Has(kRefusalWords, reason)) return {.to_do = ToDo::kMendFrames, .urgent = true, .reason = reason};
+    return HoldsInWords(state.preflight).empty()
+               ? Instruction{.kind = InstructionKind::kBegin}
+               : Instruction{.kind = InstructionKind::kMendChecks, .urgent = true};
+  if (!state.recording) return {.kind = InstructionKind::kGoOn, .urgent = true};
+  if (MistakeForState(state)) return {.kind = InstructionKind::kMendMistake, .urgent = true};
+  if (Has(kRefusalWords, reason))
+    return {.kind = InstructionKind::kMendFrames, .urgent = true, .reason = reason};
   if (IsTaken(state.source)) return {};
-  if (!state.subject) return {.to_do = ToDo::kWalkOn};
-  if (state.table_up_in_world) return {.to_do = ToDo::kTurnTable};
+  if (!state.subject) return {.kind = InstructionKind::kWalkOn};
+  if (state.table_up_in_world) return {.kind = InstructionKind::kTurnTable};
   return WayToGo(state);
 }
 
 std::string InWords(const Instruction& instruction, const CaptureState& state) {
   const bool is_taken = IsTaken(state.source);
-  switch (instruction.to_do) {
-    case ToDo::kNothing:
+  switch (instruction.kind) {
+    case InstructionKind::kNothing:
       return {};
-    case ToDo::kFinished:
+    case InstructionKind::kFinished:
       return FinalWords(*state.ended);
-    case ToDo::kWaitForDevice:
+    case InstructionKind::kWaitForDevice:
       return state.device_problem;
-    case ToDo::kReturn:
-    case ToDo::kFindPose:
+    case InstructionKind::kReturn:
+    case InstructionKind::kFindPose:
       return WordsWithoutPose(instruction, state);
-    case ToDo::kAwaitSubject:
+    case InstructionKind::kAwaitSubject:
       return is_taken ? "the subject's distance is being found"
                       : "hold the subject in the middle: its distance is being found";
-    case ToDo::kFindSubject:
+    case InstructionKind::kFindSubject:
       return is_taken ? "too few trackable points in the middle of the picture: place the subject (S)"
                       : "too few trackable points in the middle of the picture: go nearer, or add texture or "
                         "light";
-    case ToDo::kPlaceSubject:
+    case InstructionKind::kPlaceSubject:
       return is_taken ? "the subject has moved: place it anew (S)"
                       : "the subject has moved: put it back, or place it anew (S)";
-    case ToDo::kAim:
+    case InstructionKind::kAim:
       return WordsFor(kAimWords, *instruction.reason, is_taken);
-    case ToDo::kMendChecks:
+    case InstructionKind::kMendChecks:
       return "mend what is red in the list; then Space begins";
-    case ToDo::kBegin:
+    case InstructionKind::kBegin:
       return state.subject ? "place the sphere (S); Space begins to record" : "Space begins to record";
-    case ToDo::kGoOn:
+    case InstructionKind::kGoOn:
       return "paused: Space goes on";
-    case ToDo::kMendMistake: {
-      const NoticedMistake& mistake = *MistakeBehind(state);
+    case InstructionKind::kMendMistake: {
+      const NoticedMistake& mistake = *MistakeForState(state);
       return fmt::format("{}. {}", Name(mistake.mistake), mistake.cure);
     }
-    case ToDo::kMendFrames:
+    case InstructionKind::kMendFrames:
       return WordsFor(kRefusalWords, *instruction.reason, is_taken);
-    case ToDo::kWalkOn:
+    case InstructionKind::kWalkOn:
       return "walk on";
-    case ToDo::kTurnTable:
+    case InstructionKind::kTurnTable:
       return WayInWords(state);
-    case ToDo::kComeNearer:
+    case InstructionKind::kComeNearer:
       return fmt::format("come {} nearer", instruction.length->Text());
-    case ToDo::kGoFarther:
+    case InstructionKind::kGoFarther:
       return fmt::format("go {} back", instruction.length->Text());
-    case ToDo::kApproachRow:
+    case InstructionKind::kApproachRow:
       return "too far from the last row: follow the arrow";
-    case ToDo::kLeaveRow:
+    case InstructionKind::kLeaveRow:
       return "too near to the last row: follow the arrow";
-    case ToDo::kFollowArrow:
+    case InstructionKind::kFollowArrow:
       return "follow the arrow";
   }
   return {};

@@ -1,5 +1,5 @@
-// The one thing to do now: a value, which the display puts into a short line of words and a simulated
-// operator follows.
+// Derives the operator's next action from a capture's state: a value, which the display shows as a short line
+// and a simulated operator follows.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace ulf::coverage {
 
-enum class ToDo {
+enum class InstructionKind {
   kNothing,
   kFinished,       // the capture is closing (CaptureState::ended)
   kWaitForDevice,  // CaptureState::device_problem
@@ -35,14 +35,14 @@ enum class ToDo {
 };
 
 struct Instruction {
-  ToDo to_do = ToDo::kNothing;
+  InstructionKind kind = InstructionKind::kNothing;
   bool urgent = false;                              // nothing is recorded until it is done
   std::optional<Reason> reason = std::nullopt;      // of kAim and kMendFrames
   std::optional<LengthToGo> length = std::nullopt;  // of kComeNearer and kGoFarther
 };
 
 Instruction InstructionFor(const CaptureState& state);
-// A short line; empty: nothing is to be done. `state`: of which `instruction` was made.
+// Returns a short line; empty if nothing is to be done. `state`: of which `instruction` was made.
 std::string InWords(const Instruction& instruction, const CaptureState& state);
 
 }  // namespace ulf::coverage

@@ -1,4 +1,4 @@
-// What the keys of a mode do, one line a key.
+// Maps a mode's keys to actions, one line a key.
 #pragma once
 
 #include <functional>
@@ -11,9 +11,9 @@ namespace ulf::coverage {
 template <typename Key>
 using KeyActions = std::initializer_list<std::pair<Key, std::function<void()>>>;
 
-// False when `key` has no action.
+// Returns false when `key` has no action.
 template <typename Key>
-bool Act(const Key& key, const std::type_identity_t<KeyActions<Key>>& actions) {
+bool RunAction(const Key& key, const std::type_identity_t<KeyActions<Key>>& actions) {
   for (const auto& [each, act] : actions) {
     if (each != key) continue;
     act();

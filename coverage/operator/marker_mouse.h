@@ -1,4 +1,4 @@
-// A marker as a mouse with six degrees of freedom (thesis, section 4): the subject moves in front of the
+// Uses a marker as a mouse with six degrees of freedom (thesis, section 4): the subject moves in front of the
 // virtual camera as the marker moves in front of the real one. The marker's first pose corresponds to a view
 // from the mean direction of the viewpoints, upright, at their median distance. The virtual camera always
 // aims at the subject.
@@ -13,10 +13,10 @@ namespace ulf::coverage {
 
 class MarkerMouse {
  public:
-  // `middle`: of the marker, in its own frame.
+  // `middle`: the marker's middle in its own frame.
   MarkerMouse(const render::RenderScene& scene, const Eigen::Vector3d& middle);
 
-  // The virtual camera while the marker is there. The first pose sets the scale.
+  // Returns the virtual camera while the marker is there. The first pose sets the scale.
   Rigid3 CamFromWorld(const Rigid3& cam_from_marker);
 
  private:

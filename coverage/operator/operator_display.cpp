@@ -165,28 +165,28 @@ void OperatorDisplay::Press(const render::KeyPressed& pressed) {
   if (pressed.key == render::Key::kEnter && state_ && state_->waits_to_begin)
     return pressed.shift ? pending_.BeginAlthoughChecksFail() : pending_.Record(true);
   const render::Key key = pressed.key;
-  Act(key, {{render::Key::kBackspace, [&] { TakeBackLast(); }},
-            {render::Key::kF11, [&] { surface_.ToggleFullScreen(); }},
-            {render::Key::kF1, [&] { keys_shown_ = !keys_shown_; }},
-            {render::Key::kEscape, [&] { keys_shown_ = false; }}});
+  RunAction(key, {{render::Key::kBackspace, [&] { TakeBackLast(); }},
+                  {render::Key::kF11, [&] { surface_.ToggleFullScreen(); }},
+                  {render::Key::kF1, [&] { keys_shown_ = !keys_shown_; }},
+                  {render::Key::kEscape, [&] { keys_shown_ = false; }}});
 }
 
 void OperatorDisplay::Type(char32_t character) {
-  if (state_ && Act(character, {{U' ', [&] { pending_.Record(!pending_.Records(*state_)); }},
-                                {U's', [&] { subject_tool_.Open(*state_, pending_); }},
-                                {U'g', [&] { TakeProposedSubject(); }},
-                                {U'r', [&] { review_.Open(*state_); }}}))
+  if (state_ && RunAction(character, {{U' ', [&] { pending_.Record(!pending_.Records(*state_)); }},
+                                      {U's', [&] { subject_tool_.Open(*state_, pending_); }},
+                                      {U'g', [&] { TakeProposedSubject(); }},
+                                      {U'r', [&] { review_.Open(*state_); }}}))
     return;
   const bool before_first_view = state_ && state_->view_ids.empty();
-  Act(character, {{U'?', [&] { keys_shown_ = !keys_shown_; }},
-                  {U'p', [&] { colour_blind_ = !colour_blind_; }},
-                  {U'l', [&] { legend_shown_ = !legend_shown_; }},
-                  {U'e', [&] { ShowOtherLayer(); }},
-                  {U'z', [&] { close_look_shown_ = !close_look_shown_; }},
-                  {U'i', [&] { preflight_shown_ = !preflight_shown_.value_or(before_first_view); }},
-                  {U'm', [&] { sound_ = !sound_; }},
-                  {U'f', [&] { surface_.ToggleFullScreen(); }},
-                  {U'q', [&] { Finish(); }}});
+  RunAction(character, {{U'?', [&] { keys_shown_ = !keys_shown_; }},
+                        {U'p', [&] { colour_blind_ = !colour_blind_; }},
+                        {U'l', [&] { legend_shown_ = !legend_shown_; }},
+                        {U'e', [&] { ShowOtherLayer(); }},
+                        {U'z', [&] { close_look_shown_ = !close_look_shown_; }},
+                        {U'i', [&] { preflight_shown_ = !preflight_shown_.value_or(before_first_view); }},
+                        {U'm', [&] { sound_ = !sound_; }},
+                        {U'f', [&] { surface_.ToggleFullScreen(); }},
+                        {U'q', [&] { Finish(); }}});
 }
 
 void OperatorDisplay::ShowOtherLayer() {
@@ -297,7 +297,7 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
                        palette().guide);
 }
 
-// By the renderer; until it can, by the nearest pictures over one plane.
+// Draws by the renderer or, until it can, by the nearest pictures over one plane.
 unsigned OperatorDisplay::PictureInReview(const CaptureState& state,
                                           const Review::VirtualCamera& virtual_camera) {
   const CameraModel camera = NoWiderThan(kDisplayReviewWidth_px, virtual_camera.camera);

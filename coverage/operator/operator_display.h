@@ -1,5 +1,5 @@
-// The operator display (thesis, section 3.2): the live picture with the overlay, a status line, the subject
-// tool with its augmented aperture, and the review. It draws the newest CaptureState and nothing else, and
+// Shows the operator display (thesis, section 3.2): the live picture with the overlay, a status line, the
+// subject tool with its augmented aperture, and the review. It draws the newest CaptureState alone, and
 // controls the capture by CaptureRequests, which also work without a display.
 #pragma once
 
@@ -30,13 +30,12 @@ namespace ulf::coverage {
 // Times are seconds, whatever the camera's and the screen's rate; all of them are guessed.
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
-  // How long a view must have been marked before a key takes it back: a person cannot mean one that was
-  // marked just now.
+  // A key takes back only a view marked for so long: nobody can mean one that was marked just now.
   double to_see_s = 0.5;
-  // Of RunWithDisplay(): between pictures at least (more often takes the processor from tracking), and how
-  // long the final state stays.
+  // For RunWithDisplay(): the least time between pictures (more pictures take the processor from tracking),
+  // and how long the final state stays.
   double picture_s = 1.0 / 30, final_state_s = 3;
-  // Now, in seconds of any origin, asked once for each picture; none: this machine's clock.
+  // Returns the present time in seconds of any origin, once for each picture; none: this machine's clock.
   std::function<double()> clock_s = nullptr;
 };
 
@@ -48,12 +47,12 @@ class OperatorDisplay {
   // Handles the input and draws the newest state. Returns false once the window was closed or the capture was
   // asked to finish.
   bool Step(double patience_s = 0);
-  // The light field is closed. Returns true when the final state should stay on the screen; Step() then
-  // returns false after any key.
+  // Call it when the light field is closed. Returns true when the final state should stay on the screen;
+  // Step() then returns false after any key.
   bool ShowFinalState();
-  // The capture goes on without the display: closes the subject tool, so that recording goes on where only
-  // the tool had paused it, and begins to record where nobody has yet, because nobody can any more; before
-  // the first state, too, which may wait to begin. Returns false when recording stays paused by request.
+  // Lets the capture go on without the display: closes the subject tool, so that recording resumes where only
+  // the tool had paused it, and begins to record where the operator has not, also before the first state.
+  // Returns false when recording stays paused by request.
   bool Detach();
 
  private:

@@ -31,7 +31,7 @@ struct Sphere {
   }
 };
 
-// The parts of a curve over the sphere, t from 0 to 1, that face the camera.
+// Returns the parts of a curve over the sphere, t from 0 to 1, that face the camera.
 template <typename DirectionAt>
 void AddCurve(const Sphere& sphere, const DirectionAt& direction_at, int steps, double width,
               const render::Rgba& color, render::Overlay& overlay) {
@@ -109,7 +109,6 @@ void AddCauses(const Sphere& sphere, render::Overlay& overlay) {
   }
 }
 
-// A disc for each measured direction.
 void AddErrors(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
   constexpr double kRadius = Radians(1.1);
   constexpr int kCorners = 10;
@@ -188,7 +187,7 @@ void AddArrow(const std::vector<Vector2d>& img, double width, double head, const
   overlay.push_back(render::Polygon{head_of(0), color});
 }
 
-// From the red dot over the sphere to the place of the next view.
+// Draws the way from the red dot over the sphere to the next view's place.
 void AddGuidance(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
   AddMarks(sphere, sphere.shown.left_open, 2.2, palette.guide, overlay);
   if (!sphere.shown.target) return;
@@ -219,7 +218,7 @@ void AddPresentCamera(const Sphere& sphere, const Palette& palette, render::Over
   overlay.push_back(render::Spot{*img, 5, palette.camera});
 }
 
-// Towards something outside the picture.
+// Draws an arrow towards something outside the picture.
 void AddWayOut(const Vector2d& toward, const char* to, const render::Rgba& color,
                const SafetyRectangle& rectangle, render::Overlay& overlay) {
   const Vector2d middle = 0.5 * (rectangle.low + rectangle.high),
@@ -237,23 +236,24 @@ void AddWayOut(const Vector2d& toward, const char* to, const render::Rgba& color
 // Where the last picture with a pose lies, or the first one, as far as the camera has been turned since.
 void AddPictureOfThen(const CaptureState& state, const Palette& palette, render::Overlay& overlay) {
   const CameraTurn& turned = *state.turned;
-  const render::Rgba color = turned.from_a_pose ? palette.guide : kWhite;
-  for (const std::vector<Vector2d>& line : PictureOfThen(turned, state.camera)) {
+  const render::Rgba color = turned.reference_has_pose ? palette.guide : kWhite;
+  for (const std::vector<Vector2d>& line : FormerFrameOutline(turned, state.camera)) {
     overlay.push_back(render::Polyline{line, 5, {0, 0, 0, 110}});
     overlay.push_back(render::Polyline{line, 3, color});
   }
   const SafetyRectangle rectangle = SafetyRectangle::Of(state.camera, state.rectangle_share);
-  const Vector3d there = turned.Then();
+  const Vector3d there = turned.ReferenceAxis();
   const auto img = there.z() > 0 ? state.camera.ImgFromCam(there) : std::nullopt;
   if (img && state.camera.Contains(*img)) {
-    if (turned.Angle() > Radians(kThere_deg))
-      overlay.push_back(render::Label{.img = *img,
-                                      .text = turned.from_a_pose ? "it looked here last" : "it began here",
-                                      .size = 20,
-                                      .color = color});
+    if (turned.Angle() > Radians(kReachedDeg))
+      overlay.push_back(
+          render::Label{.img = *img,
+                        .text = turned.reference_has_pose ? "it looked here last" : "it began here",
+                        .size = 20,
+                        .color = color});
     return;
   }
-  if (!turned.from_a_pose) return;
+  if (!turned.reference_has_pose) return;
   const Vector2d toward = there.head<2>();
   // Straight behind can be reached by turning either way.
   AddWayOut(toward.norm() > 1e-9 ? Vector2d(toward.normalized()) : Vector2d(1, 0), "back", palette.guide,
@@ -305,7 +305,7 @@ void AddProposal(const CameraModel& camera, const Rigid3& cam_from_world, const 
                  const Palette& palette, render::Overlay& overlay) {
   const auto outline = SphereOutline(camera, cam_from_world, subject);
   if (!outline) return;
-  // Dashed: every other side.
+  // Every other side makes it dashed.
   for (std::size_t i = 0; i + 1 < outline->size(); i += 2)
     overlay.push_back(
         render::Polyline{.img = {(*outline)[i], (*outline)[i + 1]}, .width = 3, .color = palette.guide});

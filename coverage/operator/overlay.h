@@ -1,7 +1,6 @@
-// The overlay of the live picture as plain shapes: the subject's sphere with the coverage map on it, the
-// present camera, the safety rectangle, the way to the next viewpoint (thesis, section 3.2 and figure 3-1).
-// Pure: a capture's state in, shapes out. The operator display draws them with OpenGL, coverage_drawing with
-// OpenCV.
+// Makes the overlay of the live picture as plain shapes: the subject's sphere with the coverage map on it,
+// the present camera, the safety rectangle, the way to the next viewpoint (thesis, section 3.2 and figure
+// 3-1). The operator display draws them with OpenGL, coverage_drawing with OpenCV.
 //
 // Positions are in pixels of the live image, with its camera's distortion.
 #pragma once
@@ -17,18 +16,18 @@
 
 namespace ulf::coverage {
 
-// What is painted on the sphere.
+// Describes what is painted on the sphere.
 enum class SphereLayer {
   kCoverage,  // which directions are covered, and from how far away
   kErrors,    // how wrong pictures there are, as measured at frames
 };
 
-// While there is no pose nothing of the sphere; where the camera's turn is known, where it looked when it had
-// one.
+// Without a pose the overlay shows no sphere but, where the camera's rotation is known, where it looked when
+// it last had a pose.
 render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard(),
                             SphereLayer layer = SphereLayer::kCoverage);
 
-// The letter that marks a cause on the sphere; empty: none.
+// Returns the letter that marks a cause on the sphere; empty if there is none.
 const char* LetterOf(render::ErrorCause cause);
 
 // The part of the map around the present camera, enlarged so that a view's disc is well visible at arm's
@@ -37,11 +36,11 @@ struct CloseLook {
   Eigen::Vector2i size;  // of the picture that the shapes are in
   render::Overlay shapes;
 };
-// None without a pose or before the first view.
+// Returns none without a pose or before the first view.
 std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int height,
                                        const Palette& palette = Palette::Standard());
 
-// The wireframe and the outline of a subject's sphere alone.
+// Returns the wireframe and the outline of a subject's sphere alone.
 render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
                               const render::Rgba& color);
 

@@ -1,6 +1,6 @@
-// The colours of the coverage map and of what is drawn on it. A recorded view is coloured by its distance
-// compared with the present one (thesis, section 3.2), from nearer over the same to farther; the ends are
-// where the present distance would leave the criterion's distance window.
+// Defines the colours of the coverage map and of what is drawn on it. A recorded view is coloured by its
+// distance compared with the present one (thesis, section 3.2), from nearer over the same to farther; the
+// ends are where the present distance would leave the criterion's distance window.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,15 +18,16 @@ struct Palette {
   render::Rgba camera;
   render::Rgba error_small, error_at_goal, error_large;  // of the errors that are measured
 
-  // `same` at 0, `nearer` at 1 and beyond, `farther` at -1.
+  // Interpolates `same` at 0, `nearer` at 1 and beyond, `farther` at -1.
   render::Rgba OfNearer(double nearer_by) const;
 
-  // `error_at_goal` at 0, `error_small` at kErrorReach_db above the goal, `error_large` as far below it.
+  // Interpolates `error_at_goal` at 0, `error_small` at kErrorReach_db above the goal, `error_large` as far
+  // below it.
   render::Rgba OfError(double db_above_goal) const;
   static constexpr double kErrorReach_db = 6;
 
   static const Palette& Standard();
-  // Orange, pale, blue: apart for every common kind of colour vision, and in lightness.
+  // Orange, pale and blue differ for every common kind of colour vision, and in lightness.
   static const Palette& ForColourBlind();
 };
 
@@ -39,7 +40,8 @@ class DistanceColors {
   render::Rgba OfDistance(double recorded_distance) const {
     return palette_.OfNearer(Nearer(recorded_distance));
   }
-  // 0 the same, 1 so much nearer that it just does not cover any more, -1 farther.
+  // Returns 0 for the same distance, 1 where the view is so much nearer that it just does not cover any more,
+  // -1 where it is as much farther.
   double Nearer(double recorded_distance) const;
   double Distance(const CriterionView& recorded) const;
 

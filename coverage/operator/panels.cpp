@@ -92,11 +92,12 @@ TitleAndLine TrackingTitle(const CaptureState& state) {
   if (state.tracking == tracking::TrackState::kApart)
     return {"APART", "nothing is recorded until both places are in view"};
   if (state.tracking == tracking::TrackState::kLost) {
-    if (!state.turned || !state.turned->from_a_pose) return {"LOST", ""};
+    if (!state.turned || !state.turned->reference_has_pose) return {"LOST", ""};
     const std::string way = TurnBackInWords(*state.turned);
     return {"LOST", way.empty() ? "go back to where it was" : way};
   }
-  if (OnlyTurns(state.tracking, state.start, state.turned)) return {"MOVE SIDEWAYS", "the camera only turns"};
+  if (IsPureRotation(state.tracking, state.start, state.turned))
+    return {"MOVE SIDEWAYS", "the camera only turns"};
   return {"STARTING", ""};
 }
 

@@ -1,4 +1,4 @@
-// The panels around the live picture. The functions make their texts, the class draws them.
+// Makes the texts of the panels around the live picture, and draws them.
 #pragma once
 
 #include <Eigen/Core>
@@ -55,16 +55,16 @@ struct LegendMark {
   const char* words;
 };
 std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& palette);
-// What the letters on the sphere mean, as far as there are some: "S  a surface that ...".
+// Returns what the letters on the sphere mean, as far as there are some: "S a surface that ...".
 std::vector<std::string> CauseLines(const CaptureState& state);
 
-// While there is no pose: what stands large in the middle, and below it what to do; empty: nothing.
+// The title in the middle and the line below it while there is no pose; empty: nothing is shown.
 struct TitleAndLine {
   std::string title, line;
 };
 TitleAndLine TrackingTitle(const CaptureState& state);
 
-// All keys, in the order of the modes.
+// Returns all keys, in the order of the modes.
 std::vector<render::TableRow> KeyRows(const render::Rgba& heading);
 
 class Panels : public render::PlainPanels {
@@ -80,7 +80,7 @@ class Panels : public render::PlainPanels {
   void CloseLook(const CaptureState& state) const;
   void Preflight(const CaptureState& state) const;
   void Keys() const { render::PlainPanels::Keys(KeyRows(palette_.guide)); }
-  // On both sides of an upright line.
+  // Writes texts on both sides of a vertical line.
   void BesideLine(const Eigen::Vector2d& top, const std::string& left, const std::string& right) const;
 
  private:

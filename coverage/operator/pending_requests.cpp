@@ -2,27 +2,27 @@
 
 namespace ulf::coverage {
 
-void PendingRequests::Record(bool on) { record_ = {on, requests_.Ask(SetRecording{on})}; }
+void PendingRequests::Record(bool on) { record_ = {on, requests_.Push(SetRecording{on})}; }
 
 void PendingRequests::BeginAlthoughChecksFail() {
-  requests_.Ask(SetRecording{.on = true, .although_checks_fail = true});
+  requests_.Push(SetRecording{.on = true, .although_checks_fail = true});
 }
 
 void PendingRequests::Place(const Subject& subject) {
-  subject_ = {subject, requests_.Ask(PlaceSubject{subject})};
+  subject_ = {subject, requests_.Push(PlaceSubject{subject})};
 }
 
 void PendingRequests::FindSubject() {
-  requests_.Ask(ulf::coverage::FindSubject{});
+  requests_.Push(ulf::coverage::FindSubject{});
   subject_ = {};  // its place is not known yet
 }
 
 void PendingRequests::TakeBack(int view_id) {
   taken_back_.insert(view_id);
-  requests_.Ask(TakeBackViews{{view_id}});
+  requests_.Push(TakeBackViews{{view_id}});
 }
 
-void PendingRequests::Finish() { requests_.Ask(FinishCapture{}); }
+void PendingRequests::Finish() { requests_.Push(FinishCapture{}); }
 
 bool PendingRequests::Records(const CaptureState& state) const {
   return record_.IsOpen(state) ? record_.value : state.recording;

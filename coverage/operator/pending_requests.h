@@ -1,6 +1,6 @@
-// The requests of the display that no state has answered yet. The display's state is always a little old: a
-// person who presses a key twice assumes that the first press has worked. So a request names its goal
-// ("pause", "take back view 17"), never "toggle", and two quick presses are two requests.
+// Keeps the requests of the display that no state has answered yet. The display's state is always a little
+// old, but a person who presses a key twice assumes that the first press has worked. So a request names its
+// goal ("pause", "take back view 17"), never "toggle", and two quick presses are two requests.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ class PendingRequests {
   void TakeBack(int view_id);
   void Finish();
 
-  // What the state says, or what was requested since.
+  // Returns whether the capture records, by the state or by what was requested since.
   bool Records(const CaptureState& state) const;
   std::optional<Subject> SubjectOf(const CaptureState& state) const;
   bool IsTakenBack(int view_id) const { return taken_back_.contains(view_id); }

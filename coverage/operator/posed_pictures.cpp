@@ -13,7 +13,7 @@ namespace {
 
 // Guessed.
 constexpr double kPosedThinning = 1.25;  // the step grows by this while there are too many
-// Of a step: as near to the middle of its place a picture may take over,.
+// A picture within this share of a step from the middle of its place may replace another.
 constexpr double kPosedSamePlace = 0.25;
 constexpr double kPosedStale_s = 2;  // when the one that is there is older than this
 

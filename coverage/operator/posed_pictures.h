@@ -1,4 +1,4 @@
-// Small copies of images, with poses, that the display keeps for the augmented aperture and for the review.
+// Keeps small copies of images, with poses, for the display's augmented aperture and review.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct PosedPicture {
   Rigid3 cam_from_world;
   std::string jpeg;
 
-  // Of `image`, which `camera` took, at most kLongerSide pixels.
+  // Reduces `image`, which `camera` took, to at most kLongerSide pixels.
   static PosedPicture Of(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
                          std::uint64_t key);
   cv::Mat Srgb8() const;

@@ -37,7 +37,7 @@ void SortFirst(std::vector<Candidate>& candidates, std::size_t count) {
 }  // namespace
 
 // A picture under a lens that another has replaced; the journal may have been read before that.
-void RecordedPictures::GoOverToLens(PosedPicture& picture) const {
+void RecordedPictures::ConvertToLens(PosedPicture& picture) const {
   const int width = picture.camera.width, height = picture.camera.height;
   if (std::ranges::any_of(former_lenses_, [&](const CameraModel& former) {
         return former.ScaledTo(width, height) == picture.camera;
@@ -49,7 +49,7 @@ void RecordedPictures::Follow(const CaptureState& state) {
   if (lens_ && *lens_ != state.recorded_camera) {
     former_lenses_.push_back(*lens_);
     lens_ = state.recorded_camera;
-    for (auto& [id, held] : held_) GoOverToLens(held.picture);
+    for (auto& [id, held] : held_) ConvertToLens(held.picture);
   }
   lens_ = state.recorded_camera;
   const auto is_there = [&](int id) { return std::ranges::binary_search(state.view_ids, id); };
@@ -70,7 +70,7 @@ void RecordedPictures::Follow(const CaptureState& state) {
 }
 
 void RecordedPictures::Hold(int id, PosedPicture picture) {
-  GoOverToLens(picture);
+  ConvertToLens(picture);
   Held& held = held_[id];
   bytes_ += picture.jpeg.size() - held.picture.jpeg.size();
   held = {std::move(picture), ++clock_};
@@ -184,7 +184,7 @@ const View* StoredPictures::Find(int id) const {
   return found != on_disk_.views.end() && found->id == id ? &*found : nullptr;
 }
 
-// Reads only the journal: opening a light field also completes what a killed writer left unfinished.
+// It reads only the journal: opening a light field would complete what a killed writer left.
 void StoredPictures::ReadJournal() {
   constexpr std::chrono::milliseconds kSoonest(500);  // guessed, as the next one
   constexpr int kShareOfTime = 20;  // at most one part in so many of the time goes into reading the journal

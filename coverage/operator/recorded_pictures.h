@@ -1,6 +1,6 @@
-// Small pictures of the recorded views, as many as fit into a memory budget. The newest view's picture comes
-// with the capture's state; others (of an earlier session, or dropped from memory) are read from the light
-// field when they are needed. Ids and poses always come from the newest state.
+// Keeps small pictures of the recorded views, as many as fit into a memory budget. The newest view's picture
+// comes with the capture's state; others (of an earlier session, or dropped from memory) are read from the
+// light field when they are needed. Ids and poses always come from the newest state.
 #pragma once
 
 #include <chrono>
@@ -33,9 +33,10 @@ class StoredPictures {
   // Replaces the list of wanted views; returns how many of them are still to be read. A view that is not on
   // disk yet is looked for again.
   std::size_t Want(std::vector<int> ids);
-  // What has been read since the last call, by view id; poses are the journal's.
+  // Returns what has been read since the last call, by view id; poses are the journal's.
   std::map<int, PosedPicture> Take();
-  // Why a picture cannot be read: once for each, and it is not tried again. None: nothing new.
+  // Returns why a picture cannot be read: once for each, and it is not tried again. Returns none when there
+  // is no new problem.
   std::optional<std::string> TakeProblem();
 
  private:
@@ -73,15 +74,15 @@ class RecordedPictures {
   // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and
   // goes over to the lens in use.
   void Follow(const CaptureState& state);
-  // The pictures nearest in direction to a camera, as seen from the subject, with weights that fall to 0 at
-  // the first one left out. Pictures that are not in memory are skipped, and fetched for a later call. Valid
-  // until the next call of any function.
+  // Returns the pictures nearest in direction to a camera, as seen from the subject, with weights that fall
+  // to 0 at the first one left out. Pictures that are not in memory are skipped, and fetched for a later
+  // call. Valid until the next call of any function.
   std::vector<WeightedPicture> Nearest(const CaptureState& state, const Rigid3& cam_from_world);
-  // Of the last Nearest(): being read.
+  // Returns how many pictures of the last Nearest() are still being read.
   std::size_t missing() const { return missing_; }
   std::size_t bytes() const { return bytes_; }
   std::size_t size() const { return held_.size(); }
-  // Why a picture is left out, once each.
+  // Returns why a picture is left out, once each.
   std::optional<std::string> TakeProblem();
 
  private:
@@ -90,7 +91,7 @@ class RecordedPictures {
     std::uint64_t used = 0;  // the last time, by clock_
   };
   void Hold(int id, PosedPicture picture);
-  void GoOverToLens(PosedPicture& picture) const;
+  void ConvertToLens(PosedPicture& picture) const;
   void MakeRoom();
 
   const Options options_;

@@ -63,7 +63,7 @@ DistortedPicture::~DistortedPicture() {
 }
 
 CameraModel DistortedPicture::Undistorted(const CameraModel& camera) {
-  // Where the border's rays meet the image plane, in pixels of a camera without distortion.
+  // Returns where the border's rays meet the image plane, in pixels of a camera without distortion.
   Eigen::Vector2d low(0, 0), high(camera.width, camera.height);
   const auto include = [&](double x, double y) {
     const auto ray = camera.RayFromImg({x, y});
@@ -279,7 +279,7 @@ bool RenderedReview::TryNext(const CameraModel& wide, const Rigid3& cam_from_wor
   return true;
 }
 
-// What was drawn last, as the camera sees it.
+// Returns what was drawn last, as the camera sees it.
 unsigned RenderedReview::Show(const CameraModel& camera, const CameraModel& wide) {
   if (!picture_) {
     distorted_ = std::make_unique<DistortedPicture>();

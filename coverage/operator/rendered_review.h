@@ -1,6 +1,6 @@
-// The review's picture by the real renderer (render/gl), over the mesh that geometry has made so far: what
-// `ulf view` draws of the light field as it is now. On request stripes mark where no view is near, as in the
-// viewer: what is smeared without stripes is the method's limit, not a gap.
+// Draws the review's picture with the renderer (render/gl), over the mesh that geometry has made so far, as
+// `ulf view` would draw the light field now. On request stripes mark where no view is near, as in the viewer:
+// what is smeared without stripes is the method's limit, not a gap.
 //
 // The scene is read from the light field on disk, in a thread of its own, and again when views, poses, the
 // subject or the mesh have changed. Until a new scene has its photographs the last one is drawn. Reads and
@@ -34,7 +34,7 @@ class DistortedPicture {
   DistortedPicture(const DistortedPicture&) = delete;
   DistortedPicture& operator=(const DistortedPicture&) = delete;
 
-  // Sees at least what `camera` sees, at its resolution.
+  // Returns a camera without distortion that sees at least what `camera` sees, at its resolution.
   static CameraModel Undistorted(const CameraModel& camera);
   // `texture`: of Undistorted(camera), its last row first. Returns a texture of `camera`, its top row first,
   // valid until the next call.
@@ -61,20 +61,20 @@ class RenderedReview {
   explicit RenderedReview(const Options& options) : options_(options), size_(options.fps) {}
   ~RenderedReview();  // waits for the scene that is being read
 
-  // The review is closed: frees what it holds. Opened again, it also tries again what has failed.
+  // Frees everything when the review is closed. After it is opened again, what has failed is tried again.
   void Close();
   // Call before every picture while the review is open. `now_s`: of any clock.
   void Follow(const CaptureState& state, double now_s);
-  // The picture of a camera, smaller where it moves and the renderer is slow; none: nothing of this state can
-  // be drawn yet. A texture, its top row first, valid until the next call.
+  // Returns the picture of a camera, smaller where it moves and the renderer is slow; none if nothing of this
+  // state can be drawn yet. A texture, its top row first, valid until the next call.
   std::optional<unsigned> Draw(const CameraModel& camera, const Rigid3& cam_from_world);
   cv::Mat Read() const { return distorted_->Read(); }  // after Draw() gave one
-  // Whether the picture is drawn from this view, among others.
+  // Returns whether the picture is drawn from this view, among others.
   bool Shows(int view_id) const;
   bool is_loading() const;  // the last picture lacked photographs, or is of an older state
   bool hatches_doubt() const { return hatches_doubt_; }
   void SetHatchesDoubt(bool on) { hatches_doubt_ = on; }
-  // Why the scene cannot be read or drawn, once each. None: nothing new.
+  // Returns why the scene cannot be read or drawn, once each. Returns none when there is no new problem.
   std::optional<std::string> TakeProblem() { return std::exchange(problem_, std::nullopt); }
 
  private:
@@ -83,7 +83,7 @@ class RenderedReview {
     Eigen::Vector3d center_in_world;
     bool operator==(const ViewPose&) const = default;
   };
-  // What a scene is of.
+  // The light field's state that a scene shows.
   struct Wanted {
     std::map<int, ViewPose> views;  // by id
     CameraModel camera;             // of the views of this session

@@ -57,7 +57,7 @@ void main() {
 }
 )";
 
-// Where a grid over the output lies in the world.
+// Describes where a grid over the output lies in the world.
 struct Grid {
   std::array<Eigen::Vector3d, kNodes> in_world;
   std::array<bool, kNodes> is_there{};
@@ -128,7 +128,7 @@ unsigned Reprojection::Draw(const CameraModel& camera, const Rigid3& cam_from_wo
                             const Eigen::Vector3d& on_plane, const std::vector<WeightedPicture>& pictures) {
   const double depth = (cam_from_world * on_plane).z();
   const Grid grid = depth > 0 ? OnPlane(camera, cam_from_world, depth) : Grid{};
-  // By picture and node of the grid, as shares of the picture's width and height.
+  // Texture coordinates by picture and node of the grid, as shares of the picture's width and height.
   const Eigen::Vector2f kNowhere(-10, -10);
   std::vector<std::array<Eigen::Vector2f, kNodes>> uv(pictures.size());
   for (std::size_t i = 0; i < pictures.size(); ++i) {

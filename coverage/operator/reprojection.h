@@ -23,9 +23,9 @@ class Reprojection {
   Reprojection(const Reprojection&) = delete;
   Reprojection& operator=(const Reprojection&) = delete;
 
-  // What a camera at `cam_from_world` sees, at its own size, top row first; transparent where no picture
-  // shows anything. `on_plane`: a point of the plane, before the camera; behind it nothing is drawn.
-  // The texture's name, valid until the next call.
+  // Returns what a camera at `cam_from_world` sees, at its own size, top row first; transparent where no
+  // picture shows anything. `on_plane`: a point of the plane, before the camera; behind it nothing is drawn.
+  // Returns the texture's name, valid until the next call.
   unsigned Draw(const CameraModel& camera, const Rigid3& cam_from_world, const Eigen::Vector3d& on_plane,
                 const std::vector<WeightedPicture>& pictures);
   cv::Mat Read() const;  // what was drawn, 8-bit B, G, R, black where nothing is

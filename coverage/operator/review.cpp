@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The viewpoints, as a scene for MarkerMouse.
+// Returns the viewpoints, as a scene for MarkerMouse.
 render::RenderScene ViewpointsOf(const CaptureState& state) {
   render::RenderScene scene;
   scene.subject = *state.subject;
@@ -99,20 +99,20 @@ bool Review::Handle(const render::InputEvent& event, const CaptureState& state) 
   constexpr double kStep = Radians(2), kZoom = 1.05, kWipeStep = 0.05;
   if (!open_) return false;
   if (const auto* key = std::get_if<render::KeyPressed>(&event))
-    return Act(key->key, {{render::Key::kEscape, [&] { open_ = false; }},
-                          {render::Key::kLeft, [&] { Turn(-kStep, 0); }},
-                          {render::Key::kRight, [&] { Turn(kStep, 0); }},
-                          {render::Key::kUp, [&] { Turn(0, kStep); }},
-                          {render::Key::kDown, [&] { Turn(0, -kStep); }},
-                          {render::Key::kPageUp, [&] { Zoom(1 / kZoom); }},
-                          {render::Key::kPageDown, [&] { Zoom(kZoom); }}});
+    return RunAction(key->key, {{render::Key::kEscape, [&] { open_ = false; }},
+                                {render::Key::kLeft, [&] { Turn(-kStep, 0); }},
+                                {render::Key::kRight, [&] { Turn(kStep, 0); }},
+                                {render::Key::kUp, [&] { Turn(0, kStep); }},
+                                {render::Key::kDown, [&] { Turn(0, -kStep); }},
+                                {render::Key::kPageUp, [&] { Zoom(1 / kZoom); }},
+                                {render::Key::kPageDown, [&] { Zoom(kZoom); }}});
   if (const auto* typed = std::get_if<render::Typed>(&event))
-    return Act(typed->character, {{U'r', [&] { open_ = false; }},
-                                  {U'c', [&] { NextControl(state); }},
-                                  {U'w', [&] { ToggleCompare(Compare::kWipe); }},
-                                  {U'b', [&] { ToggleCompare(Compare::kBlink); }},
-                                  {U',', [&] { wipe_ = std::max(0.0, wipe_ - kWipeStep); }},
-                                  {U'.', [&] { wipe_ = std::min(1.0, wipe_ + kWipeStep); }}});
+    return RunAction(typed->character, {{U'r', [&] { open_ = false; }},
+                                        {U'c', [&] { NextControl(state); }},
+                                        {U'w', [&] { ToggleCompare(Compare::kWipe); }},
+                                        {U'b', [&] { ToggleCompare(Compare::kBlink); }},
+                                        {U',', [&] { wipe_ = std::max(0.0, wipe_ - kWipeStep); }},
+                                        {U'.', [&] { wipe_ = std::min(1.0, wipe_ + kWipeStep); }}});
   if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     Zoom(std::pow(kZoom, -wheel->steps));
     return true;

@@ -1,6 +1,6 @@
-// The review of the recorded views while the capture goes on (thesis, section 3.2): moves the virtual camera
-// by mouse and keys, by the live camera, or by a marker in front of it. When the subject is moved the virtual
-// camera stays where it is and turns to the new one. Pure but for the marker's detector.
+// Reviews the recorded views while the capture goes on (thesis, section 3.2): moves the virtual camera by
+// mouse and keys, by the live camera, or by a marker in front of it. When the subject is moved the virtual
+// camera stays where it is and turns to the new place.
 #pragma once
 
 #include <memory>
@@ -45,7 +45,7 @@ class Review {
   std::optional<VirtualCamera> CameraNow(const CaptureState& state);
 
  private:
-  // Round the subject, in the coverage map's own angles.
+  // A viewpoint around the subject, in the coverage map's own angles.
   struct Orbit {
     Subject subject;
     CapFrame frame;
@@ -85,7 +85,7 @@ struct MarkedView {
   int id = 0;
   render::Overlay shapes;  // in the camera's picture, where the view's direction meets the subject's sphere
 };
-// Among the views that no pending request takes back. None without any.
+// Marks a view among those that no pending request takes back. Returns none when there is no such view.
 std::optional<MarkedView> MarkNearestView(const CaptureState& state, const PendingRequests& pending,
                                           const CameraModel& camera, const Rigid3& cam_from_world,
                                           const Palette& palette);

@@ -21,10 +21,10 @@ Clock::duration Seconds(double seconds) {
 
 // Nobody is there who could begin.
 void BeginWithoutDisplay(CaptureRequests& requests) {
-  requests.Ask(SetRecording{.on = true, .although_checks_fail = true});
+  requests.Push(SetRecording{.on = true, .although_checks_fail = true});
 }
 
-// False once the person has closed it.
+// Returns false once the person has closed it.
 bool ShowWhile(const std::function<bool()>& goes_on, double picture_s, OperatorDisplay& display) {
   auto next = Clock::now();
   while (goes_on()) {
@@ -51,7 +51,7 @@ void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& option
     ShowWhile([&] { return Clock::now() < until; }, options.picture_s, *display);
   } catch (const render::SurfaceKilled& killed) {
     fmt::print(stderr, "{}: the capture finishes\n", killed.what());
-    requests.Ask(FinishCapture{});
+    requests.Push(FinishCapture{});
     render::Abandon(std::move(display));
     render::Abandon(std::move(surface));
   } catch (const render::SurfaceGone& gone) {
@@ -65,7 +65,7 @@ void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& option
 
 }  // namespace
 
-void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, CaptureFeed& feed,
+void RunWithDisplay(const SurfaceFactory& open, const DisplayOptions& options, CaptureFeed& feed,
                     CaptureRequests& requests, const std::function<void()>& capture) {
   std::unique_ptr<render::Surface> surface;
   try {

@@ -9,13 +9,13 @@
 
 namespace ulf::coverage {
 
-using DisplayDoor = std::function<std::unique_ptr<render::Surface>()>;
+using SurfaceFactory = std::function<std::unique_ptr<render::Surface>()>;
 
 // Runs `capture`, which publishes to `feed` and obeys `requests`, to its end, and shows it on the surface
 // that `open` returns; without `open` it is not shown. Closing the window, also by force, asks the capture to
 // finish. Where no window can be opened (no display, no OpenGL) the capture runs without one, and a line on
 // standard error says so. Rethrows what `capture` throws.
-void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, CaptureFeed& feed,
+void RunWithDisplay(const SurfaceFactory& open, const DisplayOptions& options, CaptureFeed& feed,
                     CaptureRequests& requests, const std::function<void()>& capture);
 
 }  // namespace ulf::coverage

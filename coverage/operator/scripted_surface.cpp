@@ -50,7 +50,7 @@ std::optional<DisplayScript::Step> DisplayScript::Next() {
 
 void DisplayScript::WithoutDisplay(const Step& step) {
   if (const auto* request = std::get_if<CaptureRequest>(&step))
-    requests_.Ask(*request);
+    requests_.Push(*request);
   else if (const auto* file = std::get_if<Look>(&step))
     fmt::print(stderr, "look {}: there is no display to look at\n", file->string());
   else
@@ -73,7 +73,7 @@ ScriptedSurface::~ScriptedSurface() {
     if (const auto* file = std::get_if<DisplayScript::Look>(&*step))
       Write(*file, kAtTheEnd);
     else if (const auto* request = std::get_if<CaptureRequest>(&*step))
-      script_->Ask(*request);
+      script_->Push(*request);
     else
       fmt::print(stderr, "press: ignored, the display ended before\n");
   }
@@ -89,7 +89,7 @@ std::vector<render::InputEvent> ScriptedSurface::TakeEvents(double patience_s) {
       else if (auto* file = std::get_if<DisplayScript::Look>(&*step))
         look_ = *file;
       else
-        script_->Ask(std::get<CaptureRequest>(*step));
+        script_->Push(std::get<CaptureRequest>(*step));
     }
   }
   return render::OffscreenSurface::TakeEvents(patience_s);

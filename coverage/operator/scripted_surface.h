@@ -1,5 +1,5 @@
-// The operator display without a window, for remote use and for programs: keys come as lines of text, and
-// pictures of the display go to files (`ulf capture` calls that offscreen). The same code runs as in a
+// Runs the operator display without a window, for remote use and for programs: keys come as lines of text,
+// and pictures of the display go to files (`ulf capture` calls that offscreen). The same code runs as in a
 // window.
 #pragma once
 
@@ -17,8 +17,8 @@
 
 namespace ulf::coverage {
 
-// Lines from the thread that reads them to the display's, in order: keys, pictures, and what is asked of the
-// capture itself.
+// Hands lines from the thread that reads them to the display's, in order: keys, pictures, and requests to the
+// capture.
 class DisplayScript {
  public:
   using Keys = std::vector<render::InputEvent>;
@@ -26,12 +26,13 @@ class DisplayScript {
   using Step = std::variant<Keys, Look, CaptureRequest>;
   explicit DisplayScript(CaptureRequests& requests) : requests_(requests) {}
 
-  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws Refusal for any other
-  // line. Once there is no display, requests go to the capture at once; for the others an error is printed.
+  // Takes "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws Refusal for any
+  // other line. Once there is no display, requests go to the capture at once; for the others an error is
+  // printed.
   void Take(const std::string& line);
   std::optional<Step> Next();
-  void Ask(const CaptureRequest& request) { requests_.Ask(request); }
-  // There is no display, or none any more.
+  void Push(const CaptureRequest& request) { requests_.Push(request); }
+  // Call it when there is no display, or no longer.
   void End();
 
  private:

@@ -36,7 +36,7 @@ void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
 void AddViews(const CoverageMap& map, const Eigen::Matrix3d& cam_from_world, ShownSphere& sphere) {
   constexpr double kRimReach = 2.5;  // disc radii
   const double usual_radius = map.spacing() * map.options().cells_per_disc_radius;
-  // By distance and threshold; computed once for those that differ by less than 1 %.
+  // Radii by distance and threshold, computed once for those that differ by less than 1 %.
   std::map<std::pair<long, long>, double> radius_of;
   for (const CriterionView& view : map.views()) {
     const Vector3d offset = cam_from_world * (view.center_in_world - map.subject().center_in_world);

@@ -1,6 +1,5 @@
-// What the display shows of the subject's sphere, as values: all that the overlay draws on it, and all that a
-// person who looks at the display (also the simulated operator) can know of the map: the side that faces the
-// camera, and the views on it.
+// Holds as values all that the display draws on the subject's sphere, which is all that a person who looks at
+// it (also the simulated operator) can know of the map: the side that faces the camera, and the views on it.
 //
 // Directions are unit vectors from the sphere's centre in the camera's axes (x right, y down, z away from the
 // camera); angles are radians; lengths are in units of the distance to the sphere's centre, since a picture
@@ -52,32 +51,31 @@ struct ShownSphere {
   };
   std::optional<Target> target;  // the yellow arrow's
 
-  // None without a pose or a subject, or inside the sphere. `reach`: angle from the dot up to which it is
-  // shown.
+  // Returns none without a pose or a subject, or inside the sphere. `reach`: largest angle from the dot.
   static std::optional<ShownSphere> Of(const CaptureState& state, double reach = M_PI);
 
-  // Of the sphere's surface.
+  // Returns the point of the sphere's surface in a direction, in the camera's frame.
   Eigen::Vector3d PointInCam(const Eigen::Vector3d& direction) const {
     return radius * direction - toward_camera;
   }
   bool Faces(const Eigen::Vector3d& direction) const { return direction.dot(toward_camera) > least_cosine; }
-  // Away from the dot along the sphere, `angle` towards `direction`.
+  // Returns the direction at `angle` from the dot towards `direction`.
   Eigen::Vector3d Along(const Eigen::Vector3d& direction, double angle) const;
   double AngleFromDot(const Eigen::Vector3d& direction) const;
 };
 
-// All that the overlay shows of a capture's state; only the camera while there is no pose.
+// What the overlay shows of a capture's state; only the camera while there is no pose.
 struct ShownPicture {
   CameraModel camera;
   std::optional<SafetyRectangle> rectangle;
-  bool held = true;                               // the sphere is in the rectangle, which is white then
+  bool held = true;                               // the sphere is in the rectangle, which is then white
   std::optional<Eigen::Vector2d> way_to_subject;  // the red arrow's direction
   std::optional<ShownSphere> sphere;
 
   static ShownPicture Of(const CaptureState& state);
 };
 
-// Whether the subject's sphere is in the safety rectangle; none without a pose or a subject.
+// Returns whether the subject's sphere is in the safety rectangle; none without a pose or a subject.
 std::optional<bool> IsSubjectInRectangle(const CaptureState& state);
 
 }  // namespace ulf::coverage

@@ -44,7 +44,7 @@ void SubjectTool::TakeOver(PendingRequests& pending) {
   Close(pending);
 }
 
-void SubjectTool::FindAnew(PendingRequests& pending) {
+void SubjectTool::ReestimatePoses(PendingRequests& pending) {
   found_anew_ = awaits_found_ = true;
   pending.FindSubject();
 }
@@ -90,15 +90,15 @@ bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state
   constexpr double kStepShare = 0.01;  // of the picture's width, across it
   const double step = kStepShare * state.camera.width;
   const auto across = [&](double x, double y) { MoveSideways(state, {x * step, y * step}); };
-  return Act(key.key,
-             {{render::Key::kUp, [&] { key.shift ? across(0, -1) : ScaleDistance(state, kFine); }},
-              {render::Key::kDown, [&] { key.shift ? across(0, 1) : ScaleDistance(state, 1 / kFine); }},
-              {render::Key::kRight, [&] { key.shift ? across(1, 0) : ScaleRadius(kFine); }},
-              {render::Key::kLeft, [&] { key.shift ? across(-1, 0) : ScaleRadius(1 / kFine); }},
-              {render::Key::kPageUp, [&] { ScaleDistance(state, kCoarse); }},
-              {render::Key::kPageDown, [&] { ScaleDistance(state, 1 / kCoarse); }},
-              {render::Key::kEnter, [&] { TakeOver(pending); }},
-              {render::Key::kEscape, [&] { Leave(pending); }}});
+  return RunAction(key.key,
+                   {{render::Key::kUp, [&] { key.shift ? across(0, -1) : ScaleDistance(state, kFine); }},
+                    {render::Key::kDown, [&] { key.shift ? across(0, 1) : ScaleDistance(state, 1 / kFine); }},
+                    {render::Key::kRight, [&] { key.shift ? across(1, 0) : ScaleRadius(kFine); }},
+                    {render::Key::kLeft, [&] { key.shift ? across(-1, 0) : ScaleRadius(1 / kFine); }},
+                    {render::Key::kPageUp, [&] { ScaleDistance(state, kCoarse); }},
+                    {render::Key::kPageDown, [&] { ScaleDistance(state, 1 / kCoarse); }},
+                    {render::Key::kEnter, [&] { TakeOver(pending); }},
+                    {render::Key::kEscape, [&] { Leave(pending); }}});
 }
 
 bool SubjectTool::Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
@@ -106,9 +106,9 @@ bool SubjectTool::Handle(const render::InputEvent& event, const CaptureState& st
   if (!open_) return false;
   if (const auto* key = std::get_if<render::KeyPressed>(&event)) return Press(*key, state, pending);
   if (const auto* typed = std::get_if<render::Typed>(&event))
-    return Act(typed->character, {{U's', [&] { Leave(pending); }},
-                                  {U'c', [&] { FindAnew(pending); }},
-                                  {U'a', [&] { aperture_ = !aperture_; }}});
+    return RunAction(typed->character, {{U's', [&] { Leave(pending); }},
+                                        {U'c', [&] { ReestimatePoses(pending); }},
+                                        {U'a', [&] { aperture_ = !aperture_; }}});
   if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     if (wheel->shift)
       ScaleRadius(std::pow(kFine, wheel->steps));

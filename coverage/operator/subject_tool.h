@@ -1,7 +1,7 @@
-// The tool that places the subject's sphere (thesis, section 3.2): centre the subject, take the distance from
-// the tracked points, then refine distance and radius by keys, wheel and drag. The sphere is a draft until it
-// is confirmed by Enter, which sends one request to the capture. Pure: events and states in, a draft and
-// requests out.
+// Places the subject's sphere (thesis, section 3.2): the operator centres the subject, the tool takes the
+// distance from the tracked points, and keys, wheel and drag refine distance and radius. The sphere is a
+// draft until it is confirmed by Enter, which sends one request to the capture. It takes events and states
+// and gives a draft and requests, without other effects.
 #pragma once
 
 #include <optional>
@@ -21,16 +21,16 @@ class SubjectTool {
   // Pauses recording while the tool is open; Close() resumes it unless the person has changed it since.
   void Open(const CaptureState& state, PendingRequests& pending);
   void Close(PendingRequests& pending);
-  // Every new state: a subject that the capture found anew is the new draft.
+  // Call it for every new state: a subject that the capture found again becomes the draft.
   void Follow(const CaptureState& state, const PendingRequests& pending);
-  // True when the event was the tool's. `pixels_per_img`: of the screen, for dragging.
+  // Returns true when the tool used the event. `pixels_per_img`: of the screen, for dragging.
   bool Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
               PendingRequests& pending);
 
  private:
   void TakeOver(PendingRequests& pending);
   void Leave(PendingRequests& pending);
-  void FindAnew(PendingRequests& pending);
+  void ReestimatePoses(PendingRequests& pending);
   bool Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);

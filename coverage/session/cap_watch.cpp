@@ -58,8 +58,8 @@ std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
   return std::nullopt;
 }
 
-std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
-                                           bool would_record) {
+std::optional<std::string> CapWatch::Update(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
+                                            bool would_record) {
   if (!map.options().cap || map.views().empty()) return std::nullopt;
   const Eigen::Vector3d direction = (center_in_world - map.subject().center_in_world).normalized();
   const double covered = map.CoveredShare();

@@ -19,14 +19,14 @@ class CapWatch {
   struct Options {
     double step = Radians(2);  // round the subject; less is a hand's trembling and no movement
   };
-  // `share` of the cap ends the capture. `turns`: the subject does, before a camera that stands; then only
-  // whole turns without a gain count. `source`: only a camera in the hand is told where to go.
+  // `share` of the cap ends the capture. `turns`: the subject turns before a fixed camera; then only whole
+  // turns without a gain count. `source`: advice to move is given only for a camera in the hand.
   CapWatch(double share, bool turns, FrameSource source) : share_(share), turns_(turns), source_(source) {}
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
   // operator, at most once between two gains.
-  std::optional<std::string> After(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
-                                   bool would_record);
+  std::optional<std::string> Update(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
+                                    bool would_record);
 
  private:
   const double share_;
@@ -39,8 +39,8 @@ class CapWatch {
   bool reported_ = false;
 };
 
-// The largest cap of the same shape and middle, in whole degrees, of which at least `share` is covered; none:
-// not even one of a degree.
+// Returns the largest cap of the same shape and middle, in whole degrees, of which at least `share` is
+// covered; none if not even one of a degree.
 std::optional<Cap> LargestCovered(const CoverageMap& map, double share);
 
 }  // namespace ulf::coverage

@@ -51,13 +51,13 @@ void RunningCapture::Answer(const FindSubject& asked) {
 }
 
 void RunningCapture::BeginWhenPossible() {
-  if (!begin_asked_ || outlook_.preflight().empty() || !(subject_.IsPlaced() || options_.without_subject))
+  if (!begin_asked_ || reporter_.preflight().empty() || !(subject_.IsPlaced() || options_.without_subject))
     return;
   Begin(std::exchange(begin_asked_, std::nullopt)->although_checks_fail);
 }
 
 void RunningCapture::Begin(bool although_checks_fail) {
-  const std::string holds = HoldsInWords(outlook_.preflight());
+  const std::string holds = HoldsInWords(reporter_.preflight());
   if (!holds.empty() && !although_checks_fail && options_.checks_hold_start)
     return Say(fmt::format(
         "recording has not begun: {}; or begin all the same: Shift Enter, the request record anyway, {}",
@@ -80,7 +80,7 @@ void RunningCapture::Answer(const SetRecording& asked) {
     if (!asked.on) return Say("recording has not begun yet");
     begin_asked_ = asked;
     if (!subject_.IsPlaced() && !options_.without_subject) {
-      const std::string holds = HoldsInWords(outlook_.preflight());
+      const std::string holds = HoldsInWords(reporter_.preflight());
       Say(fmt::format("recording begins as soon as the subject is found: aim at it{}",
                       holds.empty() ? "" : "; now " + holds));
     }

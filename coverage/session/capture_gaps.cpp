@@ -13,7 +13,7 @@ namespace {
 // Guessed.
 // Shorter ones (the disk catches up, one lost frame) are not reported or journaled.
 constexpr double kGapShortest_s = 0.5;
-// Of a camera that continues by itself: fewer are dropped frames, no gap.
+// Fewer missed frames of a camera that streams on are dropped frames, no gap.
 constexpr double kGapMissedFrames = 10;
 
 }  // namespace
@@ -23,7 +23,7 @@ void CaptureGaps::Close(std::optional<Open>& gap, double to_s) {
   gap.reset();
 }
 
-// Before the first pose no gap begins.
+// No gap begins before the first pose.
 void CaptureGaps::Tracking(bool tracked, double now_s) {
   tracked_before_ |= tracked;
   if (!tracked && tracked_before_ && !tracking_) tracking_ = Open{now_s, Name(Reason::kTracking)};

@@ -1,6 +1,6 @@
-// Gaps: periods in which a capture could not record, for lack of a pose, a device or room on the disk, or
-// because it was paused by request. Each is written to the journal when it ends, so that review can show it.
-// Times are the device's, in seconds.
+// Notes gaps: periods in which a capture could not record, for lack of a pose, a device or room on the disk,
+// or because it was paused by request. Each is written to the journal when it ends, so that review can show
+// it. Times are the device's, in seconds.
 #pragma once
 
 #include <chrono>
@@ -27,7 +27,7 @@ class CaptureGaps {
   // Ends the gaps that are still open.
   void End(std::optional<double> now_s);
 
-  // Why recording is paused for the disk, in words; empty: it is not.
+  // Returns why recording is paused for the disk, in words; empty if it is not.
   std::string DiskReason() const { return disk_ ? disk_->reason : std::string(); }
   std::uint64_t pauses() const { return pauses_; }  // for the disk
   double paused_s() const { return paused_s_; }

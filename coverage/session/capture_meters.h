@@ -1,5 +1,5 @@
-// What a capture measures beside its views: the device's time and frame rate, dropped frames, free disk
-// space. Reads the device's, the link's and the disk's figures at most once a second.
+// Measures the device's time and frame rate, dropped frames and free disk space during a capture. Reads the
+// device's, the link's and the disk's figures at most once a second.
 #pragma once
 
 #include <chrono>
@@ -19,13 +19,13 @@ class CaptureMeters {
   void FrameAt(double device_time_s);
   std::optional<double> last_time_s() const { return last_time_s_; }
   double DeviceSeconds() const { return first_time_s_ ? *last_time_s_ - *first_time_s_ : 0; }
-  // The shortest recent time between frames, so that a dropped frame does not look like a slow camera; 0:
-  // unknown.
+  // Returns the shortest recent time between frames, so that a dropped frame does not look like a slow
+  // camera; 0: unknown.
   double frame_period_s() const { return frame_period_s_; }
   std::optional<double> FramesPerS() const;  // over the last second; none before two frames
   std::uint64_t Dropped(const acquisition::Device& device);
   std::optional<std::uint64_t> DiskLeftBytes(const std::filesystem::path& dir);
-  // What is known of the way to the camera (link_facts.h); empty: it has none.
+  // Returns what is known of the way to the camera (link_facts.h); empty if it has none.
   const std::vector<acquisition::LinkFact>& Link(const acquisition::Device& device);
 
  private:

@@ -1,4 +1,4 @@
-// What a capture is asked for, and what it calls while it runs (capture_session.h).
+// Defines the options of a capture, and the functions that it calls while it runs (capture_session.h).
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "acquisition/calibration/intrinsics.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/view_decision.h"
@@ -19,7 +20,7 @@
 namespace ulf::coverage {
 
 struct CaptureOptions {
-  // None: found from the tracked points near the image centre, once tracking is stable.
+  // None: it is found from the tracked points near the image centre, once tracking is stable.
   std::optional<Subject> subject;
   double subject_size = kSubjectSize;  // of a found subject: its sphere's image, share of the image's width
   int stable_frames = kStableFrames;   // tracked in a row before the subject is found
@@ -27,34 +28,34 @@ struct CaptureOptions {
   double until_share = kUntilShare;
   double threshold_px = kHighThresholdPx;
   int coverage_width_px = kCoverageWidthPx;
-  // Shown before the first view: where the intrinsics come from, and whether they are a calibration (false: a
-  // focal length alone).
+  // The preflight shows the source of the intrinsics, and whether it is a calibration or a focal length
+  // alone.
   std::string calibration_source;
   std::optional<bool> calibrated;
-  // As the tracker was told. kRefine: where it goes on with another lens, so does the capture, with what it
-  // has recorded (capture_lens.h); then no view of an earlier session must be there.
+  acquisition::LensOrigin lens_origin = acquisition::LensOrigin::kMeasured;
+  // The tracker's LensUse. kRefine: when it replaces the lens, the capture does so for everything recorded
+  // (capture_lens.h); the light field must then have no view of an earlier session.
   tracking::LensUse lens = tracking::LensUse::kCheck;
   // Set: photographs of this camera, which the device takes, are recorded instead of live frames
   // (still_capture.h).
   std::optional<CameraModel> still_camera;
-  // Set: the camera stands, and the subject turns on these markers, in whose frame the poses are: the subject
-  // is looked for above them, and the capture says when nothing turns or the camera was moved
+  // Set: the subject turns on these markers before a fixed camera, and poses are in the markers' frame. The
+  // subject is searched above them, and the capture reports when nothing turns or the camera was moved
   // (turntable_watch.h).
   std::optional<tracking::MarkerSpec> turntable;
-  // Set: no subject, no coverage map and no cap; photographs of a walk (posed_photographs.h).
+  // Set: records posed photographs (posed_photographs.h) without subject, coverage map and cap.
   std::optional<PhotographSpacing> without_subject;
-  // Frames of a place whose way to the recorded views is not known (TrackState::kApart) are kept in unposed/,
-  // as many as show something new; refining may find where they were taken.
+  // Frames of TrackState::kApart that show something new are kept in unposed/: refining may find their poses.
   bool keep_apart = false;
-  // Set: so many exposures of each view. The device takes them (Device::TakesExposures) and knows its
-  // exposure time.
+  // Set: each view gets so many exposures, from a device that takes them (Device::TakesExposures) and knows
+  // its exposure time.
   std::optional<ExposureBracket> bracket;
   DecisionLimits limits;
   bool geometry =
       false;        // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
   CoverGoal cover;  // what decides that a viewpoint is covered; all but the bound needs `geometry`
-  // Nothing is recorded before somebody asks for it (SetRecording), so that the subject can be placed first.
-  // Failed checks hold the start (preflight.h). A light field that already has views goes on by itself.
+  // Nothing is recorded before a request (SetRecording), so that the subject can be placed first. Failed
+  // checks hold the start (preflight.h). A light field that already has views resumes without a request.
   bool begins_on_request = false;
   bool checks_hold_start = true;
   bool deterministic = false;
@@ -68,15 +69,15 @@ struct CaptureOptions {
 struct CaptureHooks {
   std::function<bool()> stop_requested;  // asked before every frame
   CaptureRequests* requests = nullptr;   // answered between two frames
-  // Every complete live frame and every photograph, before it is processed.
+  // Called with every complete live frame and every photograph before it is processed.
   std::function<void(const Frame&)> keep_frame;
   // The state after a frame (capture_state.h); made only when this hook is set.
   std::function<void(const SharedCaptureState&)> after_frame;
-  // Ten times a second when no frame comes, after every photograph, and once at the end, before the light
-  // field is closed.
+  // Called ten times a second when no frame comes, after every photograph, and once before the light field is
+  // closed.
   std::function<void(const SharedCaptureState&)> while_waiting;
   std::function<void(const std::string&)> say;  // a line for each event
-  // The capture has ended, and now does this, in words, which may take long.
+  // Called after the capture with a description of each closing step, which may take long.
   std::function<void(const std::string&)> closing;
 };
 

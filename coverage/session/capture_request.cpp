@@ -84,7 +84,7 @@ CaptureRequest ParseCaptureRequest(const std::string& line) {
   Refuse(line);
 }
 
-std::uint64_t CaptureRequests::Ask(CaptureRequest request) {
+std::uint64_t CaptureRequests::Push(CaptureRequest request) {
   const MutexLock lock(mutex_);
   asked_.push_back(std::move(request));
   return ++count_;
@@ -112,7 +112,7 @@ RequestLines::~RequestLines() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-// False when there is nothing more at the moment.
+// Returns false when there is nothing more at the moment.
 bool RequestLines::ReadMore() {
   pollfd ready{descriptor_, POLLIN, 0};
   if (descriptor_ < 0 || poll(&ready, 1, 0) <= 0) return false;

@@ -1,5 +1,5 @@
-// What a person asks of a running capture, by a key of the operator display, a line of text, or a test. The
-// session answers requests between two frames, in order, and reports the result of each.
+// Requests to a running capture, by a key of the operator display, a line of text, or a test. The session
+// answers them between two frames, in order, and reports the result of each.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,17 @@
 
 namespace ulf::coverage {
 
-// Views are taken out of the light field: their photographs go to unposed/, the coverage map is painted
-// without them.
+// Takes views out of the light field: their photographs go to unposed/, the coverage map is painted without
+// them.
 struct TakeBackLast {
   int count = 1;
 };
 struct TakeBackViews {
   std::vector<int> ids;
 };
-// A subject in world units, or anew: around what is in the middle of the picture, at the mean depth of the
-// tracked points there (or at `depth` along the optical axis), its sphere's image as wide as `width_share` of
-// the picture.
+// Places a subject in world units, or finds one around what is in the middle of the picture: at the mean
+// depth of the tracked points there (or at `depth` along the optical axis), with an image as wide as
+// `width_share` of the picture.
 struct PlaceSubject {
   Subject subject;
 };
@@ -32,7 +32,7 @@ struct FindSubject {
   std::optional<double> depth;        // world units
   std::optional<double> width_share;  // none: as the capture was asked
 };
-// The sphere that geometry proposes (subject_proposal.h).
+// Places the sphere that geometry proposes (subject_proposal.h).
 struct PlaceProposedSubject {};
 struct SetRecording {
   bool on = true;                     // off: tracked and shown, but not recorded
@@ -43,7 +43,7 @@ struct FinishCapture {};
 using CaptureRequest = std::variant<TakeBackLast, TakeBackViews, PlaceSubject, FindSubject,
                                     PlaceProposedSubject, SetRecording, FinishCapture>;
 
-// From a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
+// Parses a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
 // "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws
 // Refusal that lists these.
 CaptureRequest ParseCaptureRequest(const std::string& line);
@@ -51,8 +51,8 @@ CaptureRequest ParseCaptureRequest(const std::string& line);
 // Hands requests from the threads that ask to the session's thread.
 class CaptureRequests {
  public:
-  // How many have been asked for with this one: CaptureState::requests_answered gets there.
-  std::uint64_t Ask(CaptureRequest request);
+  // Returns the number of requests so far, with this one: CaptureState::requests_answered reaches it.
+  std::uint64_t Push(CaptureRequest request);
   std::vector<CaptureRequest> Take();
 
  private:
@@ -61,8 +61,8 @@ class CaptureRequests {
   std::uint64_t count_ ULF_GUARDED_BY(mutex_) = 0;
 };
 
-// Requests as lines of text from standard input or a file, typically a fifo: a script or another program asks
-// by them what a person asks by the display's keys. Never blocks.
+// Reads requests as lines of text from standard input or a file, typically a fifo, so that a script or
+// another program can control a capture. Never blocks.
 class RequestLines {
  public:
   // "-": standard input. Throws Refusal when it cannot be read. `take` gets each line and throws

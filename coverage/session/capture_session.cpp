@@ -82,7 +82,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   AnnouncePrediction();
   NoteZoom(track);
   if (turntable_)
-    if (const std::string words = turntable_->After(now_s, track.cam_from_world); !words.empty()) Say(words);
+    if (const std::string words = turntable_->Update(now_s, track.cam_from_world); !words.empty()) Say(words);
   LookForMistakes(*frame);
   UpdatePreflight(*frame);
   BeginWhenPossible();
@@ -100,7 +100,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
     std::optional<CriterionView> here;
     if (track.cam_from_world && subject_.IsPlaced())
       here = CriterionView::From(lens_.recorded(), *track.cam_from_world, options_.coverage_width_px);
-    if (!IsTaken(source_)) latest_.guidance = guide_.After(record_.map().get(), here, now_s);
+    if (!IsTaken(source_)) latest_.guidance = guide_.Update(record_.map().get(), here, now_s);
     Show(hooks_.after_frame);
   }
   // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover
@@ -111,19 +111,19 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
 }
 
 void RunningCapture::Close() {
-  for (const std::string& line : repeated_.AtTheEnd()) Say(line);
+  for (const std::string& line : repeated_.Finish()) Say(line);
   SayClosing("the last adjustment of poses and points");
   try {
     poses_.Finish();
   } catch (const std::exception& error) {
     spdlog::warn("the last adjustment of the map failed ({}); poses stay as they were tracked", error.what());
   }
-  if (const auto before = lens_.AfterFinish(poses_)) GoOverToLensFrom(*before, true);
+  if (const auto before = lens_.UpdateAfterFinish(poses_)) ReplaceLens(*before, true);
   const tracking::TrackerStatistics known = poses_.Statistics();
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
   summary_.refined_lens = lens_.found();
-  mistakes_.AtTheEnd(known.calibration, known.rolling_shutter);
+  mistakes_.Finish(known.calibration, known.rolling_shutter);
   summary_.mistakes = mistakes_.noticed();
   CorrectPoses(true);
   gaps_.End(meters_.last_time_s());

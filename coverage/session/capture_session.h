@@ -1,6 +1,6 @@
-// A capture: the loop that turns a device's frames into the views of a light field. Each frame gets a pose
-// (tracking/) and a decision with its reason (view_decision.h); a frame that is recorded becomes a view on
-// disk.
+// Runs a capture: the loop that turns a device's frames into the views of a light field. Each frame gets a
+// pose (tracking/) and a decision with its reason (view_decision.h); a frame that is recorded becomes a view
+// on disk.
 //
 // The device and the tracker run in the caller's thread, writing in others (view_spool.h). With
 // `deterministic` everything runs in one thread, host times are the device's times, and the same frames give
@@ -12,8 +12,8 @@
 //
 // Each view is anchored to a keyframe of the tracker's map. When the map is adjusted, the views' poses
 // follow: they are journaled at intervals and at the end, and the coverage map is painted anew. The same
-// where the tracker replaces the lens (LensUse::kRefine). Requests (capture_request.h) are answered between
-// two frames.
+// happens when the tracker replaces the lens (LensUse::kRefine). Requests (capture_request.h) are answered
+// between two frames.
 #pragma once
 
 #include <vector>

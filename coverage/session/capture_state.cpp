@@ -17,8 +17,8 @@ std::string Part(double degrees, const char* forward, const char* backward) {
   return fmt::format("{:.0f}° {}", std::abs(degrees), degrees > 0 ? forward : backward);
 }
 
-// How far `there` is from `here` about the axis and along it, degrees: counterclockwise as seen from above,
-// and up.
+// Returns how far `there` is from `here` about the axis and along it, degrees: counterclockwise as seen from
+// above, and up.
 Eigen::Vector2d AboutAxis(const Eigen::Vector3d& up, const Eigen::Vector3d& here,
                           const Eigen::Vector3d& there) {
   const Eigen::Vector3d a = here - up * up.dot(here), b = there - up * up.dot(there);

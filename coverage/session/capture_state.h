@@ -1,5 +1,5 @@
-// The state of a running capture after a frame: all that the operator display, a progress line and a
-// simulated operator know of it. Immutable once published; images and the coverage map are shared, not
+// Defines the state of a running capture after a frame: all that the operator display, a progress line and a
+// simulated operator know of it. It is immutable once published; images and the coverage map are shared, not
 // copied.
 #pragma once
 
@@ -57,7 +57,7 @@ struct CaptureState {
   std::optional<tracking::StartProgress> start;
   std::vector<tracking::VisiblePoint> points;  // found in this frame
 
-  // Of a turntable: up along its axis. The camera stands, and the subject turns.
+  // Set before a turntable, where the subject turns and the camera is fixed: the axis, upwards.
   std::optional<Eigen::Vector3d> table_up_in_world;
   bool without_subject = false;  // posed photographs are recorded, no subject is looked for
   bool finding_subject = false;  // the subject's distance is being found from the middle of the image
@@ -67,12 +67,12 @@ struct CaptureState {
   double rectangle_share = kRectangleShare;     // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
   std::vector<int> view_ids;                    // ascending, in the order of coverage->views()
-  // The last one of this session; null before. Not in view_ids once it has been taken back.
+  // The newest view of this session; null before. It is not in view_ids once it has been taken back.
   std::shared_ptr<const RecordedFrame> newest_view;
   std::filesystem::path light_field;  // its folder, where every other view is or will soon be
   std::optional<double> covered;      // share of the cap; none without one
   // Directions that were covered until poses were corrected or views were taken back, and their share of the
-  // cap (without one, of what was covered): must be taken again.
+  // cap (without one, of what was covered): they must be recorded again.
   std::vector<Eigen::Vector3d> reopened;
   double reopened_share = 0;
   // The error that was measured at frames, by direction; null: nothing is measured.
@@ -83,7 +83,7 @@ struct CaptureState {
   // False: none will come while capturing, because no geometry is made or it has failed.
   bool mesh_may_come = true, errors_may_come = true;
   Guidance guidance;
-  // For the subject as it was placed: disc, distances, views; none before.
+  // The prediction for the subject as it was placed; none before.
   std::optional<CapturePrediction> prediction;
   std::optional<double> views_expected;  // in all, for the cap: before the first view an estimate
 
@@ -107,37 +107,37 @@ struct CaptureState {
 
 using SharedCaptureState = std::shared_ptr<const CaptureState>;
 
-// How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else
-// "5 %" of the distance.
+// Describes how far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is
+// known, else "5 %" of the distance.
 struct LengthToGo {
   enum class Unit { kPercent, kMillimetres, kCentimetres, kMetres };
   double amount = 0;
   Unit unit = Unit::kPercent;
   static LengthToGo Of(const CaptureState& state, double from_distance, double to_distance);
   std::string Text() const;
-  // Of a distance in metres, as the text says it, rounded.
+  // Returns the share that the text's rounded length is of a distance in metres.
   double ShareOf(double distance_m) const;
 };
 
-// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in the
-// camera's axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above.
-// Empty when there is no target, or less than a degree to go, and where pictures are taken already.
+// Returns the way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in
+// the camera's axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above.
+// It is empty when there is no target, or less than a degree to go, and where pictures are taken already.
 std::string WayInWords(const CaptureState& state);
 
-// What the review is drawn over.
+// Says over which surface the review is drawn.
 std::string MeshInWords(const CaptureState& state);
-// Where errors are from, or why there are none.
+// Says where errors are from, or why there are none.
 std::string ErrorsInWords(const CaptureState& state);
 
-// Hands the newest state from the session's thread to the display's. Older states are dropped: what must not
-// be missed is in every later state, too.
+// Hands the newest state from the session's thread to the display's. Older states are dropped, because
+// whatever must not be missed is in every later state, too.
 class CaptureFeed {
  public:
   void Publish(SharedCaptureState state) {
     const MutexLock lock(mutex_);
     if (!closed_) state_ = std::move(state);
   }
-  // The display is gone: drops what is published from now on.
+  // Drops what is published from now on, because the display is gone.
   void Close() {
     const MutexLock lock(mutex_);
     closed_ = true;

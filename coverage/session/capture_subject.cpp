@@ -12,8 +12,8 @@
 namespace ulf::coverage {
 namespace {
 
-// Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
-// than the second is told. Guessed.
+// In radii: a corrected map moves the sphere when it would move or grow by more than the first; more than the
+// second is reported. Guessed.
 constexpr double kSubjectWorthFollowing = 0.01, kSubjectWorthTelling = 0.05;
 // Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these
 // tell where it is should the lens change. Guessed.
@@ -124,7 +124,7 @@ bool SubjectWatch::Moved(double time_s, std::span<const tracking::ExpectedPoint>
 
 void CaptureSubject::Set(const Subject& subject) {
   record_.SetSubject(subject);
-  outlook_.Reset();
+  reporter_.Reset();
   watch_.Reset();
   anchors_.Clear();
   moved_ = false;
@@ -195,8 +195,8 @@ void CaptureSubject::SayFollowed(const Subject& from) const {
                                      100 * record_.subject()->radius / from.radius)));
 }
 
-std::optional<Subject> CaptureSubject::GoOverFrom(const CameraModel& before) {
-  return is_stale_ ? std::nullopt : anchors_.GoOverTo(lens_.live(), before, poses_);
+std::optional<Subject> CaptureSubject::UnderNewLens(const CameraModel& before) {
+  return is_stale_ ? std::nullopt : anchors_.ReplaceLens(lens_.live(), before, poses_);
 }
 
 void CaptureSubject::Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {

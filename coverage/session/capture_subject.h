@@ -1,5 +1,5 @@
-// The subject of a running capture: finds it automatically, places it on request, and detects when it was
-// moved. `say` gets a line for everything that a person should know.
+// Keeps the subject of a running capture: finds it automatically, places it on request, and detects when it
+// was moved. `say` gets a line for everything that a person should know.
 #pragma once
 
 #include <deque>
@@ -23,10 +23,11 @@
 
 namespace ulf::coverage {
 
-// The subject's distance where none is given: the mean depth of the tracked points within `reach` (a share of
-// the image's height) of the picture's middle. (Thesis, section 3.1: "the system initializes its distance
-// with the average depth of feature points".) The nearest and farthest quarter of the points may belong to
-// what stands before or behind the subject and do not count. None with fewer than `fewest` points.
+// Options of DepthNearCenter(), the subject's distance where none is given: the mean depth of the tracked
+// points within `reach` (a share of the image's height) of the picture's middle. (Thesis, section 3.1: "the
+// system initializes its distance with the average depth of feature points".) The nearest and farthest
+// quarter of the points may belong to what stands before or behind the subject and do not count. There is
+// none with fewer than `fewest` points.
 struct MiddleDepthOptions {
   double reach = 0.25;     // guessed; more takes in what stands beside the subject
   std::size_t fewest = 8;  // guessed; fewer are met by chance
@@ -34,12 +35,12 @@ struct MiddleDepthOptions {
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
                                       const CameraModel& camera, const MiddleDepthOptions& options = {});
 
-// The depth at which the optical axis passes nearest to the line that stands upright on a board at `foot`,
-// metres in the board's frame (z into the sheet). None where it looks along the line, or the line is behind
-// the camera.
+// Returns the depth at which the optical axis passes nearest to the line that stands upright on a board at
+// `foot`, metres in the board's frame (z into the sheet). Returns none where it looks along the line, or the
+// line is behind the camera.
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board);
 
-// What is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
+// Returns what is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
 std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world,
                       FrameSource source);
 
@@ -51,7 +52,7 @@ std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_f
 // missing. Points inside the subject's sphere are compared with all others.
 class SubjectWatch {
  public:
-  // After every tracked frame.
+  // Call it after every tracked frame; returns whether the subject was moved.
   bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
   void Reset();
 
@@ -61,7 +62,8 @@ class SubjectWatch {
     double expected_on = 0, found_on = 0;  // on the subject
     double expected_off = 0, found_off = 0;
   };
-  // On the subject against off it; none where too few points are expected.
+  // Returns the share of points found on the subject over that off it; none where too few points are
+  // expected.
   std::optional<double> ShareFound() const;
 
   std::deque<Tally> frames_;
@@ -75,42 +77,43 @@ class CaptureSubject {
     double size = kSubjectSize;                // the sphere's image, share of the image's width
     double rectangle_share = kRectangleShare;  // no larger
     int stable_frames = kStableFrames;         // tracked in a row before it is found by itself
-    // Set: it stands on a board, whose frame is the world, above this point of it.
+    // Set: the subject stands above this point of a board, whose frame is the world.
     std::optional<Eigen::Vector3d> stands_on = {};
     FrameSource source = FrameSource::kCamera;
   };
-  CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,
+  CaptureSubject(CaptureRecord& record, PreflightReporter& reporter, const tracking::PoseSource& poses,
                  const CaptureLens& lens, const Options& options, std::function<void(const std::string&)> say)
       : record_(record),
-        outlook_(outlook),
+        reporter_(reporter),
         poses_(poses),
         lens_(lens),
         options_(options),
         say_(std::move(say)) {}
 
   void Set(const Subject& subject);
-  // After every frame: finds the subject while there is none. Also again where the tracker has begun a new
-  // map before the first view: nothing keeps its place in the old one.
+  // Call it after every frame: finds the subject while there is none, and again when the tracker has begun a
+  // new map before the first view, because the old map's places are void.
   void FindFirst(const tracking::Track& track);
-  // The frame of this track has become a view.
+  // Call it when the frame of this track has become a view.
   void RecordedFrom(const tracking::Track& track);
-  // Where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
+  // Returns where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
   std::optional<Subject> Followed() const;
   void SayFollowed(const Subject& from) const;
-  // Where it is under the lens in use, which took the place of `before`: where it was in the pictures. None:
-  // there is no sphere that could follow.
-  std::optional<Subject> GoOverFrom(const CameraModel& before);
-  // On request, with the camera at its last known pose. Reports why when the request is refused.
+  // Returns where the subject is under the lens in use, which replaced `before`: where the pictures show it.
+  // Returns none when no sphere could follow.
+  std::optional<Subject> UnderNewLens(const CameraModel& before);
+  // Answer requests, with the camera at its last known pose. They report why a request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
   void Watch(const tracking::Track& track, double time_s);
-  // The sphere stands in a map that is gone: nothing may be recorded on it, until the subject is found again
-  // or placed.
+  // Returns whether the sphere stands in a map that is gone: nothing may be recorded on it until the subject
+  // is found again or placed.
   bool IsStale() const { return is_stale_; }
-  // There is a sphere, in the tracker's map of now.
+  // Returns whether there is a sphere in the tracker's present map.
   bool IsPlaced() const { return record_.map() && !is_stale_; }
   bool Moved() const { return moved_; }
-  // A depth was found in the middle of the picture, but tracking is not stable for long enough yet.
+  // Returns whether a depth was found in the middle of the picture, but tracking is not stable for long
+  // enough yet.
   bool Finding() const { return finding_; }
   bool IsFoundAutomatically() const { return found_; }
 
@@ -119,7 +122,7 @@ class CaptureSubject {
   void Move(const Subject& subject);
 
   CaptureRecord& record_;
-  CaptureOutlook& outlook_;
+  PreflightReporter& reporter_;
   const tracking::PoseSource& poses_;
   const CaptureLens& lens_;
   const Options options_;

@@ -1,4 +1,4 @@
-// What a capture has come to (capture_session.h).
+// Defines the result of a capture (capture_session.h).
 #pragma once
 
 #include <array>
@@ -52,15 +52,14 @@ struct CaptureSummary {
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
   std::uint64_t pauses = 0;                     // of the recording, for the disk
   double paused_s = 0;
-  // When the disk filled up or failed: accepted frames that are lost, and accepted frames that were written
-  // to these folders instead of the light field.
+  // Accepted frames that are lost because the disk filled up or failed, and those written to these folders
+  // instead of the light field.
   std::uint64_t unwritten = 0;
   std::map<std::filesystem::path, std::size_t> set_aside;
-  // What the tracker's map says about the focal length, and about the shutter; none: global as far as is
-  // known.
+  // The map's evidence about the lens, and about the shutter (none: global as far as is known).
   std::optional<tracking::CalibrationCheck> calibration;
   std::optional<tracking::Readout> rolling_shutter;
-  // That took the given one's place, in the light field as well; none: the given one stayed.
+  // The lens that replaced the given one, in the light field as well; none: the given one stayed.
   std::optional<tracking::RefinedLens> refined_lens;
   std::optional<Subject> subject;
   bool subject_was_found = false;                      // by the capture itself, not given

@@ -28,8 +28,8 @@ constexpr int kDetailPart_px = 32, kDetailLeastEdges = 3;
 // Weaker edges of a part, as a share of its strongest, belong to what lies behind it.
 constexpr double kDetailStrongShare = 0.5;
 // Share of all edges (by their strength) that the sharpest parts hold, the last of which is the result: more
-// finds a thin sharp thing before a blurred background out of focus, less takes chance for sharpness.
-// Measured as above, with 0.1 to 0.2.
+// finds a thin sharp thing before a blurred background out of focus, less takes chance for sharpness. Values
+// of 0.1 to 0.2 were measured as in the header.
 constexpr double kDetailSharpest = 0.1;
 
 struct PicturePart {
@@ -44,7 +44,6 @@ struct DetailPair {
   double least_coarse = 0;
 };
 
-// The finest octave and the next one.
 DetailPair Octaves(const cv::Mat& grey) {
   cv::Mat smooth, smoother, fine;
   cv::GaussianBlur(grey, smooth, {0, 0}, 1);
@@ -55,8 +54,8 @@ DetailPair Octaves(const cv::Mat& grey) {
   return {fine, cv::abs(smooth - smoother), kDetailLeastTexture};
 }
 
-// How steep edges are after a little smoothing and after more: of a step, as many times as steep as it was
-// smoothed less. Of edges that are blurred by more than both, as steep.
+// Returns how steep edges are after a little smoothing and after more: of a step, as many times as steep as
+// it was smoothed less. For edges that are blurred by more than both, the two are equal.
 DetailPair Slopes(const cv::Mat& grey) {
   constexpr double kLess = 1, kMore = 2.5;  // pixels
   const auto slope = [&](double sigma) {
@@ -109,7 +108,7 @@ std::optional<double> SharpestParts(const DetailPair& detail, const cv::Mat& ins
   return sharpness(*last);
 }
 
-// Where the subject is while nobody has placed it.
+// Returns where the subject is while nobody has placed it.
 std::vector<Eigen::Vector2d> Middle(const Image& image) {
   const double width = image.width(), height = image.height();
   return {{0.25 * width, 0.25 * height},
@@ -158,9 +157,9 @@ std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::
   return slopes;
 }
 
-const PictureFinding& LightAndFocusCheck::After(double time_s, const Image& image, const CameraModel& camera,
-                                                const std::optional<Rigid3>& cam_from_world,
-                                                const std::optional<Subject>& subject) {
+const PictureFinding& LightAndFocusCheck::Update(double time_s, const Image& image, const CameraModel& camera,
+                                                 const std::optional<Rigid3>& cam_from_world,
+                                                 const std::optional<Subject>& subject) {
   if (image.empty()) return finding_;
   if (!looked_.empty() && time_s >= looked_.back().time_s &&
       time_s - looked_.back().time_s < options_.every_s)

@@ -1,18 +1,18 @@
-// Before the first view: whether the pictures are bright enough and in focus, by the live frames themselves.
+// Checks before the first view whether the live frames are bright enough and in focus.
 //
 // A picture is out of focus when its finest detail is missing while coarser detail is there: half its size,
 // the finest octave (what a Gaussian of one pixel takes away) is compared with the next one at the same
 // edges. Each part of the subject's image is judged for itself and the sharpest parts decide: what stands
 // before or behind the plane of focus is rightly blurred, and a smooth thing is sharp at its outline alone.
-// Measured in the middle of photographs by others, ten sets, 480 to 1536 pixels wide, up to 66 of each: 1.1
-// to 3.4 as they are; blurred by a Gaussian of three pixels, medians of 0.64 to 0.69, and in every set nine
-// of ten are at most 0.80.
+// The ratio was measured in the middle of photographs of ten public sets, 480 to 1536 pixels wide, up to 66
+// of each: it is 1.1 to 3.4; after a Gaussian blur of three pixels medians are 0.64 to 0.69, and in every set
+// nine of ten are at most 0.80.
 //
-// A lens far out of focus makes of each point a disc, whose rim looks like fine detail, and whose edges are
-// found at half the size alone, where they look sharper. So edges' slopes are looked at, too: how steep they
-// are after little smoothing against more, which falls with the width of the blur, whatever its shape. The
-// lower of the two counts. In the middle of four sets by others, over 300 pictures, 0.80 to 1.4 as they are;
-// the simulator's scenes 1.3 to 1.5, 0.7 to 0.76 with a disc of eight pixels' radius
+// A lens far out of focus images each point as a disc, whose rim looks like fine detail, and whose edges are
+// found at half the size alone, where they look sharper. So the slopes of edges are compared, too: their
+// steepness after little smoothing over that after more falls with the width of the blur, whatever its shape.
+// The lower of the two counts. In the middle of over 300 pictures of four public sets it is 0.80 to 1.4; in
+// the simulator's scenes 1.3 to 1.5, and 0.7 to 0.76 with a disc of eight pixels' radius
 // (docs/capture.md#mistakes).
 #pragma once
 
@@ -30,8 +30,8 @@
 
 namespace ulf::coverage {
 
-// The finest octave against the next one, or the slopes of edges if that is less, at the edges inside a
-// polygon, of its sharpest parts. None: too few edges to tell.
+// Returns the finest octave against the next one, or the slopes of edges if that is less, at the edges inside
+// a polygon, of its sharpest parts. Returns none when there are too few edges.
 std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::Vector2d>& outline);
 
 struct PictureFinding {
@@ -50,9 +50,9 @@ class LightAndFocusCheck {
   explicit LightAndFocusCheck(const Options& options) : options_(options) {}
 
   // `subject` and its camera pose: none while they are not known.
-  const PictureFinding& After(double time_s, const Image& image, const CameraModel& camera,
-                              const std::optional<Rigid3>& cam_from_world,
-                              const std::optional<Subject>& subject);
+  const PictureFinding& Update(double time_s, const Image& image, const CameraModel& camera,
+                               const std::optional<Rigid3>& cam_from_world,
+                               const std::optional<Subject>& subject);
 
  private:
   struct Looked {

@@ -11,7 +11,10 @@
 namespace ulf::coverage {
 namespace {
 
-// What is the matter and, where a camera is in the hand, what to do.
+// Names of items that Check() treats apart.
+constexpr const char *kCalibration = "calibration", *kTracking = "tracking";
+
+// Returns what is the matter and, where a camera is in the hand, what to do.
 std::string AndToDo(FrameSource source, const std::string& finding, const std::string& to_do) {
   return IsTaken(source) ? finding : finding + to_do;
 }
@@ -32,7 +35,7 @@ PreflightItem Automatic(FrameSource source, const char* name, const std::optiona
           .holds_start = false};
 }
 
-// What the pictures show of a mistake; none: nothing.
+// Returns what the pictures show of a mistake; none: nothing.
 std::optional<PreflightItem> Noticed(const PreflightInput& input, Mistake mistake, const char* name) {
   const auto noticed = std::ranges::find(input.mistakes, mistake, &NoticedMistake::mistake);
   if (noticed == input.mistakes.end()) return std::nullopt;
@@ -100,7 +103,7 @@ PreflightItem Focus(const PreflightInput& input) {
 
 // A warning at most: ulf refine --intrinsics finds the lens of what was recorded.
 PreflightItem Calibration(const PreflightInput& input) {
-  PreflightItem item{.name = "calibration", .in_order = input.calibrated, .words = {}, .holds_start = false};
+  PreflightItem item{.name = kCalibration, .in_order = input.calibrated, .words = {}, .holds_start = false};
   if (input.lens_found) {
     item.in_order = true;
     item.words = "found from the images: " + input.lens_found->Text();
@@ -161,8 +164,8 @@ void AddLink(const std::vector<acquisition::LinkFact>& facts, std::vector<Prefli
                        .words = fmt::format("{}: {}", fact.value, fact.advice),
                        .holds_start = false});
   if (items.size() > before) return;
-  const auto rate =
-      std::find_if(facts.begin(), facts.end(), [](const auto& fact) { return fact.name == "rate"; });
+  const auto rate = std::find_if(facts.begin(), facts.end(),
+                                 [](const auto& fact) { return fact.name == acquisition::kRateFact; });
   items.push_back({"link", true, rate == facts.end() ? facts.front().value : rate->value});
 }
 
@@ -183,15 +186,15 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
     if (const auto doubt = ThresholdWarning(*input.prediction, input.cap, input.source))
       items.push_back({.name = "views", .in_order = false, .words = *doubt, .holds_start = false});
   if (!input.has_pose) {
-    items.push_back({"tracking", false, "the camera's pose is not known: see the message about tracking"});
+    items.push_back({kTracking, false, "the camera's pose is not known: see the message about tracking"});
     return items;
   }
   if (!input.pose_error_px) {
-    items.push_back({"tracking", true, input.prediction ? "poses are given" : "the camera's pose is known"});
+    items.push_back({kTracking, true, input.prediction ? "poses are given" : "the camera's pose is known"});
     return items;
   }
   const bool healthy = *input.pose_error_px <= input.limits.max_pose_error_px;
-  items.push_back({"tracking", healthy,
+  items.push_back({kTracking, healthy,
                    AndToDo(input.source,
                            fmt::format("pose error moves the subject by {:.2g} px (limit {:g} px)",
                                        *input.pose_error_px, input.limits.max_pose_error_px),
@@ -207,20 +210,20 @@ std::string HoldsInWords(const std::vector<PreflightItem>& items) {
   return words;
 }
 
-void CaptureOutlook::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
-                            bool metric, FrameSource source) {
+void PreflightReporter::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
+                               bool metric, FrameSource source) {
   prediction_ = Predict(setup, cap, until_share);
   until_share_ = until_share;
   if (prediction_) say_(InWords(*prediction_, setup.threshold_px, metric, source));
 }
 
-void CaptureOutlook::Check(PreflightInput input) {
+void PreflightReporter::Check(PreflightInput input) {
   input.prediction = prediction_;
   preflight_ = Preflight(input);
   const bool may_be_tracked = prediction_ || input.without_subject;
   for (const PreflightItem& item : preflight_) {
-    const bool said_elsewhere = (item.name == "tracking" && !may_be_tracked) ||
-                                (item.name == "calibration" && input.lens_contradicted);
+    const bool said_elsewhere =
+        (item.name == kTracking && !may_be_tracked) || (item.name == kCalibration && input.lens_contradicted);
     if (item.in_order != false || said_elsewhere) continue;
     if (said_.insert(item.name).second)
       say_(
@@ -228,7 +231,7 @@ void CaptureOutlook::Check(PreflightInput input) {
   }
 }
 
-std::optional<double> CaptureOutlook::ViewsExpected(std::size_t recorded, const CoverageMap* map) const {
+std::optional<double> PreflightReporter::ViewsExpected(std::size_t recorded, const CoverageMap* map) const {
   if (!prediction_ || !prediction_->views || !map) return std::nullopt;
   return static_cast<double>(recorded) +
          std::max(0.0, 1 - map->CoveredShare() / until_share_) * prediction_->views->usual;

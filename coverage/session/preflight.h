@@ -1,5 +1,4 @@
-// Before the first view: what to expect, and the checks with what each found and, where it failed, what to
-// do.
+// Checks a capture before its first view: each item has a finding and, where it failed, what to do.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +25,8 @@ struct PreflightItem {
   std::string name;
   std::optional<bool> in_order;  // none: unknown
   std::string words;             // the finding and, where it is not in order, what to do
-  // Not in order: the views would be worth nothing, so that recording does not begin. Else a warning.
+  // True: when the item is not in order the views would be worthless, so that recording does not begin;
+  // false: a warning.
   bool holds_start = true;
 };
 
@@ -49,7 +49,7 @@ struct PreflightInput {
   std::vector<acquisition::LinkFact> link = {};  // empty: the camera has none
   std::vector<NoticedMistake> mistakes = {};     // so far
   bool has_pose = true;                          // of the present frame
-  // Of a view taken now (view_decision.h); none: the pose is given.
+  // The pose error of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;
   DecisionLimits limits = {};
   double useless_clipped_share = 0.9;  // more of the subject clipped holds the start. Guessed.
@@ -59,29 +59,28 @@ struct PreflightInput {
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);
 
-// What holds the start: "light: too dark ...; disk: ...". Empty: nothing.
+// Returns what holds the start: "light: too dark ...; disk: ...". It is empty when nothing does.
 std::string HoldsInWords(const std::vector<PreflightItem>& items);
 
-// What a capture reports before the session's first view, once each: how many views to expect, and which
-// checks fail.
-class CaptureOutlook {
+// Reports before the session's first view, once each, how many views to expect and which checks fail.
+class PreflightReporter {
  public:
-  explicit CaptureOutlook(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
+  explicit PreflightReporter(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
 
-  // For another subject: the prediction is due again.
+  // Makes the prediction due again, for another subject.
   void Reset() { prediction_.reset(); }
-  // True until Expect(), which needs the subject and its distance.
+  // Returns true until Expect(), which needs the subject and its distance.
   bool IsDue() const { return !prediction_; }
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric,
               FrameSource source);
-  // While the session has recorded no view. `input` without its prediction. Reports each failed check the
-  // first time; tracking only once a prediction is there: before, it is said why there is no pose. A lens
-  // that images contradict is reported by whoever found that.
+  // Call it while the session has recorded no view, with `input` without its prediction. Reports each failed
+  // check the first time, tracking only after the prediction: before, others report why there is no pose. A
+  // lens that images contradict is reported by others, too.
   void Check(PreflightInput input);
   const std::vector<PreflightItem>& preflight() const { return preflight_; }
   const std::optional<CapturePrediction>& prediction() const { return prediction_; }
-  // The views that are recorded, and those that the open part of the cap will take. None without a
-  // prediction, a cap or a map.
+  // Returns the views that are recorded, and those that the open part of the cap will take. Returns none
+  // without a prediction, a cap or a map.
   std::optional<double> ViewsExpected(std::size_t recorded, const CoverageMap* map) const;
 
  private:

@@ -30,7 +30,7 @@ bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const 
   acquisition::RepeatedEvents repeated;
   while (std::chrono::steady_clock::now() < until && !stop()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
-    for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
+    for (const std::string& line : repeated.Update(device.TakeEvents(), EpochSeconds()))
       fmt::print(stderr, "{}\n", line);
     if (!frame) acquisition::RequireLiveFrames(device);
     if (!frame && acquisition::IsOver(device.State())) break;
@@ -66,7 +66,7 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
   std::size_t lost = 0;
   std::string problem;
   for (const Frame& photograph : photographs) {
-    const auto folder = KeepAnywhere(writer, dir, photograph, problem);
+    const auto folder = SavePhotograph(writer, dir, photograph, problem);
     ++(folder ? kept_in[*folder] : lost);
   }
   for (const auto& [folder, count] : kept_in)
@@ -126,7 +126,7 @@ tracking::ReadoutArgs ReadoutOf(const SessionArgs& args, const LightField* resum
   const ShutterReadout& known = *resumed->readout;
   const double known_ms = 1000 * known.readout_s;
   if (readout.readout_s) {
-    // As much as the tracker takes for a change, or five deviations of the measured one.
+    // The limit is what the tracker takes for a change, or five deviations of the measured readout.
     const double apart_s = std::abs(*readout.readout_s - known.readout_s);
     if (apart_s >
         std::max(tracking::kSettledReadoutShare * std::abs(known.readout_s), 5 * known.sigma_s.value_or(0)))
@@ -207,8 +207,9 @@ bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& 
                           [&](const View& view) { return resumed->CameraOf(view) != prepared.camera; }))
     options->lens = tracking::LensUse::kFixed;
   options->calibration_source = lenses.live.calibration_source;
+  options->lens_origin = lenses.live_origin;
   if (!options->calibration_source.empty())
-    options->calibrated = acquisition::IsCalibration(options->calibration_source);
+    options->calibrated = options->lens_origin == acquisition::LensOrigin::kMeasured;
   recording.camera = prepared.camera;
   recording.flat_field = lenses.live.flat_field;
   recording.color_profile = lenses.live.color_profile;
@@ -261,7 +262,7 @@ bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& 
     header.coverage_width_px = options->coverage_width_px;
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }
-  if (lenses.is_new) GoOnUnder(lenses.recorded, *prepared.writer);
+  if (lenses.is_new) AddCameraInUse(lenses.recorded, *prepared.writer);
   if (options->turntable) {
     prepared.writer->SetTurntable({options->turntable->kind == tracking::MarkerSpec::Kind::kBoard
                                        ? options->turntable->board.Text()

@@ -1,6 +1,5 @@
-// From a device, a lens, a source of poses and a folder to a capture that can run (capture_session.h): they
-// fit together, or there is a refusal and nothing was written. Keeps photographs that a camera takes before
-// there is a light field.
+// Prepares a capture (capture_session.h) from a device, a lens, a source of poses and a folder. Where these
+// do not fit together it refuses and writes nothing but the photographs that a camera took before.
 #pragma once
 
 #include <filesystem>
@@ -40,14 +39,14 @@ struct SessionArgs {
 };
 
 // Takes frames from a started device up to its first complete live frame, which is the last of `taken`;
-// photographs that are released on the body meanwhile come before it. False when a stop was asked for first.
-// Throws Error when no live frame comes; `taken` then holds the photographs.
+// photographs that are released on the body meanwhile come before it. Returns false when a stop was asked for
+// first. Throws Error when no live frame comes; `taken` then holds the photographs.
 bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
                      std::vector<Frame>& taken);
 
-// A capture that could not begin has photographs in hand: they, and those on their way, go to the light
-// field's unposed/ where there is one (`writer`), else beside `dir` (kept_photographs.h). Says where on
-// stderr, and what could not be kept. Stops the device.
+// Keeps the photographs of a capture that could not begin, and those still to be downloaded, in the light
+// field's unposed/ where there is one (`writer`), else beside `dir` (kept_photographs.h). Reports on stderr
+// where they are and what could not be kept. Stops the device.
 void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
                      const std::filesystem::path& dir);
 
@@ -60,9 +59,9 @@ struct PreparedCapture {
   std::unique_ptr<LightFieldWriter> writer;
 };
 
-// False when a stop was asked for before the first frame: then nothing has been written. Photographs that
-// came before it, or before a refusal, are kept (KeepPhotographs). `options` is completed by what device and
-// folder say. Throws Refusal for what does not fit together, Error for what cannot be opened, read or
+// Returns false when a stop was asked for before the first frame: then nothing has been written. Photographs
+// that came before it, or before a refusal, are kept (KeepPhotographs). `options` is completed by what device
+// and folder say. Throws Refusal for what does not fit together, Error for what cannot be opened, read or
 // written.
 bool PrepareCapture(const SessionArgs& args, CaptureOptions* options, PreparedCapture& prepared);
 

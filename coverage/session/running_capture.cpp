@@ -42,8 +42,8 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
                .lens_may_change = options.lens == tracking::LensUse::kRefine,
                .source = source_},
               say_),
-      outlook_(say_),
-      subject_(record_, outlook_, poses_, lens_,
+      reporter_(say_),
+      subject_(record_, reporter_, poses_, lens_,
                {.size = options.subject_size,
                 .rectangle_share = options.limits.rectangle_share,
                 .stable_frames = options.stable_frames,
@@ -69,28 +69,28 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
 }
 
 void RunningCapture::AnnouncePrediction() {
-  if (!record_.map() || !outlook_.IsDue() || !latest_.track.cam_from_world) return;
+  if (!record_.map() || !reporter_.IsDue() || !latest_.track.cam_from_world) return;
   const Subject& subject = record_.map()->subject();
   const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
-  outlook_.Expect(
+  reporter_.Expect(
       SetupAt(lens_.recorded(), options_.coverage_width_px, subject, distance, options_.threshold_px),
       options_.cap, options_.until_share, poses_.IsMetric(), source_);
 }
 
-// Before anything else looks at a frame: what knows poses by another lens must not meet poses by this one.
+// Runs before anything else uses a frame: poses under another lens must not mix with poses under this one.
 void RunningCapture::FollowLens(const tracking::Track& track) {
-  if (const auto before = lens_.After(track, poses_)) GoOverToLensFrom(*before, false);
+  if (const auto before = lens_.Update(track, poses_)) ReplaceLens(*before, false);
   // What is replaced before the next frame needs no warning.
   if (!lens_.contradicted() || lens_doubted_ || options_.lens == tracking::LensUse::kRefine) return;
   lens_doubted_ = true;
   Say(lens_.contradicted()->Advice(source_));
 }
 
-void RunningCapture::GoOverToLensFrom(const CameraModel& before, bool last) {
+void RunningCapture::ReplaceLens(const CameraModel& before, bool last) {
   const auto covered = [this] { return record_.map() && options_.cap ? record_.map()->CoveredShare() : 0; };
   const double covered_before = covered();
-  record_.GoOverToLens(before, poses_, last, subject_.GoOverFrom(before));
-  outlook_.Reset();
+  record_.ReplaceLens(before, poses_, last, subject_.UnderNewLens(before));
+  reporter_.Reset();
   const tracking::RefinedLens& found = *lens_.found();
   const std::size_t views = record_.views().size();
   // The second time it is the same lens, known a little better.
@@ -117,8 +117,8 @@ void RunningCapture::NoteZoom(const tracking::Track& track) {
 void RunningCapture::LookForMistakes(const Frame& frame) {
   if (frame.asked_stops) return;  // another exposure on purpose
   picture_ =
-      light_and_focus_.After(frame.device_time_s, frame.image, lens_.live(), latest_.track.cam_from_world,
-                             subject_.IsPlaced() ? record_.subject() : std::nullopt);
+      light_and_focus_.Update(frame.device_time_s, frame.image, lens_.live(), latest_.track.cam_from_world,
+                              subject_.IsPlaced() ? record_.subject() : std::nullopt);
   MistakeSigns signs{.held = device_.Held(),
                      .fine_detail = picture_.fine_detail,
                      .badly_exposed = picture_.light && IsBadlyExposed(*picture_.light, options_.limits),
@@ -130,7 +130,7 @@ void RunningCapture::LookForMistakes(const Frame& frame) {
     shutter_asked_s_ = frame.device_time_s;
     signs.rolling_shutter = poses_.Statistics().rolling_shutter;
   }
-  for (const NoticedMistake& noticed : mistakes_.After(frame, signs)) {
+  for (const NoticedMistake& noticed : mistakes_.Update(frame, signs)) {
     const bool said_elsewhere = noticed.mistake == Mistake::kWrongLens ||
                                 (noticed.mistake != Mistake::kRollingShutter && AwaitsFirstView());
     if (!said_elsewhere) Say(noticed.InWords());
@@ -143,26 +143,26 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
     return static_cast<double>(camera.width) * static_cast<double>(camera.height);
   };
   const double view_per_frame = pixels(lens_.recorded()) / pixels(lens_.live());
-  outlook_.Check({.source = source_,
-                  .resumed = !record_.views().empty(),
-                  .calibrated = options_.calibrated,
-                  .calibration_source = options_.calibration_source,
-                  .lens_is_sought = options_.lens == tracking::LensUse::kRefine,
-                  .lens_found = lens_.found(),
-                  .lens_contradicted = lens_.contradicted(),
-                  .held = device_.Held(),
-                  .picture = picture_,
-                  .prediction = {},
-                  .cap = options_.cap,
-                  .without_subject = options_.without_subject.has_value(),
-                  .bytes_per_view = static_cast<std::uint64_t>(
-                      view_per_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
-                  .disk_left_bytes = meters_.DiskLeftBytes(root_),
-                  .link = meters_.Link(device_),
-                  .mistakes = mistakes_.noticed(),
-                  .has_pose = latest_.track.cam_from_world.has_value(),
-                  .pose_error_px = PoseErrorNow(),
-                  .limits = options_.limits});
+  reporter_.Check({.source = source_,
+                   .resumed = !record_.views().empty(),
+                   .calibrated = options_.calibrated,
+                   .calibration_source = options_.calibration_source,
+                   .lens_is_sought = options_.lens == tracking::LensUse::kRefine,
+                   .lens_found = lens_.found(),
+                   .lens_contradicted = lens_.contradicted(),
+                   .held = device_.Held(),
+                   .picture = picture_,
+                   .prediction = {},
+                   .cap = options_.cap,
+                   .without_subject = options_.without_subject.has_value(),
+                   .bytes_per_view = static_cast<std::uint64_t>(
+                       view_per_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
+                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
+                   .link = meters_.Link(device_),
+                   .mistakes = mistakes_.noticed(),
+                   .has_pose = latest_.track.cam_from_world.has_value(),
+                   .pose_error_px = PoseErrorNow(),
+                   .limits = options_.limits});
 }
 
 std::optional<double> RunningCapture::PoseErrorNow() const {
@@ -185,8 +185,8 @@ tracking::Track RunningCapture::TrackToRecord(const tracking::Track& track) cons
 void RunningCapture::UpdateCapWatch(const tracking::Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
   const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
-  const auto report = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
-                                       would_record && recorder_.IsRecording());
+  const auto report = cap_watch_.Update(*record_.map(), track.cam_from_world->OriginInSource(),
+                                        would_record && recorder_.IsRecording());
   if (report) Say(*report);
 }
 
@@ -199,7 +199,7 @@ void RunningCapture::Say(const std::string& text) {
 
 void RunningCapture::TakeEvents() {
   const std::vector<acquisition::DeviceEvent> events = device_.TakeEvents();
-  for (const std::string& line : repeated_.After(events, EpochSeconds())) Say(line);
+  for (const std::string& line : repeated_.Update(events, EpochSeconds())) Say(line);
   for (const acquisition::DeviceEvent& event : events) {
     ++summary_.events[Name(event.kind)];
     if (event.kind == acquisition::DeviceEventKind::kFaulted && meters_.last_time_s())
@@ -207,7 +207,7 @@ void RunningCapture::TakeEvents() {
   }
 }
 
-// False when the disk is behind.
+// Returns false when the disk is behind.
 bool RunningCapture::CorrectPoses(bool last) {
   const std::optional<Subject> before = record_.subject(), followed = subject_.Followed();
   if (!record_.CorrectPoses(poses_, last, followed)) return false;
@@ -219,7 +219,7 @@ void RunningCapture::ProposeSubject() {
   if (!record_.map() || !latest_.track.cam_from_world) return;
   const Subject& subject = *record_.subject();
   const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
-  if (const auto proposal = proposer_.After(record_.mesh(), subject, distance))
+  if (const auto proposal = proposer_.Update(record_.mesh(), subject, distance))
     Say(InWords(*proposal, subject));
 }
 
@@ -278,9 +278,9 @@ SharedCaptureState RunningCapture::State() {
   state->without_subject = options_.without_subject.has_value();
   state->finding_subject = subject_.Finding();
   DescribeRecord(*state);
-  state->prediction = outlook_.prediction();
-  state->preflight = outlook_.preflight();
-  state->views_expected = outlook_.ViewsExpected(state->view_ids.size(), state->coverage.get());
+  state->prediction = reporter_.prediction();
+  state->preflight = reporter_.preflight();
+  state->views_expected = reporter_.ViewsExpected(state->view_ids.size(), state->coverage.get());
   state->mistakes = mistakes_.noticed();
   state->seconds = meters_.DeviceSeconds();
   if (proposer_.proposal()) state->proposed_subject = proposer_.proposal()->subject;

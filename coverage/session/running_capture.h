@@ -1,6 +1,6 @@
-// The loop of a capture: private to capture_session.cpp, which takes the frames, running_capture.cpp, which
-// follows the tracker and tells the state, and capture_answers.cpp, which does what is asked between two
-// frames.
+// Runs the loop of a capture. It is private to capture_session.cpp, which takes the frames,
+// running_capture.cpp, which updates after the tracker and makes the state, and capture_answers.cpp, which
+// answers requests.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ class RunningCapture {
   CaptureSummary Run();
 
  private:
-  // The latest frame that got as far as a decision, and what became of it.
+  // The latest frame about which a decision was made, and the decision.
   struct LatestFrame {
     Image live;
     tracking::Track track;
@@ -53,9 +53,9 @@ class RunningCapture {
 
   void AnnouncePrediction();
   void FollowLens(const tracking::Track& track);
-  void GoOverToLensFrom(const CameraModel& before, bool last);
+  void ReplaceLens(const CameraModel& before, bool last);
   void NoteZoom(const tracking::Track& track);
-  // A resumed session awaits its own.
+  // A resumed session, too, awaits a first view of its own.
   bool AwaitsFirstView() const { return record_.views().empty() || !recorder_.newest_view(); }
   void UpdatePreflight(const Frame& frame);
   void LookForMistakes(const Frame& frame);
@@ -97,7 +97,7 @@ class RunningCapture {
   const std::filesystem::path root_;
   const std::function<void(const std::string&)> say_ = [this](const std::string& text) { Say(text); };
   CaptureRecord record_;
-  CaptureOutlook outlook_;
+  PreflightReporter reporter_;
   CaptureSubject subject_;
   acquisition::RepeatedEvents repeated_;
   CaptureGaps gaps_;

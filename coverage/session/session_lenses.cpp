@@ -42,7 +42,7 @@ NewCamera Resolved(const acquisition::ResolvedCalibration& calibration) {
   return {calibration.camera, calibration.flat_field, calibration.color_profile, calibration.source};
 }
 
-// How two lenses differ, for people.
+// Returns how two lenses differ, for people.
 std::string LensInWords(const NewCamera& now, const NewCamera& before) {
   const double focal_px = now.camera.MeanFocalPx(), focal_before_px = before.camera.MeanFocalPx();
   const std::string text = fmt::format("{:.1f}", focal_px),
@@ -58,14 +58,14 @@ bool IsSameLens(const NewCamera& given, const NewCamera& in_use) {
          (!given.color_profile || given.color_profile == in_use.color_profile);
 }
 
-// The lens in use before it was corrected (`ulf refine`, or LensUse::kRefine).
+// Returns the lens in use before it was corrected (`ulf refine`, or LensUse::kRefine).
 NewCamera AsNoted(const LightFieldWriter& writer) {
   NewCamera camera = CameraInUse(writer);
   camera.camera = writer.CameraAsNoted();
   return camera;
 }
 
-// Whether the lens that was named for a session is another one than the light field has.
+// Returns whether the lens that was named for a session is another one than the light field has.
 bool IsNew(const NewCamera& given, const LightFieldWriter& writer) {
   const NewCamera in_use = CameraInUse(writer);
   if (IsSameLens(given, in_use)) return false;
@@ -76,7 +76,7 @@ bool IsNew(const NewCamera& given, const LightFieldWriter& writer) {
 }
 
 // The calibration that earlier sessions took without being told may have been made anew.
-void SayIfTheStoredLensIsAnother(const acquisition::Device& device, const LightFieldWriter& writer) {
+void WarnOfOtherStoredLens(const acquisition::Device& device, const LightFieldWriter& writer) {
   const NewCamera in_use = CameraInUse(writer);
   try {
     const auto stored =
@@ -113,18 +113,20 @@ SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first
   if (resumed && !stills) UseCameraOfSize(first, *resumed);
   if (resumed && !stills && !is_named) {
     RequireSameWindow(resumed->Contents().root.string(), resumed->Contents().window, device.Window());
-    SayIfTheStoredLensIsAnother(device, *resumed);
+    WarnOfOtherStoredLens(device, *resumed);
     lenses.live = lenses.recorded = CameraInUse(*resumed);
+    lenses.live_origin = acquisition::OriginOfSource(lenses.live.calibration_source);
     return lenses;
   }
   const acquisition::ResolvedCalibration of_live =
       acquisition::ResolveCalibration(device, live, first.image.width(), first.image.height());
-  if (resumed && given.focal_px && of_live.source != acquisition::kFocalLengthGiven)
+  if (resumed && given.focal_px && of_live.origin != acquisition::LensOrigin::kGiven)
     throw Refusal(
         Parameter("focal_px"), fmt::format("{:g}", *given.focal_px),
         fmt::format("the camera's intrinsics are known ({}) and come first", of_live.source),
         fmt::format("leave it out, or give another lens on purpose ({} FILE)", Parameter("calibration")));
   lenses.live = Resolved(of_live);
+  lenses.live_origin = of_live.origin;
   if (!stills)
     lenses.recorded = lenses.live;
   else if (resumed && !is_named)
@@ -135,11 +137,13 @@ SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first
   lenses.is_new = IsNew(lenses.recorded, *resumed);
   if (lenses.is_new) return lenses;
   lenses.recorded = CameraInUse(*resumed);
-  if (!stills) lenses.live = lenses.recorded;
+  if (stills) return lenses;
+  lenses.live = lenses.recorded;
+  lenses.live_origin = acquisition::OriginOfSource(lenses.live.calibration_source);
   return lenses;
 }
 
-void GoOnUnder(const NewCamera& camera, LightFieldWriter& writer) {
+void AddCameraInUse(const NewCamera& camera, LightFieldWriter& writer) {
   const std::string difference = LensInWords(camera, CameraInUse(writer));
   const int number = writer.AddCamera(camera) + 1;
   spdlog::info("the views from {} on have {}: {} ({})", writer.NextViewId(),

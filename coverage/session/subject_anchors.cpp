@@ -51,8 +51,8 @@ std::optional<Subject> SubjectAnchors::Now(const tracking::PoseSource& poses) co
   return mean;
 }
 
-std::optional<Subject> SubjectAnchors::GoOverTo(const CameraModel& now, const CameraModel& before,
-                                                const tracking::PoseSource& poses) {
+std::optional<Subject> SubjectAnchors::ReplaceLens(const CameraModel& now, const CameraModel& before,
+                                                   const tracking::PoseSource& poses) {
   struct Sighting {
     Anchor* anchor;
     Rigid3 cam_from_world;

@@ -1,10 +1,10 @@
-// Where the tracked surroundings have taken the subject. The subject is a sphere in the world; when the
-// tracker corrects its map (a loop closes, an adjustment moves keyframes), what stands in the sphere moves
-// with the points around it, and the sphere has to follow.
+// Moves the subject with corrections of the map. The subject is a sphere in the world; when the tracker
+// corrects its map (a loop closes, an adjustment moves keyframes), the things in the sphere move with the
+// points around them, and the sphere must follow.
 //
-// Each anchor is the sphere as it stood before one camera, kept as the views' poses are
-// (tracking/map/anchored.h), so that it follows both the keyframe and its unit of length. The sphere is where
-// the anchors' mean is.
+// Each anchor is the sphere relative to one camera, anchored as the views' poses are
+// (tracking/map/anchored.h), so that it follows both the keyframe and its unit of length. The sphere is at
+// the anchors' mean.
 //
 // Another lens moves everything nearer or farther while the cameras stay about where they were. Then the
 // sphere is what it was in the pictures: the place where the anchors' cameras, under the new lens, see the
@@ -25,22 +25,22 @@ class SubjectAnchors {
  public:
   void Clear() { anchors_.clear(); }
   bool empty() const { return anchors_.empty(); }
-  // `track`: with a pose and an anchor, of the same moment as `subject`; else nothing happens.
+  // `track` needs a pose and an anchor of the same moment as `subject`; else nothing happens.
   void Add(const Subject& subject, const tracking::Track& track);
-  // Whether a camera at this pose sees the subject from a direction this far, in radians, from those of all
-  // anchors, as these were when they were added.
+  // Returns whether a camera at this pose sees the subject from a direction this far, in radians, from those
+  // of all anchors, as these were when they were added.
   bool StandsApart(const Subject& subject, const Rigid3& cam_from_world, double least_angle) const;
-  // None without anchors.
+  // Returns none without anchors.
   std::optional<Subject> Now(const tracking::PoseSource& poses) const;
-  // Goes over from one lens to another, under which `poses` are already. None without anchors, or where these
-  // lenses do not see the sphere.
-  std::optional<Subject> GoOverTo(const CameraModel& now, const CameraModel& before,
-                                  const tracking::PoseSource& poses);
+  // Converts the anchors to another lens, under which `poses` are already, and returns the subject. Returns
+  // none without anchors, or where these lenses do not see the sphere.
+  std::optional<Subject> ReplaceLens(const CameraModel& now, const CameraModel& before,
+                                     const tracking::PoseSource& poses);
 
  private:
   struct Anchor {
     tracking::Anchored camera;
-    // In that camera's frame, in the unit of `camera`.
+    // Centre and radius in that camera's frame, in the unit of `camera`.
     Eigen::Vector3d center;
     double radius = 0;
     Eigen::Vector3d direction;  // of the camera from the subject, in the world of then; unit length

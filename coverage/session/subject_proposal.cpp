@@ -52,8 +52,8 @@ std::optional<double> SubjectProposer::ViewsFor(const Subject& subject, double d
   return predicted && predicted->views ? std::optional(predicted->views->usual) : std::nullopt;
 }
 
-std::optional<SubjectProposal> SubjectProposer::After(const std::shared_ptr<const LiveMesh>& mesh,
-                                                      const Subject& sphere, double distance) {
+std::optional<SubjectProposal> SubjectProposer::Update(const std::shared_ptr<const LiveMesh>& mesh,
+                                                       const Subject& sphere, double distance) {
   if (sphere_ && !AreAlike(*sphere_, sphere)) {
     proposal_.reset();  // somebody has placed another one
     seen_before_.reset();

@@ -1,6 +1,6 @@
-// A better sphere for the subject, by the geometry that is made while the capture goes on: the bound asks for
-// views of the whole sphere, so that one that is too large takes views that nobody needs, and what sticks out
-// of one that is too small is not looked after.
+// Proposes a better sphere for the subject from the geometry that is made during the capture: the bound
+// requires views of the whole sphere, so that one that is too large takes needless views, and what sticks out
+// of one that is too small remains uncovered.
 #pragma once
 
 #include <optional>
@@ -17,8 +17,8 @@ namespace ulf::coverage {
 struct SubjectProposal {
   Subject subject;
   bool lies_beside = false;  // sticks out of the sphere as it is because of its place rather than of its size
-  // That the cap takes with the sphere as it is, and with this one. None: no cap, or a sphere that no
-  // threshold reaches.
+  // The views that the cap takes with the present sphere, and with this one; none: no cap, or no view can
+  // cover.
   std::optional<double> views_now, views_then;
 };
 
@@ -36,11 +36,11 @@ class SubjectProposer {
   // `lens` outlives it.
   SubjectProposer(const CaptureLens& lens, const Options& options) : lens_(lens), options_(options) {}
 
-  // After every frame; `mesh` may be null. `distance`: of the camera from the sphere's centre. Returns a
-  // proposal once, when a new one is due.
-  std::optional<SubjectProposal> After(const std::shared_ptr<const LiveMesh>& mesh, const Subject& sphere,
-                                       double distance);
-  // Still due for this sphere; none: there is none.
+  // Call it after every frame; `mesh` may be null, `distance` is that of the camera from the sphere's centre.
+  // Returns a proposal once, when a new one is due.
+  std::optional<SubjectProposal> Update(const std::shared_ptr<const LiveMesh>& mesh, const Subject& sphere,
+                                        double distance);
+  // Returns the proposal that is still open for this sphere; none: there is none.
   const std::optional<SubjectProposal>& proposal() const { return proposal_; }
 
  private:

@@ -1,4 +1,4 @@
-// The way back for a camera whose position is not known while its turns are followed
+// Describes the way back for a camera whose rotation is tracked while its position is not known
 // (tracking/tracker/turn_tracker.h).
 #pragma once
 
@@ -13,35 +13,36 @@
 
 namespace ulf::coverage {
 
-// How a camera without a pose is turned.
+// Describes how a camera without a pose is turned.
 struct CameraTurn {
-  // To the camera's axes now (x right, y down, z forward), from those that it had then.
-  Eigen::Quaterniond now_from_then = Eigen::Quaterniond::Identity();
-  // Then: the last frame with a pose; false: the first frame, and there was no pose yet.
-  bool from_a_pose = false;
+  // Rotates from the camera's axes at the reference frame to its present ones (x right, y down, z forward).
+  Eigen::Quaterniond now_from_reference = Eigen::Quaterniond::Identity();
+  // The reference frame is the last frame with a pose; false: the first frame, and there was no pose yet.
+  bool reference_has_pose = false;
 
-  // Where the camera looked then, in its axes now; unit length.
-  Eigen::Vector3d Then() const { return now_from_then * Eigen::Vector3d::UnitZ(); }
-  // To turn by, radians, so that it looks there again.
+  // Returns the optical axis at the reference frame in the present camera's axes; unit length.
+  Eigen::Vector3d ReferenceAxis() const { return now_from_reference * Eigen::Vector3d::UnitZ(); }
+  // Returns the angle, radians, to turn back by.
   double Angle() const;
 };
 
-// "turn 40° left, 5° up": what to do to look where the camera looked then. Empty where it looks there, within
-// kThere_deg.
+// Returns "turn 40° left, 5° up", the way back to the reference direction; empty within kReachedDeg of it.
 std::string TurnBackInWords(const CameraTurn& turned);
-inline constexpr double kThere_deg = 4;  // a small part of any picture. Guessed
+inline constexpr double kReachedDeg = 4;  // a small part of any picture. Guessed
 
-// Before a map has started: the camera is turned and not moved, whatever else stands in the way.
-bool OnlyTurns(tracking::TrackState state, const std::optional<tracking::StartProgress>& start,
-               const std::optional<CameraTurn>& turned);
+// Returns whether, before a map has started, the camera is rotated but not moved, whatever else prevents the
+// start.
+bool IsPureRotation(tracking::TrackState state, const std::optional<tracking::StartProgress>& start,
+                    const std::optional<CameraTurn>& turned);
 
-// Why there is no pose, and what to do: tracking/tracker/track.h with what is known of the turn, to
-// which nobody can turn back in pictures that are taken already.
+// Returns why there is no pose, and what to do: the text of tracking/tracker/track.h and, for a live camera,
+// the way back.
 std::string InWords(const tracking::Track& track, const std::optional<CameraTurn>& turned,
                     FrameSource source);
 
-// The border of the picture of then, where the present picture has it: lines between neighbours, in pixels.
-// As if all were far away, since nobody knows how the camera moved. Empty where it is all behind.
-std::vector<std::vector<Eigen::Vector2d>> PictureOfThen(const CameraTurn& turned, const CameraModel& camera);
+// Returns the reference frame's border in the present picture: polylines in pixels, empty where all of it is
+// behind. The scene counts as infinitely far away, since the camera's translation is not known.
+std::vector<std::vector<Eigen::Vector2d>> FormerFrameOutline(const CameraTurn& turned,
+                                                             const CameraModel& camera);
 
 }  // namespace ulf::coverage

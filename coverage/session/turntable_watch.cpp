@@ -18,7 +18,7 @@ double TurnFrom(const Rigid3& a, const Rigid3& b) {
 
 }  // namespace
 
-std::string TurntableWatch::After(double time_s, const std::optional<Rigid3>& cam_from_board) {
+std::string TurntableWatch::Update(double time_s, const std::optional<Rigid3>& cam_from_board) {
   std::string words = IfUnseen(time_s, cam_from_board.has_value());
   if (!cam_from_board) return words;
   if (words.empty()) words = IfStill(time_s, *cam_from_board);

@@ -1,5 +1,5 @@
-// What goes wrong before a turntable, said while it can still be put right: the board is not seen, the
-// subject does not turn, the camera was moved. Each is said once, when it begins.
+// Detects mistakes with a turntable while they can still be corrected: the board is not seen, the subject
+// does not turn, the camera was moved. Each is reported once, when it begins.
 //
 // World: the board's frame. A camera that stands sees the turntable's axis in one place
 // (core/geometry/turn_axis.h).
@@ -21,8 +21,8 @@ class TurntableWatch {
  public:
   TurntableWatch(std::string board, FrameSource source) : board_(std::move(board)), source_(source) {}
 
-  // After every frame: what is to be said; empty: nothing.
-  std::string After(double time_s, const std::optional<Rigid3>& cam_from_board);
+  // Call it after every frame; returns what to report, empty for nothing.
+  std::string Update(double time_s, const std::optional<Rigid3>& cam_from_board);
 
  private:
   std::string IfUnseen(double time_s, bool seen);

@@ -51,7 +51,6 @@ RowsByEye::RowsByEye(std::uint64_t seed, bool novice)
       own_spacing_(kUsualSpacing * Spread(novice ? 0.25 : 0.12)),
       wobble_(seed, 410, 3, 0.04, 0.25, novice ? 0.4 : 0.25) {}
 
-// A factor about one.
 double RowsByEye::Spread(double sigma) {
   double sum = -6;  // twelve uniform draws: the same on every platform
   for (int i = 0; i < 12; ++i) sum += static_cast<double>(random_() >> 11) * 0x1.0p-53;
@@ -107,7 +106,7 @@ std::optional<CapFrame::Angles> RowsByEye::Toward(const ShownSphere& sphere, dou
   return std::nullopt;
 }
 
-// The nearest one on the side that faces the camera, by distances that are judged with an error.
+// Returns the nearest one on the side that faces the camera, by distances that are judged with an error.
 std::optional<CapFrame::Angles> RowsByEye::FindHole(const ShownSphere& sphere, const SeenPaint& paint,
                                                     double size) {
   const Cap cap = sphere.cap.value_or(kUsualCap);

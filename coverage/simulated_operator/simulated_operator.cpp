@@ -75,7 +75,7 @@ constexpr double kHardestPush = 2.5;  // metres per second squared
 struct Moment {
   double start_s, length_s;
   double yaw = 0, pitch = 0;
-  // 0 to 1 and back to 0.
+  // Rises from 0 to 1 and falls back to 0.
   double Share(double time_s) const {
     const double since = (time_s - start_s) / length_s;
     if (since <= 0 || since >= 1) return 0;
@@ -84,13 +84,13 @@ struct Moment {
   }
 };
 
-// What the person wants the hand to do: in the camera's own axes, metres and radians per second.
+// Describes what the person wants the hand to do: in the camera's own axes, metres and radians per second.
 struct Intention {
   Vector3d velocity = Vector3d::Zero();
   Vector3d turn = Vector3d::Zero();  // besides what keeps a subject at arm's length in view
 };
 
-// What a person who looks at the display knows at a moment.
+// Describes what a person who looks at the display knows at a moment.
 struct Perception {
   double time_s = 0;
   ShownPicture picture;
@@ -105,13 +105,13 @@ struct Perception {
     return seen ? &*picture.sphere : nullptr;
   }
   bool Refuses(Reason reason) const {
-    return instruction.to_do == ToDo::kMendFrames && instruction.reason == reason;
+    return instruction.kind == InstructionKind::kMendFrames && instruction.reason == reason;
   }
-  // How much nearer the line says to go, a share of the distance: below 0 to go back.
+  // Returns how much nearer the line says to go, a share of the distance: below 0 to go back.
   std::optional<double> NearerSaid(double distance_m) const {
     if (!instruction.length) return std::nullopt;
     const double share = instruction.length->ShareOf(distance_m);
-    return instruction.to_do == ToDo::kComeNearer ? share : -share;
+    return instruction.kind == InstructionKind::kComeNearer ? share : -share;
   }
 };
 
@@ -216,7 +216,7 @@ struct SimulatedOperator::Person {
   const Vector3d up;
   const double reach;
 
-  // The hand, without its tremor.
+  // The hand without its tremor.
   Body body;
   Vector3d velocity = Vector3d::Zero(), push = Vector3d::Zero();  // in the camera's axes
   Vector3d spin = Vector3d::Zero(), spin_push = Vector3d::Zero();
@@ -260,8 +260,7 @@ Intention SimulatedOperator::Person::GoingBack(double now_s) const {
   return back;
 }
 
-// Turns the subject to the middle of the view. The arrow to a subject outside it gives the direction, not the
-// angle.
+// The arrow to a subject outside it gives the direction, not the angle.
 Vector3d SimulatedOperator::Person::Aiming(const Perception& seen) const {
   constexpr double kBlindTurn = 0.35;
   if (const auto& way = seen.picture.way_to_subject)
@@ -280,7 +279,7 @@ double SimulatedOperator::Person::Pace(const Perception& seen, double now_s) {
   return pace;
 }
 
-// The middle of the ring, read with an error.
+// Returns the middle of the ring, read with an error.
 Vector3d SimulatedOperator::Person::Goal(const ShownSphere& sphere, double now_s) const {
   const Vector3d& at = sphere.target->direction;
   const Vector3d x = at.unitOrthogonal(), y = at.cross(x);
@@ -288,8 +287,8 @@ Vector3d SimulatedOperator::Person::Goal(const ShownSphere& sphere, double now_s
       .normalized();
 }
 
-// How much nearer to go, a share of the distance. The line names large shares. Small ones are read from the
-// colours about the dot, which have no scale: the person moves until they are green.
+// Returns how much nearer to go, a share of the distance. The line names large shares. Small ones are read
+// from the colours about the dot, which have no scale: the person moves until they are green.
 double SimulatedOperator::Person::Nearer(const Perception& seen, const ShownSphere& sphere,
                                          double now_s) const {
   if (const auto said = seen.NearerSaid(reach); said && options.follows_guidance) return *said;
@@ -350,7 +349,7 @@ void SimulatedOperator::Person::Decide(const Perception& now, double now_s) {
     last_tracked = At(now.time_s);
   }
   const bool is_lost =
-      now.instruction.to_do == ToDo::kReturn || now.instruction.reason == Reason::kInsideSphere;
+      now.instruction.kind == InstructionKind::kReturn || now.instruction.reason == Reason::kInsideSphere;
   if (tracked && now.picture.sphere)
     intention = Following(now, now_s);
   else if (has_tracked && is_lost)
@@ -428,7 +427,7 @@ Rigid3 SimulatedOperator::CamFromWorld(double time_s) const {
   return {rotation, -(rotation * center)};
 }
 
-std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text) {
+std::shared_ptr<SimulatedOperator> MakeSimulatedOperator(const DeviceUri& uri, const std::string& text) {
   const OperatorOptions options = OperatorOptions::Parse(text);
   const std::vector<std::string> scenes = acquisition::Scene::Names();
   if (uri.scheme != "sim" || std::ranges::find(scenes, uri.path) == scenes.end())

@@ -1,4 +1,4 @@
-// A simulated person who holds the simulated camera: tests whether a person can cover a subject with what the
+// Simulates a person who holds the simulated camera, to test whether people can cover a subject with what the
 // display shows (docs/capture.md, "Simulated people").
 //
 // The person sees what the display draws and nothing else (operator/shown_sphere.h and the line of
@@ -8,7 +8,7 @@
 // down, roughly how far away the subject is, and where the hand was a moment ago, to go back there when
 // tracking is lost.
 //
-// What is seen acts after a delay. The hand is a damped spring with limited acceleration, so it overshoots;
+// The person reacts after a delay. The hand is a damped spring with limited acceleration, so it overshoots;
 // it trembles and drifts. Places on the sphere are read with an error in disc radii; the distance is read
 // from the colours around the dot, of which faint ones pass for green, and from the line. Novices do all this
 // worse, look away from the subject now and then, and rush.
@@ -36,7 +36,7 @@ struct OperatorOptions {
   static OperatorOptions Parse(const std::string& text);
 };
 
-// How the person stands before the subject when they begin; world frame metres.
+// Describes how the person stands before the subject when they begin; world frame metres.
 struct OperatorStart {
   Rigid3 cam_from_world;
   Eigen::Vector3d up_in_world;
@@ -59,6 +59,6 @@ class SimulatedOperator : public acquisition::HandMotion {
 };
 
 // `text`: as OperatorOptions::Parse() takes it. Throws Refusal unless `uri` is a simulated scene.
-std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text);
+std::shared_ptr<SimulatedOperator> MakeSimulatedOperator(const DeviceUri& uri, const std::string& text);
 
 }  // namespace ulf::coverage

@@ -244,7 +244,7 @@ int main(int argc, char** argv) {
   const pid_t camera = fork();  // before the library has threads
   if (camera == 0) ulf::BeCamera();
   const auto begin = ulf::Clock::now();
-  while (!ulf::AskGigeCamera(ulf::kAddress)) {
+  while (!ulf::QueryGigeCamera(ulf::kAddress)) {
     if (ulf::SecondsSince(begin) > 20) {
       fmt::print(stderr, "the benchmark's camera does not answer\n");
       return 1;

@@ -103,7 +103,7 @@ void BM_GatherCandidatesNear(benchmark::State& state) {
     point.mean_direction = Eigen::Vector3d::UnitZ();
     point.reference_distance = point.farthest = 10;
     if (!seen) continue;
-    map.Observe(point.id, {0, k, Eigen::Vector2d(0, 0), 1});
+    map.AddObservation(point.id, {0, k, Eigen::Vector2d(0, 0), 1});
     seen_before.emplace(point.id, Eigen::Vector2d(0, 0));
   }
   int sweep = 0;
@@ -223,7 +223,7 @@ struct LargeMap {
             point = points[static_cast<std::size_t>(j)];
         });
       }
-      if (point >= 0) map.Observe(point, {id, i, feature.img, 1});
+      if (point >= 0) map.AddObservation(point, {id, i, feature.img, 1});
     }
   }
 };

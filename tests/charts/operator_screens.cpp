@@ -190,12 +190,12 @@ class Screens {
     double time_s = 0;
     const auto after = [&](const CaptureState& each) {
       const auto view = CriterionView::From(each.camera, *each.cam_from_world, kCoverageWidthPx);
-      return guide.After(each.coverage.get(), view, time_s += kSecondsAView);
+      return guide.Update(each.coverage.get(), view, time_s += kSecondsAView);
     };
     for (const auto& each : capture.recorded()) after(*each);
     state.guidance = after(state);
 
-    CaptureOutlook outlook([](const std::string&) {});
+    PreflightReporter outlook([](const std::string&) {});
     const double distance = (*state.cam_from_world * capture.subject().center_in_world).norm();
     outlook.Expect(
         SetupAt(capture.camera(), kCoverageWidthPx, capture.subject(), distance, options_.threshold_px),

@@ -157,7 +157,7 @@ ImaginedResult RunImagined(const ImaginedCapture& capture) {
     if (map) state->subject = map->subject();
     state->coverage = shown;
     const double asked_ms = CpuMilliseconds();
-    state->guidance = guide.After(map.get(), view, time_s);
+    state->guidance = guide.Update(map.get(), view, time_s);
     ms.push_back(CpuMilliseconds() - asked_ms);
     if (!capture.person.follows_guidance) state->guidance = {};
     result.seconds = time_s;

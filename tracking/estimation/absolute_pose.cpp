@@ -207,7 +207,7 @@ class PoseSearch {
            (a.OriginInSource() - b.OriginInSource()).norm() > kDifferentShift * distance;
   }
 
-  // The poses of samples of three inliers that lie far apart in the image, and are therefore accurate.
+  // Returns the poses of samples of three inliers far apart in the image, which are therefore accurate.
   std::vector<ScoredPose> RivalPoses(const std::vector<int>& inliers) const {
     std::mt19937 random(options_.seed);
     std::vector<std::pair<double, std::vector<int>>> samples;  // by falling area
@@ -227,7 +227,7 @@ class PoseSearch {
   }
 
   // Three points have up to four poses, a far plane has two, and the search may have ended with a wrong one.
-  // None where a clearly different pose explains the matches about as well.
+  // Returns none where a clearly different pose explains the matches about as well.
   std::optional<Rigid3> BestOfRivals(const SamplingResult<Rigid3>& found) const {
     std::vector<double> distances;
     for (const int i : found.inliers) distances.push_back((found.model * seen_[At(i)].point_in_world).norm());

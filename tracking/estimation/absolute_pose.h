@@ -17,13 +17,13 @@
 
 namespace ulf::tracking {
 
-// 95 % of the errors of unit variance in two dimensions are shorter (the square root of 5.99), half of them
-// are shorter than the median.
+// 95 % of errors of unit variance in two dimensions are shorter than the first (the square root of 5.99),
+// half of them shorter than the second.
 inline constexpr double kSigmas95 = 2.45;
 inline constexpr double kMedianLength = 1.1774;
 // Half of the errors of unit variance in one dimension are smaller.
 inline constexpr double kMedianOfNormal = 0.6745;
-inline constexpr double kChi2 = 5.99;  // 95 % quantile of their squares
+inline constexpr double kChi2 = 5.99;  // 95 % quantile of the squared errors in two dimensions
 
 // Huber's loss of a squared error, quadratic up to `limit`.
 inline double HuberCost(double squared, double limit) {
@@ -54,7 +54,7 @@ struct PoseRefinement {
   double center_sigma = 0;
 };
 
-// None when fewer than four observations remain or the geometry does not determine a pose.
+// Returns none when fewer than four observations remain or the geometry does not determine a pose.
 std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
                                          std::span<const PointObservation> observations,
                                          const Rigid3& initial_cam_from_world,
@@ -73,13 +73,13 @@ struct AbsolutePoseResult {
   int iterations = 0;
 };
 
-// Estimates the pose from matches of which many may be wrong. None without `min_inliers` that agree, or where
-// a clearly different pose explains the matches about as well.
+// Estimates the pose from matches of which many may be wrong. Returns none without `min_inliers` that agree,
+// or where a clearly different pose explains the matches about as well.
 std::optional<AbsolutePoseResult> AbsolutePose(const CameraModel& camera,
                                                std::span<const PointObservation> observations,
                                                const AbsolutePoseOptions& options = {});
 
-// exp(twist) applied on the left: rotation then translation of the camera frame.
+// Applies exp(twist) on the left: rotation, then translation of the camera frame.
 Rigid3 Perturbed(const Rigid3& cam_from_world, const Eigen::Matrix<double, 6, 1>& twist);
 
 }  // namespace ulf::tracking

@@ -39,8 +39,8 @@ struct BundleObservation {
   bool outlier = false;  // set by AdjustBundle: left out of the last solution
 };
 
-// How a camera with a rolling shutter moved while its rows were read (rolling_shutter.h): an unknown that is
-// held to what is known otherwise.
+// Describes how a camera with a rolling shutter moved while its rows were read (rolling_shutter.h): an
+// unknown that is held to what is known otherwise.
 struct RowsMotion {
   Twist twist = Twist::Zero();
   Twist prior = Twist::Zero(), prior_sigma = Twist::Ones();
@@ -53,8 +53,8 @@ struct BundleProblem {
   std::vector<Eigen::Vector3d> points;
   std::vector<bool> known;  // by point: it stays; points beyond the end are free
   std::vector<BundleObservation> observations;
-  // Of a rolling shutter. By camera; none, or beyond the end: its image points were taken at once. The
-  // others' image points are where the sensor saw them. Not where intrinsics are free.
+  // A rolling shutter's readout time, s, and the motion by camera. Image points of a camera without motion
+  // were taken at once, those of the others are where the sensor saw them. Intrinsics must then be held.
   double readout_s = 0;
   std::vector<std::optional<RowsMotion>> rows = {};
 };
@@ -62,7 +62,7 @@ struct BundleProblem {
 // The solver of the reduced system (points eliminated).
 enum class BundleSolver { kBySize, kDense, kSparse, kIterative };
 
-// BundleSolver::kBySize solves up to so many free cameras dense. Measured:
+// kBySize solves problems with up to so many free cameras dense. Measured:
 // docs/measured/charts/bundle_adjustment.png.
 inline constexpr int kDenseCameras = 120;
 
@@ -70,11 +70,10 @@ struct BundleOptions {
   int robust_iterations = 5;  // before outliers are dropped
   int iterations = 10;        // after
   double huber_sigmas = kSigmas95;
-  // Cauchy's loss in place of Huber's: its width in units of the errors' own scale. 0: Huber's.
+  // The width of Cauchy's loss, which replaces Huber's, in units of the errors' own scale; 0: Huber's loss
   double cauchy_scales = 0;
   double gate_sigmas = kSigmas95;
-  // Drop observations that are off by more than so many times the errors' own scale, too. 0: only
-  // gate_sigmas.
+  // An observation off by more than so many times the errors' own scale is an outlier, too; 0: no gate.
   double gate_scales = 0;
   const std::atomic<bool>* stop = nullptr;  // when set, ends early and keeps what was reached
   FreeIntrinsics free = {};                 // of every lens
@@ -85,15 +84,14 @@ struct BundleOptions {
 };
 
 struct BundleSummary {
-  // The solver found a solution with which at least half of the observations agree. Otherwise the problem is
-  // unchanged.
+  // At least half of the observations agree with the solution. Otherwise the problem is unchanged.
   bool usable = false;
   bool settled = false;           // the last solution converged: more iterations would change little
   double initial_rms_sigmas = 0;  // root mean square error over sigma
   double final_rms_sigmas = 0;    // of the observations kept
   int outliers = 0;
-  // The camera that keeps the smallest share of its observations: below one half they contradict its pose.
-  // -1: none.
+  // The camera with the smallest share of kept observations: below one half they contradict its pose; -1:
+  // none.
   int least_kept_camera = -1;
   double least_kept = 1;
   int iterations = 0;
@@ -103,12 +101,11 @@ struct BundleSummary {
 BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem,
                            const BundleOptions& options = {});
 
-// The same for several lenses, whose intrinsics change where they are free.
+// Adjusts a problem with several lenses, whose intrinsics change where they are free.
 BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& problem,
                            const BundleOptions& options = {});
 
-// One standard deviation of the errors in units of their sigmas, from the median, so that a few large errors
-// do not count.
+// Returns one standard deviation of the errors in units of their sigmas, robustly from the median.
 double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 
 // Error of an observation over its sigma, squared; 1e8 where the point cannot be projected.

@@ -90,7 +90,7 @@ NormalMatrix MakeNormalMatrix(const std::vector<CameraModel>& lenses, const Bund
   return normal;
 }
 
-// How the cameras' twists change when the world is moved, or turned and scaled about their middle.
+// Describes how the cameras' twists change when the world is moved, or turned and scaled about their middle.
 struct GaugeMotions {
   MatrixXd by;        // seven columns
   double extent = 0;  // of the centres
@@ -120,7 +120,7 @@ GaugeMotions MotionsOf(const BundleProblem& problem, const NormalMatrix& normal)
   return motions;
 }
 
-// Orthonormal columns that span the same space (Gram and Schmidt, twice for accuracy).
+// Returns orthonormal columns that span the same space (Gram-Schmidt, twice for accuracy).
 MatrixXd BasisOf(MatrixXd columns) {
   for (Eigen::Index c = 0; c < columns.cols(); ++c) {
     for (int round = 0; round < 2; ++round)
@@ -142,7 +142,7 @@ class WithoutGauge {
       if (row % 6 < 3) weighed_.row(row) *= std::pow(kTurnsWeigh * motions.extent, 2);
     solver_.compute(weighed_.transpose().lazyProduct(motions_));
   }
-  // A row of the projection.
+  // Returns a row of the projection.
   Eigen::VectorXd Row(Eigen::Index row) const {
     const Eigen::VectorXd moved = motions_.row(row).transpose();
     Eigen::VectorXd projected = -(weighed_ * solver_.transpose().solve(moved));

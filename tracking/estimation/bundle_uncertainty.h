@@ -14,8 +14,8 @@
 
 namespace ulf::tracking {
 
-// One standard deviation of every camera's centre, world units: 0 for a fixed one, infinite for all where
-// something can move freely, not a number for a camera without observations.
+// Returns one standard deviation of every camera's centre, world units: 0 for a fixed one, infinite for all
+// where something can move freely, NaN for a camera without observations.
 std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 
 }  // namespace ulf::tracking

@@ -29,12 +29,11 @@ struct CalibrationCheck {
   Eigen::Vector2d given_center_px = Eigen::Vector2d::Zero(), fitted_center_px = Eigen::Vector2d::Zero();
   double center_sigma_px = 0;
   bool focal_wrong = false, distortion_wrong = false, center_wrong = false;
-  // What would fit the images is no lens (IsPlausible()); then no value is reported.
+  // No plausible lens fits the images (IsPlausible()); then no value is reported.
   bool no_lens_fits = false;
   bool Wrong() const { return focal_wrong || distortion_wrong || center_wrong || no_lens_fits; }
-  // The error of the cameras' centres as a share of the distance of what they see: how far they move when the
-  // lens is freed that the images ask for, and half as far again, because a map that was made under the given
-  // lens holds them back.
+  // The error of the cameras' centres as a share of the distance of what they see: 1.5 times how far they
+  // move when the lens is freed, because a map that was made under the given lens holds them back.
   double error_share = 0;
   // A rolling shutter was found and not compensated: it stretches images as another focal length does, and
   // the other way round.
@@ -46,7 +45,7 @@ struct CalibrationCheck {
   // distortion k1 of -0.280 (± 0.004) where 0.000 is given"; empty unless wrong. "or more", because a map
   // that was made under the given lens holds the fit back.
   std::string Text() const;
-  // Text() and what can be done about it.
+  // Returns Text() and what can be done about it.
   std::string Advice(FrameSource source) const;
 };
 
@@ -61,8 +60,8 @@ struct RefinedLens {
 // {focal_px, focal_sigma_px, cx, cy, k1, k2}; null where the given lens stayed.
 nlohmann::ordered_json ToJson(const std::optional<RefinedLens>& lens);
 
-// Checks the given lens of an adjusted problem. None where there is too little evidence. `stop`: when set,
-// the fits end early and mean nothing.
+// Checks the given lens of an adjusted problem. Returns none where there is too little evidence. `stop`: when
+// set, the fits end early and mean nothing.
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
                                                  int lens = 0, const std::atomic<bool>* stop = nullptr);
 

@@ -21,8 +21,8 @@ struct FocalChange {
   double sigma = 0;      // one standard deviation, from the residuals
 };
 
-// `observations` under `cam_from_world`, which is refined beside the focal length. None where fewer than 30
-// points are given, or where their depths do not tell it.
+// `observations` under `cam_from_world`, which is refined beside the focal length. Returns none where fewer
+// than 30 points are given, or where their depths do not tell it.
 std::optional<FocalChange> MeasureFocalChange(const CameraModel& camera,
                                               std::span<const PointObservation> observations,
                                               const Rigid3& cam_from_world);

@@ -1,4 +1,5 @@
-// Which of a camera's intrinsics an adjustment may change. The focal lengths change by one common factor.
+// Selects which of a camera's intrinsics an adjustment may change. The focal lengths change by one common
+// factor.
 #pragma once
 
 #include <string>

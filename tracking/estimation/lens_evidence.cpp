@@ -23,7 +23,7 @@ constexpr double kLensFunctionTolerance = 1e-7;    // relative change of the cos
 // A parameter stays free that differs by more than so many of its sigmas (and see kStrongEvidence).
 constexpr double kLensMovedSigmas = 3;
 
-// Twice the negative log-likelihood, up to a constant: Huber's loss of errors in units of `scale`.
+// Returns twice the negative log-likelihood up to a constant: Huber's loss of errors in units of `scale`.
 double RobustCost(const std::vector<CameraModel>& lenses, const BundleProblem& problem, double scale,
                   double huber_sigmas) {
   double cost = 0;
@@ -141,7 +141,7 @@ BundleOptions Options(const LensEvidenceOptions& evidence, const FreeIntrinsics&
           .function_tolerance = kLensFunctionTolerance};
 }
 
-// Whether the number that `larger` frees beyond `smaller` has moved by more than `sigmas`.
+// Returns whether the number that `larger` frees beyond `smaller` has moved by more than `sigmas`.
 bool HasMoved(const LensEstimate& larger, const FreeIntrinsics& smaller, const CameraModel& from,
               double sigmas) {
   const CameraModel& to = larger.lens;

@@ -25,8 +25,7 @@ struct LensEstimate {
   double focal_sigma_px = 0;
   double principal_point_sigma_px = 0;
   double k1_sigma = 0, k2_sigma = 0;
-  // How far the cameras' centres moved when it was freed: RMS after an alignment, as a share of the distance
-  // of the points.
+  // RMS motion of the cameras' centres by freeing it, after an alignment, as a share of the points' distance.
   double centers_moved = 0;
 };
 
@@ -42,7 +41,7 @@ struct LensEvidenceOptions {
   const std::atomic<bool>* stop = nullptr;  // when set, fits end early and mean nothing
 };
 
-// The part of a problem that lens fits work on: observations of one lens that are no outliers.
+// Returns the part of a problem that lens fits work on: observations of one lens that are no outliers.
 BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvidenceOptions& options = {});
 
 // Fits the lens with each of `choices` free, from the same start, and compares it with the given lens.
@@ -50,15 +49,15 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
                                   const std::vector<FreeIntrinsics>& choices,
                                   const LensEvidenceOptions& options = {});
 
-// How far the distortion moves the picture's corner, as a share of its distance from the middle: 0.02 is a
-// pincushion of two percent.
+// Returns how far the distortion moves the picture's corner, as a share of its distance from the middle: 0.02
+// is a pincushion of two percent.
 double DistortionAtCorner(const CameraModel& lens);
 
-// Whether `fitted` may be a real lens. A map that began under a far too long focal length is bent so that it
-// fits longer and longer ones with more and more pincushion: real lenses have up to three percent.
+// Returns whether `fitted` may be a real lens. A map that began under a far too long focal length is bent so
+// that it fits longer and longer ones with more and more pincushion: real lenses have up to three percent.
 bool IsPlausible(const CameraModel& fitted, const CameraModel& given);
 
-// One step of the choice: the lens with one parameter more than the last that was kept.
+// One step of the choice frees one parameter more than the last that was kept.
 struct LensTrial {
   LensEstimate fit;
   double gain_before = 0;  // of the last that was kept
@@ -67,9 +66,9 @@ struct LensTrial {
   bool plausible = true;  // IsPlausible(); else it is not kept, and nothing is
 };
 
-// The lens that the evidence supports: frees focal length, k1, the principal point and k2 one after the
-// other, and keeps each for which the evidence is strong enough. None: the given lens stays, because the
-// images do not contradict it, or because what would explain them is no lens.
+// Returns the lens that the evidence supports: frees focal length, k1, the principal point and k2 one after
+// the other, and keeps each for which the evidence is strong enough. Returns none when the given lens stays,
+// because the images do not contradict it, or because what would explain them is no lens.
 std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
                                        const LensEvidenceOptions& options = {},
                                        std::vector<LensTrial>* trials = nullptr);

@@ -41,7 +41,7 @@ Vector3d RotationVector(const Matrix3d& rotation) {
   return turn.angle() * turn.axis();
 }
 
-// The derivative of the rotation vector by a small rotation on the right; transposed, by one on the left.
+// Returns the rotation vector's derivative by a small rotation on the right; transposed, on the left.
 Matrix3d InverseRightJacobian(const Vector3d& turn) {
   const double angle = turn.norm();
   const Matrix3d cross = CrossMatrix(turn);

@@ -40,7 +40,7 @@ struct PoseGraphSummary {
 
 PoseGraphSummary OptimizePoseGraph(PoseGraph& graph, const PoseGraphOptions& options = {});
 
-// The error of one edge; with `by_from` and `by_to` also its derivatives.
+// Returns the error of one edge; with `by_from` and `by_to` also its derivatives.
 Eigen::Matrix<double, 7, 1> PoseGraphError(const PoseGraphEdge& edge, const Similarity3& from,
                                            const Similarity3& to, double unit,
                                            Eigen::Matrix<double, 7, 7>* by_from = nullptr,

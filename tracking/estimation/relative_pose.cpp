@@ -111,7 +111,7 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
   return SampleConsensus<Motion>(static_cast<int>(pairs.size()), 5, solve, residual2, improve, options);
 }
 
-// second ~ H first, from four or more pairs of unit rays (direct linear transform).
+// Estimates H with second ~ H first from four or more pairs of unit rays (direct linear transform).
 std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
   Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
   for (const int i : used) {

@@ -42,7 +42,7 @@ const char* Name(RelativePoseOutcome outcome);
 
 enum class RelativePoseModel { kEssential, kHomography };
 
-// How many of the matches each model explains, and the evidence for the choice between motions.
+// Describes how many of the matches each model explains, and the evidence for the choice between motions.
 struct MotionEvidence {
   int matches = 0, by_rotation = 0, by_homography = 0, by_essential = 0;
   double runner_up = 0, runner_up_needed = 0;  // excess cost of the best different motion, in noise variances
@@ -56,8 +56,7 @@ struct RelativePoseResult {
   int points = 0;                                               // that were triangulated
   double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
   MotionEvidence evidence;
-  // The median parallax, for every outcome with enough matches: after removing the best rotation, or that of
-  // the points.
+  // The median parallax, for every outcome with enough matches: beside the best rotation, or of the points.
   double median_parallax_deg = 0;
   // The parallax that would suffice, as far as this pair of views tells.
   double parallax_needed_deg = 0;
@@ -65,7 +64,7 @@ struct RelativePoseResult {
 
 RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options = {});
 
-// The rotation that takes the first rays nearest to the second ones, robustly.
+// Returns the rotation that takes the first rays nearest to the second ones, robustly.
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
                                unsigned seed);
 

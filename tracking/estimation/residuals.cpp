@@ -8,8 +8,7 @@
 namespace ulf::tracking {
 namespace {
 
-// Residual, in sigmas, of a point that cannot be projected: so large that the solver refuses steps that lose
-// points.
+// Residual, sigmas, of a point without projection: so large that the solver refuses steps that lose points.
 constexpr double kLostResidual = 100;
 
 bool EvaluateReprojection(const CameraModel& camera, const Eigen::Vector2d& observed, double inverse_sigma,

@@ -4,8 +4,8 @@
 // (earlier above the middle), when the camera's velocity had moved the image of a point. The tracker removes
 // this shift from every image point when it detects the features, and again, with the velocity that the frame
 // itself shows, when it fixes the pose; from then on poses and points know global shutters only. Adjustments
-// of the whole map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels are where the
-// sensor saw them: code that reads pixels asks the pyramid, which has the RowShift. For a known point of the
+// of the whole map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels stay where
+// the sensor saw them, so code that reads pixels converts by the pyramid's RowShift. For a known point of the
 // scene the shift is exact at a constant velocity; otherwise its depth is interpolated from the points
 // around.
 //
@@ -31,12 +31,12 @@ namespace ulf::tracking {
 // cam_from_world is Perturbed(cam_from_world, t * twist).
 using Twist = Eigen::Matrix<double, 6, 1>;
 Twist TwistBetween(const Rigid3& before, const Rigid3& after, double step_s);
-// Where a point of the camera's frame is in that frame `time_s` later, to second order in the rotation. The
-// derivatives, if wanted, are by the point and by the twist.
+// Returns where a point of the camera's frame is in that frame `time_s` later, to second order in the
+// rotation. The derivatives, if wanted, are by the point and by the twist.
 Eigen::Vector3d PointAfter(const Twist& twist, const Eigen::Vector3d& point, double time_s,
                            Eigen::Matrix3d* by_point = nullptr,
                            Eigen::Matrix<double, 3, 6>* by_twist = nullptr);
-// When a row was read, relative to the middle one.
+// Returns when a row was read, relative to the middle one.
 inline double RowTime(double readout_s, double row, int height) { return readout_s * (row / height - 0.5); }
 
 // Interpolates depths over the image from those of some points: a bilinear grid of inverse depths, which
@@ -72,15 +72,15 @@ class RowShift {
 
   Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d& point_in_cam) const;
   Eigen::Vector2d Seen(const Eigen::Vector2d& global, const Eigen::Vector3d& point_in_cam) const;
-  // The same with an interpolated depth.
+  // Does the same with an interpolated depth.
   Eigen::Vector2d Global(const Eigen::Vector2d& seen) const;
   Eigen::Vector2d Seen(const Eigen::Vector2d& global) const;
 
-  // Where a global shutter would have seen, from the camera, what the sensor saw at a point; `ray` there. Not
-  // normalised.
+  // Returns, not normalised, where a global shutter would have seen from the camera what the sensor saw at an
+  // image point with this ray.
   Eigen::Vector3d GlobalPoint(const Eigen::Vector2d& seen, const Eigen::Vector3d& ray) const;
 
-  // The same in another unit of length.
+  // Converts the shift to another unit of length.
   RowShift Scaled(double scale) const;
 
   const Twist& twist() const { return twist_; }
@@ -116,7 +116,7 @@ struct PointFlow {
   Eigen::Vector2d px_s;
 };
 
-// The camera's velocity that explains the flow robustly; none where there are too few points.
+// Returns the camera's velocity that explains the flow robustly; none where there are too few points.
 std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow);
 
 struct MotionPrior {
@@ -129,8 +129,8 @@ struct PoseAndMotion {
   Twist twist;
 };
 
-// The pose of the middle row and the velocity about it that explain the observations robustly. None where the
-// points do not determine them.
+// Returns the pose of the middle row and the velocity about it that explain the observations robustly.
+// Returns none where the points do not determine them.
 std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, double readout_s,
                                                  std::span<const SeenPoint> points, const Rigid3& initial,
                                                  const MotionPrior& prior);

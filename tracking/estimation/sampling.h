@@ -1,5 +1,5 @@
-// Robust estimation from samples: draw minimal sets, solve, keep the model of least truncated cost (MSAC,
-// Torr and Zisserman 2000), improve each new best on its inliers (Chum, Matas and Kittler 2003).
+// Estimates robustly from samples: draws minimal sets, solves, keeps the model of least truncated cost (MSAC,
+// Torr and Zisserman 2000), improves each new best on its inliers (Chum, Matas and Kittler 2003).
 //
 // OpenGV's solvers run inside this sampler, because OpenGV's RANSAC scores by counting, never improves a
 // model, and draws eight points where five suffice. Every draw comes from the caller's seed: the same data
@@ -35,7 +35,7 @@ struct SamplingResult {
 namespace internal {
 
 inline constexpr double kConfidence = 0.999;  // that at least one sample held inliers alone
-// Of each new best model, at most: more rarely gain anything. Guessed
+// Each new best model is improved at most so often. Guessed: more rounds rarely gain anything.
 inline constexpr int kImprovements = 3;
 
 // `count` distinct numbers below `n`. std distributions differ between libraries; this does not.
@@ -106,7 +106,7 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
   return best;
 }
 
-// The same where one function, fit(indices) -> optional<Model>, solves samples and improves models.
+// Does the same where one function, fit(indices) -> optional<Model>, solves samples and improves models.
 template <typename Model, typename Fit, typename Residual2>
 std::optional<SamplingResult<Model>> SampleConsensusByFit(int count, int sample_size, Fit&& fit,
                                                           Residual2&& residual2,

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Whether a pair's rays meet behind a camera under this motion, by more than `noise` of parallax explains.
+// Returns whether a pair's rays meet behind a camera by more than `noise` of parallax explains.
 bool MeetBehind(const Motion& motion, const RayPair& pair, double noise) {
   const Vector3d turned = motion.second_from_first.rotation * pair.first;
   const Vector3d& t = motion.second_from_first.translation;

@@ -1,4 +1,4 @@
-// A motion between two views, its error on matched rays, and its refinement: the parts of the search in
+// Represents a motion between two views, with its error on matched rays and its refinement, for
 // relative_pose.h. Rays are unit vectors in their camera; errors are angles, radians. (Hartley and Zisserman,
 // Multiple View Geometry, section 9.6, for the four motions of an essential matrix.)
 #pragma once
@@ -26,7 +26,7 @@ inline Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
 
 Eigen::Matrix3d EssentialFromPose(const Rigid3& second_from_first);
 
-// Distance of a pair from an essential matrix (first-order geometric error on the sphere).
+// Returns the distance of a pair from an essential matrix (first-order geometric error on the sphere).
 double EpipolarError(const Eigen::Matrix3d& second_from_first_essential, const RayPair& pair);
 
 // Rotation and the direction of translation.
@@ -37,20 +37,19 @@ struct Motion {
   explicit Motion(const Rigid3& pose) : second_from_first(pose), essential(EssentialFromPose(pose)) {}
 };
 
-// The motion of an essential matrix under which most of `pairs` lie in front of both cameras.
+// Returns the motion of an essential matrix under which most of `pairs` lie in front of both cameras.
 std::optional<Motion> BestMotion(const Eigen::Matrix3d& essential, std::span<const RayPair> pairs,
                                  const std::vector<int>& used);
 
 double TruncatedCost(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
                      double gate);
 
-// Truncated cost in which a pair whose rays meet behind a camera, by more than `noise` of parallax explains,
-// costs as much as an outlier.
+// Returns the truncated cost, in which a pair whose rays meet behind a camera by more than `noise` of
+// parallax explains counts as an outlier.
 double CostInFront(const Motion& motion, std::span<const RayPair> pairs, double gate, double noise);
 
-// Levenberg-Marquardt on the truncated epipolar error over rotation and the direction of translation. It
-// truncates instead of using Huber's loss: under Huber's, outliers pull towards motion along the optical
-// axis.
+// Minimises the truncated epipolar error over rotation and direction of translation by Levenberg-Marquardt.
+// Under Huber's loss, outliers would pull towards motion along the optical axis.
 Motion RefineMotion(const Motion& initial, std::span<const RayPair> pairs, const std::vector<int>& used,
                     double gate, int iterations = 6);
 

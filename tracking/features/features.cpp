@@ -95,8 +95,8 @@ std::array<PatchRow, kPatchRadius + 1> CircleMasks() {
   return masks;
 }
 
-// Direction from the patch's centre to its centroid of intensity. Adds the rows above and below the centre in
-// pairs, so that 16 bits hold every sum of a column.
+// Returns the direction from the patch's centre to its centroid of intensity. Adds the rows above and below
+// the centre in pairs, so that 16 bits hold every sum of a column.
 float Orientation(const cv::Mat& image, int x, int y) {
   static const std::array<PatchRow, kPatchRadius + 1> masks = CircleMasks();
   PatchRow column{}, column_by_y{};
@@ -119,7 +119,7 @@ float Orientation(const cv::Mat& image, int x, int y) {
   return std::atan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
 }
 
-// The peak of the corner response around an integer corner, by parabolas.
+// Returns the peak of the corner response around an integer corner, by parabolas.
 Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
   constexpr int kWindow = 3, kReach = kWindow + 1, kRows = 2 * kReach + 1, kLanes = 16;
   // Structure tensors of a window's columns: of the window around the corner, and one row up and down.

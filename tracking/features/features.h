@@ -31,10 +31,9 @@ inline int Distance(const Descriptor& a, const Descriptor& b) {
 
 inline constexpr int kPyramidLevels = 8;
 inline constexpr double kPyramidFactor = 1.2;
-// Level pixels at the image's edge without corners: the rotated descriptor patch and the corner's refinement
-// need as much.
+// Level pixels at the image's edge without corners, for the rotated descriptor patch and the refinement.
 inline constexpr int kFeatureBorder = 20;
-// kPyramidFactor^level, level 0 to kPyramidLevels - 1
+// kPyramidFactor^level for the levels 0 to kPyramidLevels - 1.
 inline constexpr std::array<double, kPyramidLevels> kLevelScales = [] {
   std::array<double, kPyramidLevels> scales{1};
   for (std::size_t l = 1; l < kPyramidLevels; ++l) scales[l] = scales[l - 1] * kPyramidFactor;
@@ -46,7 +45,7 @@ inline double LevelScale(int level) { return kLevelScales[At(level)]; }
 // worse (docs/measured/tracking.md, "The map").
 inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
 inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
-// The level whose scale is nearest, by ratio.
+// Returns the level whose scale is nearest, by ratio.
 inline int NearestLevel(double scale) {
   constexpr double kHalfStep = 1.0954451150103321;  // square root of kPyramidFactor
   int level = 0;
@@ -62,17 +61,17 @@ struct Pyramid {
   // Under a rolling shutter image points are those of a global shutter, and pixels are where the sensor saw
   // them. Null: the shutter is global.
   std::shared_ptr<const RowShift> rows;
-  // From an image point to where the sensor saw it, and back. Exact where `point_in_cam` is given; without
-  // it the depth is interpolated from the points around.
+  // Convert an image point to where the sensor saw it, and back: exactly where `point_in_cam` is given, else
+  // with a depth that is interpolated from the points around.
   Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const;
   Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const;
-  // Level pixels per level 0 pixel (both where the sensor saw them), as the rounded sizes make it.
+  // Convert between level 0 and level pixels (where the sensor saw them) by the ratio of rounded sizes.
   Eigen::Vector2d ToLevel(int level, const Eigen::Vector2d& img) const;
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
 };
 Pyramid BuildPyramid(const cv::Mat& gray);
 
-// Pixels of an image of this width for one pixel of an image 640 px wide.
+// Returns the pixels of an image of this width that correspond to one pixel of an image 640 px wide.
 inline double PxAt640(int width) { return width / 640.0; }
 
 struct Feature {
@@ -83,14 +82,14 @@ struct Feature {
   Descriptor descriptor{};
 };
 
-// The cell of a grid over the image that holds an image point; one outside belongs to the nearest cell.
+// Returns the grid cell of an image point; a point outside of the image belongs to the nearest cell.
 inline std::size_t CellOf(const Eigen::Vector2d& img, const CameraModel& camera, int columns, int rows) {
   const int column = std::clamp(static_cast<int>(img.x() * columns / camera.width), 0, columns - 1);
   const int row = std::clamp(static_cast<int>(img.y() * rows / camera.height), 0, rows - 1);
   return At(row * columns + column);
 }
 
-// Red, green and blue of the pixel at an image point, or nearest to it; `image`: 8 bits, B G R or grey.
+// Returns red, green and blue of the pixel nearest to an image point; `image`: 8 bits, B G R or grey.
 std::array<std::uint8_t, 3> RgbAt(const cv::Mat& image, const Eigen::Vector2d& img);
 
 // A frame's features with a grid index for window searches.

@@ -113,9 +113,9 @@ void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::ve
   });
 }
 
-bool HasTwin(const FeatureSet& features, int feature, int distance) {
+bool IsRepetitive(const FeatureSet& features, int feature, int distance) {
   const Feature& one = features[feature];
-  const double apart_px = kTwinApartPx * LevelScale(one.level);
+  const double apart_px = kRepetitionApartPx * LevelScale(one.level);
   return std::any_of(features.all().begin(), features.all().end(), [&](const Feature& other) {
     return Distance(one.descriptor, other.descriptor) <= distance &&
            (one.img - other.img).squaredNorm() > apart_px * apart_px;

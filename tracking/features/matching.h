@@ -48,22 +48,22 @@ struct NearestDescriptor {
 };
 
 // Matches every feature of `first` against those of `second` around `expected` (by feature of first), on
-// levels within one of its own. Each feature is used at most once. Matches
-// whose patches turned by another angle than most are dropped.
+// levels within one of its own. Each feature is used at most once. Matches whose patches turned by another
+// angle than most are dropped.
 std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSet& second,
                                         std::span<const Eigen::Vector2d> expected, double radius_px,
                                         const MatchOptions& options = {});
 
-// The indices of all features of a set.
+// Returns the indices of all features of a set.
 std::vector<int> AllOf(const FeatureSet& features);
 
-// Nearest matches among the chosen features of two sets. Matches whose patches turned by another angle than
-// most are dropped. Each feature of `second` is used at most once.
+// Matches the chosen features of two sets by their nearest descriptors. Matches whose patches turned by
+// another angle than most are dropped. Each feature of `second` is used at most once.
 std::vector<FeatureMatch> MatchAll(const FeatureSet& first, std::span<const int> chosen_in_first,
                                    const FeatureSet& second, std::span<const int> chosen_in_second,
                                    const MatchOptions& options = {});
 
-// A map point that the image should show, and where.
+// A map point that the image should show, and the window in which it is searched.
 struct Expected {
   Eigen::Vector2d img;
   double radius_px = 0;
@@ -72,17 +72,17 @@ struct Expected {
   const Descriptor* descriptor = nullptr;
 };
 
-// The feature of each expected point, or -1. A feature that two points match goes to the nearer descriptor.
+// Returns each point's feature, or -1. A feature that two points match goes to the nearer descriptor.
 std::vector<int> MatchExpected(std::span<const Expected> expected, const FeatureSet& features,
                                const MatchOptions& options = {});
 
 // Two features closer than this (level pixels) may be one corner on several levels; farther apart and with
 // the same descriptor they are two things that look alike. Guessed.
-inline constexpr double kTwinApartPx = 10;
+inline constexpr double kRepetitionApartPx = 10;
 
-// Whether another place in the same image looks like this feature, to within `distance` bits. Without a
-// prediction a search confuses the two, as on a wall of tiles.
-bool HasTwin(const FeatureSet& features, int feature, int distance);
+// Returns whether another place in the same image looks like this feature, to within `distance` bits. Without
+// a prediction a search confuses the two, as on a wall of tiles.
+bool IsRepetitive(const FeatureSet& features, int feature, int distance);
 
 // Drops matches whose patches turned by another angle than most did.
 void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::vector<FeatureMatch>& matches);

@@ -71,8 +71,7 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
   const float reach = kHalf * std::max(std::abs(warp(0, 0)) + std::abs(warp(0, 1)),
                                        std::abs(warp(1, 0)) + std::abs(warp(1, 1)));
   if (!(reach < kCenter - 0.01f)) return false;
-  // Works in three passes: the compiler vectorises the first and the last, not the one that fetches the
-  // pixels.
+  // Works in three passes: the compiler vectorises all but the one that fetches the pixels.
   std::array<float, kFramed * kFramed> fx, fy;
   std::array<std::int32_t, kFramed * kFramed> at;
   std::array<std::uint32_t, kFramed * kFramed> four;
@@ -103,7 +102,7 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
   return true;
 }
 
-// What the image is aligned with. Gain and offset of the image are free: the slopes are projected
+// Describes what the image is aligned with. Gain and offset of the image are free: the slopes are projected
 // orthogonally to the template and to a constant, so that two of four parameters are left to solve for.
 struct Template {
   Rows value;
@@ -156,7 +155,7 @@ std::optional<Template> MakeTemplate(const std::array<float, kFramed * kFramed>&
   return made;
 }
 
-// The 8x8 of the image around a level point (integer-centred); false where it leaves the image.
+// Returns the 8x8 of the image around a level point (integer-centred); false where it leaves the image.
 bool Sample(const cv::Mat& image, const Vector2d& center, Rows& values) {
   constexpr double kHalf = (kTemplate - 1) * 0.5;
   const double left = center.x() - kHalf, top = center.y() - kHalf;

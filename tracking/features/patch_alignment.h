@@ -24,11 +24,12 @@ struct ReferencePatch {
   int level = 0;
 };
 
-// None where the patch would leave the image.
+// Returns none where the patch would leave the image.
 std::optional<ReferencePatch> CutPatch(const Pyramid& pyramid, const Eigen::Vector2d& img, int level);
 
-// World displacements that move the point's image in its reference view by one reference-level pixel in x and
-// in y, on the surface facing that view; none when the point does not project there.
+// The columns are the world displacements that move the point's image in its reference view by one
+// reference-level pixel in x and in y, on the surface facing that view. AxesOf() returns none when the point
+// does not project there.
 using PatchAxes = Eigen::Matrix<double, 3, 2>;
 std::optional<PatchAxes> AxesOf(const CameraModel& camera, const Rigid3& reference_from_world,
                                 const Eigen::Vector3d& point_in_world, int level);
@@ -44,8 +45,8 @@ struct PatchAlignment {
   double correlation = 0;  // normalised, of the aligned patches
 };
 
-// Starts at `expected_img`. None when the patch cannot be warped, leaves the image, moves too far, or does
-// not look alike in the end.
+// Starts at `expected_img`. Returns none when the patch cannot be warped, leaves the image, moves too far, or
+// does not look alike in the end.
 std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const ReferencePatch& patch,
                                          const PatchAxes& axes, const Eigen::Vector3d& point_in_world,
                                          const Rigid3& cam_from_world, const Pyramid& pyramid,

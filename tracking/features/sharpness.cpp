@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kWidestDetail = 2000;  // px: then the sums of a row fit 32 bits whatever it shows
 
-// Energy of fine detail: the variance of the Laplacian.
+// Returns the energy of fine detail: the variance of the Laplacian.
 double DetailOf(const cv::Mat& image) {
   std::int64_t sum = 0, sum2 = 0;
   for (int y = 1; y + 1 < image.rows; ++y) {

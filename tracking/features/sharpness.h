@@ -1,5 +1,4 @@
-// Measures how sharp an image is relative to the recent ones, so that a blurred frame stands out in any
-// scene.
+// Measures an image's sharpness relative to the recent ones, so that blur stands out in any scene.
 #pragma once
 
 #include <deque>
@@ -10,17 +9,18 @@ namespace ulf::tracking {
 
 // The pyramid level on which sharpness is measured: finer ones show noise. Guessed.
 inline constexpr int kSharpnessLevel = 2;
-// An image without a pyramid, reduced to that level's size and to at most 2,000 px of width.
+// Reduces an image without a pyramid to that level's size and to at most 2,000 px of width.
 cv::Mat ForSharpness(const cv::Mat& gray);
 
 class Sharpness {
  public:
-  // Fine detail of this frame divided by the recent frames' median; 1 for the first frame. `reduced`: grey,
-  // on kSharpnessLevel.
+  // Returns the fine detail of this frame divided by the recent frames' median; 1 for the first frame.
+  // `reduced`: grey, on kSharpnessLevel.
   double Step(const cv::Mat& reduced);
 
  private:
-  // Frames of the median: about a second of them. Fewer follow a blurred stretch, more an old scene. Guessed.
+  // The median is over so many frames, about a second. Fewer adapt to a blurred stretch, more to a scene that
+  // is gone. Guessed.
   static constexpr std::size_t kRecent = 31;
   std::deque<double> recent_;
 };

@@ -1,7 +1,8 @@
-// Values that refer to a map and stay valid while the mapper changes it.
+// Values by which others refer to a map: they stay valid while the mapper changes it.
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 
 #include "core/geometry/rigid3.h"
 
@@ -15,12 +16,21 @@ struct Anchored {
   double unit = 1;
 };
 
-// A map point that an image shows, and where: pixels of the image as it is, with distortion and rolling
-// shutter.
+// A map point that an image shows, in pixels of the image as it is, with distortion and rolling shutter.
 struct MapObservation {
   int point = -1;
   Eigen::Vector2d img = Eigen::Vector2d::Zero();
   double sigma_px = 1;
+};
+
+// Why a stored map cannot be used.
+enum class MapProblem {
+  kUnusable,    // there is none, or it is unreadable, damaged or of another version
+  kOtherViews,  // it has another key: it belongs to other views, poses or another working size
+};
+struct MapRefusal {
+  MapProblem problem = MapProblem::kUnusable;
+  std::string words;  // for people
 };
 
 }  // namespace ulf::tracking

@@ -1,4 +1,4 @@
-// What a frame shows of a given world: corners of a board or of markers, whose positions are known.
+// Represents what a frame shows of a given world: corners of a board or of markers at known positions.
 //
 // The corners take part wherever the map's points do: in the frame's pose, and as known points in the bundle
 // adjustment of the keyframes that saw them. So a map that has been moved into their world
@@ -13,13 +13,13 @@
 namespace ulf::tracking {
 
 struct FiducialObservation {
-  // As the sensor saw them. The sigmas are so large that the corners may be taken for independent.
+  // Image points are where the sensor saw the corners, sigmas large enough to count these as independent.
   std::vector<PointObservation> corners;
   Rigid3 cam_from_world;    // from the corners alone
   double center_sigma = 0;  // one standard deviation of that pose's centre, world units; 0: it is not certain
 };
 
-// The same in an image resized by `scale`.
+// Converts the observation to an image resized by `scale`.
 inline FiducialObservation Scaled(FiducialObservation fiducials, const Eigen::Vector2d& scale) {
   for (PointObservation& corner : fiducials.corners) {
     corner.img = corner.img.cwiseProduct(scale);

@@ -16,7 +16,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Finding a frame in the map.
 // For so many corners of a frame one patch is tried where no corner was detected. Guessed.
 constexpr int kLocatorCornersPerPatch = 5;
 // Search radii: a pose that is good to a few pixels, and one that is not; descriptor distances for the
@@ -33,7 +32,7 @@ constexpr double kLocatorOtherPlaceShare = 1.0 / 3;
 // Guessed.
 constexpr double kLocatorShadowPx = 3;
 
-// Whether a match fits a pose within the pose's covariance and its own sigma.
+// Returns whether a match fits a pose within the pose's covariance and its own sigma.
 bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3d& position,
             const PointMatch& match) {
   const Vector3d in_cam = pose.cam_from_world * position;

@@ -23,7 +23,7 @@
 
 namespace ulf::tracking {
 
-// Fewer matches that agree are not even a hint of a pose. Guessed.
+// A pose needs at least so many matches that agree. Guessed.
 inline constexpr int kMinLocatedMatches = 12;
 
 class FrameLocator {
@@ -41,11 +41,10 @@ class FrameLocator {
   std::optional<FramePose> Refine(const TrackedImage& image, FramePose frame_pose, double radius_px,
                                   StageTimes& stages) const;
 
-  // Verifies a pose in the main part that comes from elsewhere (fiducials); none where the map does not
-  // agree.
+  // Verifies a pose from elsewhere (fiducials) in the main part; none where the map does not agree.
   std::optional<FramePose> FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const;
-  // Finds the pose by the image alone, in any part of the map. None where the points that look like nothing
-  // else do not support it (pose_log_odds.h).
+  // Finds the pose by the image alone, in any part of the map. Returns none where the points that are not
+  // repetitive do not support it (pose_log_odds.h).
   std::optional<FramePose> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed) const;
   // Searches the main part of the map alone.
   std::optional<FramePose> FindInMainPart(const TrackedImage& image, const KeyframeIndex& index,

@@ -1,4 +1,4 @@
-// What the tracker reports to the mapper about a frame.
+// Defines what the tracker reports to the mapper about a frame.
 #pragma once
 
 #include <optional>
@@ -12,8 +12,7 @@ namespace ulf::tracking {
 // A frame that should become a keyframe, with the points that it saw. The observations name no keyframe yet.
 struct NewKeyframe {
   Keyframe keyframe;
-  // How many parts of the map had been joined when the pose was found: a later join has moved the pose's
-  // world.
+  // Joins of parts of the map until the pose was found: a later join has moved the pose's world.
   int joins = 0;
   struct Seen {
     int point;
@@ -25,9 +24,8 @@ struct NewKeyframe {
 struct FrameReport {
   std::vector<int> expected = {};  // points that the frame's pose should show
   std::vector<int> found = {};     // points that support the pose
-  // The velocity of an earlier keyframe, from the frames before and after it, so that it belongs to the
-  // keyframe's own moment and tremor has no preferred sign. The mapper drops it when that keyframe is not in
-  // the map yet.
+  // The velocity of an earlier keyframe from the frames before and after it: a central difference, unbiased
+  // by tremor. The mapper drops it when that keyframe is not in the map yet.
   struct KeyframeVelocity {
     double time_s = 0;  // of the keyframe
     Twist velocity = Twist::Zero();

@@ -46,7 +46,7 @@ void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes
   before_ = check;
 }
 
-void LensWatch::NoteDoubted(const CalibrationCheck& check, int keyframes) {
+void LensWatch::AddConfirmed(const CalibrationCheck& check, int keyframes) {
   Note(check, keyframes);
   contradiction_ = check;
 }
@@ -56,7 +56,7 @@ void LensWatch::Restart(int keyframes) {
   Note(std::nullopt, keyframes);
 }
 
-void LensWatch::NoteSought(int keyframes, double focal_px_before, double focal_px) {
+void LensWatch::SearchDone(int keyframes, double focal_px_before, double focal_px) {
   const bool settled =
       keyframes >= kLensSoughtKeyframes && std::abs(focal_px / focal_px_before - 1) < kLensSettled;
   sought_at_ =

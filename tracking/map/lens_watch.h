@@ -16,22 +16,22 @@ class LensWatch {
  public:
   LensWatch() { Reset(); }
 
-  // Whether a map of so many keyframes is to be checked.
+  // Returns whether a map of so many keyframes is to be checked.
   bool IsDue(int keyframes) const { return keyframes >= next_; }
-  // Takes a check of the map; none: there was too little evidence.
+  // Adds a check of the map; none: there was too little evidence.
   void Note(const std::optional<CalibrationCheck>& check, int keyframes);
-  // Takes a check that needs no second one that agrees, because something else contradicts the lens, too.
-  void NoteDoubted(const CalibrationCheck& check, int keyframes);
-  // The last of two checks that agreed that the lens is wrong; none: the lens is not contradicted.
+  // Adds a check that needs no second one that agrees, because other evidence contradicts the lens, too.
+  void AddConfirmed(const CalibrationCheck& check, int keyframes);
+  // Returns the last of two checks that agreed that the lens is wrong; none if the lens is not contradicted.
   const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
   void Reset();  // begins anew with another map
   // Begins anew with another lens under the same map of so many keyframes.
   void Restart(int keyframes);
 
-  // Where the lens is a guess: whether a better one is to be sought now, contradicted or not.
-  bool IsSought(int keyframes) const { return keyframes >= sought_at_; }
-  // A better lens was sought; the focal length before and after.
-  void NoteSought(int keyframes, double focal_px_before, double focal_px);
+  // Returns whether a better lens is to be searched for now, where the given one is a guess.
+  bool IsSearchDue(int keyframes) const { return keyframes >= sought_at_; }
+  // Call it after a search for a better lens, with the focal length before and after.
+  void SearchDone(int keyframes, double focal_px_before, double focal_px);
 
  private:
   bool Agree(const CalibrationCheck& earlier, const CalibrationCheck& later) const;

@@ -29,7 +29,7 @@ constexpr int kLoopRest = 5;  // keyframes after a closed loop without another s
 // Candidates: the best ranked that are looked at, and the places among them that are verified. Guessed.
 constexpr int kLoopRanked = 30, kLoopCandidates = 3;
 // Points to verify a candidate by: matched descriptors, matches that fit one similarity, points that guided
-// matching finds, and pairs that tell the scale. Fewer prove nothing. Guessed.
+// matching finds, and pairs that tell the scale. Guessed.
 constexpr int kLoopMinMatches = 20, kLoopMinSampled = 15, kLoopMinPoints = 40, kLoopMinScalePairs = 15;
 // The same for two parts of the map, of which the younger one knows few points yet. Guessed.
 constexpr int kLoopMinJoinPoints = 20, kLoopMinJoinScalePairs = 10;
@@ -111,7 +111,7 @@ bool ScaleIsGiven(const SharedMap& shared) {
   return pinned >= 2;
 }
 
-// A keyframe and the keyframes that share most points with it, `most` together.
+// Returns a keyframe and the keyframes that share most points with it, `most` together.
 std::vector<int> Neighbourhood(const Map& map, int keyframe, int most) {
   std::vector<int> around{keyframe};
   for (const Map::Neighbour& neighbour : map.Covisible(keyframe))
@@ -159,8 +159,8 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
   return candidates;
 }
 
-// Where the old part's world has the recent camera, about: by points that both keyframes know; of two parts,
-// where too few are known, by the old points that the recent image shows.
+// Returns where the old part's world has the recent camera, about: by points that both keyframes know; of two
+// parts, where too few are known, by the old points that the recent image shows.
 std::optional<Rigid3> LoopCloser::Propose(int recent_id, const KeyframePoints& of_recent, int old_id,
                                           const KeyframePoints& of_old, bool rigid) const {
   const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
@@ -371,7 +371,7 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
   return closed;
 }
 
-// The keyframes on either side, before points are merged.
+// Returns the keyframes on either side, before points are merged.
 ClosedLoop LoopCloser::Seen(const LoopHypothesis& last) const {
   return {Neighbourhood(map_, last.recent, kLoopNeighbourhood),
           Neighbourhood(map_, last.old, kLoopNeighbourhood)};

@@ -5,14 +5,13 @@
 // points in the seeded sampler (three points, Umeyama 1991), guided matching over the candidate's
 // neighbourhood, refinement, and the share of points found. The result is this camera's pose in the old
 // part's world, and the ratio of the two parts' units. A loop is closed when several keyframes agree, no
-// verified candidate disagrees, and the correction is small enough to be drift over the way between: two
-// places that only look alike lie as far apart as the way between them. Then a pose graph spreads the error
+// verified candidate disagrees, and the correction is small enough to be drift over the path between: places
+// that only look alike would need a correction as long as that path. Then a pose graph spreads the error
 // (Strasdat et al. 2010), points follow their keyframes, and points seen from both sides are merged. The
 // caller adjusts the whole map.
 //
-// Keyframes of another part of the map are found and verified in the same way. No way lies between two parts,
-// so that the correction may be any; it moves one part as a whole, never the main one, and the parts are one
-// from then on.
+// Keyframes of another part of the map are found and verified in the same way. No path connects two parts, so
+// that the correction is not limited; it moves one part as a whole, never the main one, and joins the parts.
 //
 // Runs in the mapper's thread: reads without the map's lock, takes it to write.
 #pragma once
@@ -29,7 +28,7 @@
 
 namespace ulf::tracking {
 
-// One keyframe's evidence: what it sees belongs to an old part of the map.
+// One keyframe's evidence that what it sees belongs to an old part of the map.
 struct LoopHypothesis {
   int recent = -1, old = -1;  // keyframes
   // Takes the old camera's frame and unit to the recent camera's.
@@ -44,8 +43,8 @@ struct ClosedLoop {
 
 class LoopCloser {
  public:
-  // Keyframes that must say the same before a loop is closed. Fewer close loops between places that look
-  // alike, more close them late. Guessed.
+  // So many keyframes must agree before a loop is closed. Fewer close loops between places that look alike,
+  // more close them late. Guessed.
   static constexpr int kAgreeing = 3;
   LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
              int agreeing = kAgreeing);

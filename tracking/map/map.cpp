@@ -42,7 +42,7 @@ int Map::AddPoint(const Vector3d& position, int part) {
   made.part = part;
   made.first_keyframe = keyframes - 1;
   ++living_points_;
-  if (!free_.empty() && free_.front().keyframes + kPointRest <= keyframes) {
+  if (!free_.empty() && free_.front().keyframes + kPointReuseKeyframes <= keyframes) {
     made.id = free_.front().point;
     free_.pop_front();
     point(made.id) = std::move(made);
@@ -53,7 +53,7 @@ int Map::AddPoint(const Vector3d& position, int part) {
   return points_.back().id;
 }
 
-bool Map::Observe(int id, const Observation& observation) {
+bool Map::AddObservation(int id, const Observation& observation) {
   MapPoint& seen = point(id);
   Keyframe& by = keyframe(observation.keyframe);
   int& slot = by.point_of_feature[At(observation.feature)];
@@ -108,7 +108,7 @@ std::span<Observation> Map::Merge(int gone_id, int kept_id) {
   const std::vector<Observation> moving = point(gone_id).observations;
   const std::vector<ViewObservation> views = std::move(point(gone_id).views);
   RemovePoint(gone_id);
-  for (const Observation& observation : moving) Observe(kept_id, observation);
+  for (const Observation& observation : moving) AddObservation(kept_id, observation);
   for (const ViewObservation& view : views) AddView(kept_id, view);
   point(kept_id).found += point(gone_id).found;
   point(kept_id).expected += point(gone_id).expected;
@@ -116,7 +116,7 @@ std::span<Observation> Map::Merge(int gone_id, int kept_id) {
   return std::span(point(kept_id).observations).subspan(own);
 }
 
-// The keyframe that shares most points with it, or the one before it in its part.
+// Returns the keyframe that shares most points with it, or the one before it in its part.
 int Map::ParentFor(const Keyframe& gone) const {
   if (const std::vector<Neighbour> neighbours = Covisible(gone.id, 1); !neighbours.empty())
     return neighbours.front().keyframe;

@@ -1,11 +1,10 @@
-// The tracker's map: keyframes and the points they see, as values with ids.
+// Holds the tracker's map: keyframes and the points they see, as values with ids.
 //
 // Keyframes are numbered as they come. A removed keyframe keeps its pose relative to a living one, so that
-// poses anchored to it stay valid; the rest of it is freed. A point's number is used again when the point has
-// been dead for kPointRest keyframes, so that the map does not grow with time; until then a merged point
-// names the point it was merged into. World units are arbitrary; observations are level 0 pixels with centres
-// at integer + 0.5. Map itself knows no thread; SharedMap and OwnedMap say who may read and who may change
-// it.
+// poses anchored to it stay valid; the rest of it is freed. The id of a removed point is used again after
+// kPointReuseKeyframes keyframes, so that the map does not grow with time; until then a merged point names
+// the point it was merged into. World units are arbitrary; observations are level 0 pixels with centres at
+// integer + 0.5. Map is not synchronised; SharedMap and OwnedMap say who may read and who may change it.
 //
 // A camera that stays lost begins another part of the map: keyframes and points with a world of their own,
 // until the loop closer finds how the parts lie to each other and joins them. The main part's world is the
@@ -77,7 +76,7 @@ struct Keyframe {
   int part = 0;
   double time_s = 0;
   Rigid3 cam_from_world;
-  // The factor by which closed loops have scaled the lengths about it since it was made.
+  // The factor by which closed loops have scaled the lengths around the keyframe since it was made.
   double unit = 1;
   // A removed keyframe's pose relative to a living one.
   int parent = -1;
@@ -85,7 +84,7 @@ struct Keyframe {
   std::vector<int> children;  // of a living one: the removed ones whose parent it is
   std::shared_ptr<const FeatureSet> features;
   std::shared_ptr<const Pyramid> pyramid;  // of recent keyframes only
-  // Under a rolling shutter: the rows' motion that was removed from features and observations.
+  // The rolling shutter's motion that was removed from features and observations; null: none was.
   std::shared_ptr<const RowShift> rows;
   std::optional<Twist> expected_twist;  // of the rows, from the tracker: adjustments hold it to this one
   std::optional<Twist> velocity;        // from the frames before and after
@@ -102,12 +101,12 @@ class Map {
  public:
   explicit Map(const CameraModel& camera) : camera_(camera) {}
 
-  // Goes on with another lens of the same image size: image points stay, the features' rays follow it.
+  // Replaces the lens by another of the same image size: image points stay, the features' rays change.
   void SetCamera(const CameraModel& camera);
   int AddKeyframe(Keyframe keyframe);  // returns its id; observations are added one by one
   int AddPoint(const Eigen::Vector3d& position, int part = 0);
   // Returns false when the feature has a point, or the keyframe observes the point, already.
-  bool Observe(int point, const Observation& observation);
+  bool AddObservation(int point, const Observation& observation);
   // Adds a recorded view that shows the point, unless the point has it already.
   void AddView(int point, const ViewObservation& seen);
   void RemoveObservation(int point, int keyframe);  // removes the point, too, when fewer than two are left
@@ -136,35 +135,35 @@ class Map {
   int FirstKeyframe(int part) const;  // living; -1: none
   int LivingKeyframes() const { return static_cast<int>(living_.size()); }
   int LivingPoints() const { return living_points_; }
-  // The point that `id` was merged into, or `id` itself; -1 when it is gone.
+  // Returns the point that `id` was merged into, or `id` itself; -1 when it is gone.
   int Resolve(int id) const;
 
-  // Poses of keyframes, removed ones included, and of anchors.
+  // Return the present poses of keyframes, removed ones included, and of anchors.
   Rigid3 PoseOf(int keyframe) const;
   Rigid3 PoseOf(const Anchored& anchor) const;
-  // The points that a keyframe sees, in the order of its features.
+  // Returns the points that a keyframe sees, in the order of its features.
   std::vector<int> PointsSeenBy(int keyframe) const;
-  // The points that any of these keyframes sees, each once, by id.
+  // Returns the points that any of these keyframes sees, each once, by id.
   std::vector<int> PointsSeenBy(std::span<const int> keyframes) const;
-  // The median depth of the points that a keyframe sees, along its optical axis; 1 without points.
+  // Returns the median depth of the points that a keyframe sees, along its optical axis; 1 without points.
   double MedianDepth(int keyframe) const;
 
   struct Neighbour {
     int keyframe;
     int shared;  // points seen by both
   };
-  // Keyframes that share at least `min_shared` points, most first.
+  // Returns the keyframes that share at least `min_shared` points, most first.
   std::vector<Neighbour> Covisible(int keyframe, int min_shared = 15) const;
 
   // Derives descriptor, mean direction, distances and patch axes anew: after observations changed.
   void Update(int point);
-  // The same without the descriptor: after positions or poses changed.
+  // Derives all but the descriptor anew: after positions or poses changed.
   void UpdateGeometry(int point);
   // Cuts the point's reference patch out of a keyframe that still has its pyramid.
   void SetPatch(int point, const Observation& from);
 
-  // Keyframes until a dead point's number is used again: longer than the tracker keeps one. Guessed.
-  static constexpr int kPointRest = 20;
+  // A removed point's id is used again after so many keyframes: longer than the tracker keeps an id. Guessed.
+  static constexpr int kPointReuseKeyframes = 20;
 
  private:
   int ParentFor(const Keyframe& gone) const;
@@ -191,28 +190,28 @@ struct ReadoutEstimate {
   int keyframes = 0;     // that it was measured on
 };
 
-// What others may know of a map that one thread changes: they hold its lock (MapLock) to read it.
+// Describes what others may know of a map that one thread changes: they hold its lock (MapLock) to read it.
 struct SharedMap {
   explicit SharedMap(const Map& owned) : map(owned) {}
-  // For the thread that changes the map, and for others while the mapper rests. Not analysed: reading without
-  // the lock is safe because nobody changes the map meanwhile, and the analysis knows no threads.
+  // Serves the thread that changes the map, and others while the mapper is idle: nobody changes the map
+  // meanwhile, so that reading without the lock is safe. Thread safety analysis cannot express that.
   const Map& ReadByOwner() const ULF_NO_THREAD_SAFETY_ANALYSIS { return map; }
 
   mutable Mutex mutex;
   const Map& map ULF_GUARDED_BY(mutex);
   std::atomic<std::thread::id> owner{};  // the mapper's thread
-  // The longest that any other thread waited for the lock.
+  // The longest time that a thread other than the owner waited for the lock.
   mutable std::chrono::steady_clock::duration longest_wait ULF_GUARDED_BY(mutex){};
   std::atomic<int> loops{0};             // closed so far
   std::atomic<int> joins{0};             // of parts so far; each moves one part into another one's world
   std::atomic<bool> world_given{false};  // the map is in the world in which fiducials are given
-  // Counts corrections that move much at once: poses that were kept should be asked for again.
+  // Counts corrections that move much at once: whoever keeps poses should ask for them again.
   std::atomic<int> revision{0};
   // How often a rolling shutter was measured, and the last result.
   std::atomic<int> readouts_measured{0};
   std::optional<ReadoutEstimate> readout ULF_GUARDED_BY(mutex);
   std::optional<CalibrationCheck> wrong_lens ULF_GUARDED_BY(mutex);  // none: the images do not contradict it
-  std::atomic<bool> lens_is_due{false};  // one that is a guess: the map may tell a better one
+  std::atomic<bool> lens_is_due{false};  // the lens is a guess, and the map may determine a better one
 };
 
 // Holds the map's lock, and measures how long any thread but the mapper's waited for it.

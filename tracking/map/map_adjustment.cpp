@@ -26,9 +26,9 @@ constexpr std::size_t kGivenWorldMinCorners = 4;
 constexpr int kGivenWorldMinViews = 3;
 constexpr double kGivenWorldMinSpread = 0.02;
 
-// The similarity that brings one set of camera poses nearest to another. Centres alone leave the turn about a
-// straight path open, and say little where they are hardly apart. A move counts by the angle that it makes at
-// the scene, as a turn does. `distance`: of the scene, in the units of `from`.
+// Returns the similarity that brings one set of camera poses nearest to another. Centres alone leave the turn
+// about a straight path open, and say little where they are hardly apart. A move counts by the angle that it
+// makes at the scene, as a turn does. `distance`: of the scene, in the units of `from`.
 Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3>& to, double distance) {
   const double n = static_cast<double>(from.size());
   Vector3d from_mean = Vector3d::Zero(), to_mean = Vector3d::Zero();
@@ -107,7 +107,7 @@ void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index
   }
 }
 
-// Whether the corners that these keyframes saw determine the map's position, orientation and scale.
+// Returns whether the corners that these keyframes saw determine the map's position, orientation and scale.
 bool CornersHoldTheMap(const Map& map, const std::vector<int>& keyframes) {
   Vector3d mean = Vector3d::Zero();
   double squared = 0, distance = 0;
@@ -153,8 +153,9 @@ void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index
   for (const int id : changed) owned.map.Update(id);
 }
 
-// Whether a keyframe turned so fast that the rows' velocity, taken from poses of a map that may have been
-// bent, must be found with the map. In slower ones errors of the points would move it by more than it is off.
+// Returns whether a keyframe turned so fast that the rows' velocity, taken from poses of a map that may have
+// been bent, must be found with the map. In slower ones errors of the points would move it by more than it is
+// off.
 bool RowsAreUnsure(const Keyframe& keyframe) {
   constexpr double kLeastTurn = 0.01;  // during the readout, radians. Guessed
   return keyframe.rows && keyframe.expected_twist &&

@@ -106,7 +106,7 @@ bool GetPoint(ByteReader& in, Map& map) {
     o.img = in.Get2();
     o.sigma_px = in.Get<double>();
     if (o.keyframe < 0 || o.keyframe >= keyframes || !map.keyframe(o.keyframe).alive || o.feature < 0 ||
-        o.feature >= map.keyframe(o.keyframe).features->size() || !map.Observe(id, o))
+        o.feature >= map.keyframe(o.keyframe).features->size() || !map.AddObservation(id, o))
       return false;
   }
   constexpr std::size_t kViewBytes = 20;
@@ -127,10 +127,6 @@ bool GetPoint(ByteReader& in, Map& map) {
 
 }  // namespace
 
-std::string MapOfOthers() {
-  return fmt::format("views, poses or {} have changed since", Parameter("tracking_side"));
-}
-
 std::string MapToBytes(const Map& map, std::uint64_t key) {
   ByteWriter out;
   out.Put(kMagic);
@@ -145,21 +141,25 @@ std::string MapToBytes(const Map& map, std::uint64_t key) {
   return std::move(out.bytes());
 }
 
-std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const CameraModel& camera, Map& map) {
+std::optional<MapRefusal> MapFromBytes(std::string_view bytes, std::uint64_t key, const CameraModel& camera,
+                                       Map& map) {
+  const auto unusable = [](const char* words) { return MapRefusal{MapProblem::kUnusable, words}; };
   constexpr std::size_t kSum = sizeof(std::uint64_t);
   if (bytes.size() < sizeof kMagic + 2 * kSum || std::memcmp(bytes.data(), kMagic, 6) != 0)
-    return "the kept map is no map";
-  if (bytes[7] != kMagic[7]) return "the kept map is of another version of ulf";
+    return unusable("the kept map is no map");
+  if (bytes[7] != kMagic[7]) return unusable("the kept map is of another version of ulf");
   std::uint64_t checksum;
   std::memcpy(&checksum, bytes.data() + bytes.size() - kSum, kSum);
   bytes.remove_suffix(kSum);
-  if (ChecksumOf(bytes) != checksum) return "the kept map is damaged";
+  if (ChecksumOf(bytes) != checksum) return unusable("the kept map is damaged");
   bytes.remove_prefix(sizeof kMagic);
   ByteReader in(bytes);
   map.SetMainPart(map.BeginPart());
-  if (in.Get<std::uint64_t>() != key) return MapOfOthers();
+  if (in.Get<std::uint64_t>() != key)
+    return MapRefusal{MapProblem::kOtherViews,
+                      fmt::format("views, poses or {} have changed since", Parameter("tracking_side"))};
   constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 48;
-  const std::string inconsistent = "the kept map contradicts itself";
+  const MapRefusal inconsistent = unusable("the kept map contradicts itself");
   const std::size_t keyframes = in.Count(kKeyframeBytes);
   for (std::size_t i = 0; i < keyframes; ++i) {
     auto keyframe = GetKeyframe(in, camera);
@@ -175,7 +175,7 @@ std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const Camera
     if (!GetPoint(in, map)) return inconsistent;
   if (in.IsShort() || !in.AtEnd()) return inconsistent;
   for (const MapPoint& point : map.points()) map.Update(point.id);
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace ulf::tracking

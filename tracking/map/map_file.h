@@ -1,5 +1,5 @@
-// A map on disk, so that a resumed capture need not build it again. It is a cache: it can be made from the
-// recorded views, and a file that is damaged, of another version, or of other views is made anew.
+// Stores a map on disk, so that a resumed capture need not build it again. It is a cache: it can be made from
+// the recorded views, and a file that is damaged, of another version, or of other views is made anew.
 //
 // Little-endian, numbers as they are in memory:
 //   8 bytes     "ulfmap\0" and version
@@ -13,21 +13,20 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "core/geometry/camera_model.h"
+#include "tracking/map/anchored.h"
 #include "tracking/map/map.h"
 
 namespace ulf::tracking {
 
-// What MapFromBytes() returns for a map with another key.
-std::string MapOfOthers();
-
 std::string MapToBytes(const Map& map, std::uint64_t key);
 
-// Fills `map`, which is empty. Returns what is wrong with the bytes, or an empty string; then `map` is
-// usable.
-std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const CameraModel& camera, Map& map);
+// Fills `map`, which is empty. Returns why the bytes cannot be used, or none; then `map` is usable.
+std::optional<MapRefusal> MapFromBytes(std::string_view bytes, std::uint64_t key, const CameraModel& camera,
+                                       Map& map);
 
 }  // namespace ulf::tracking

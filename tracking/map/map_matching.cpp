@@ -18,7 +18,7 @@ namespace {
 // A projection may lie so far outside the image: the pose is a prediction. Guessed
 constexpr double kCandidateMarginPx = 60;
 constexpr double kCandidateMaxViewChangeDeg = 60;  // from the mean direction the point was seen in. Guessed
-// Of the distances at which the pyramid can show the point: the pose is a prediction. Guessed.
+// Factors on the distances at which the pyramid shows the point, for a predicted pose. Guessed.
 constexpr double kCandidateNearestShare = 0.8, kCandidateFarthestShare = 1.25;
 // GatherCandidatesNear: those that see most of the frame before. Guessed
 constexpr int kCandidateKeyframes = 20;
@@ -74,7 +74,7 @@ class Gatherer {
   std::vector<Candidate> candidates_;
 };
 
-// The keyframes that see most of these points, by id.
+// Returns the keyframes that see most of these points, by id.
 std::vector<int> KeyframesSeeing(const Map& map, const std::unordered_map<int, Vector2d>& points, int most) {
   std::vector<int> seen(map.keyframes().size(), 0);
   for (const auto& [id, img] : points)

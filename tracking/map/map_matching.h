@@ -35,7 +35,7 @@ struct Candidate {
   std::shared_ptr<const ReferencePatch> patch;
   PatchAxes patch_axes;
   int times_expected = 0;  // before this frame
-  // At least three keyframes see it. Two alone agree about anything that moved along their epipolar lines.
+  // At least three keyframes see it: two alone cannot expose a point that moved along their epipolar lines.
   bool confirmed = true;
 };
 
@@ -89,20 +89,20 @@ std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& 
                                  std::span<const Candidate> candidates, std::span<const int> expected,
                                  const Rigid3& cam_from_world, int most, std::vector<PointMatch>& matches);
 
-// The matched points and where the image shows them, for RefinePose().
+// Returns the matched points and where the image shows them, for RefinePose().
 std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
                                              std::span<const PointMatch> matches);
 
-// The frame's fiducial corners, with their rows' motion removed under a pose; empty where the map's world is
-// not the one that the corners are given in.
+// Returns the frame's fiducial corners, with their rows' motion removed under a pose; empty where the map's
+// world is not the one that the corners are given in.
 std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
                                         const Rigid3& cam_from_world);
 
 // A frame's pose and the matches with the map that support it.
 struct FramePose {
   Rigid3 cam_from_world;
-  // Under a rolling shutter: the pose that explains the image best (Track::cam_from_world), relative to the
-  // camera.
+  // Under a rolling shutter, from the camera of the middle row to the pose that explains the image best
+  // (Track::cam_from_world).
   Rigid3 picture_from_cam;
   Twist twist = Twist::Zero();  // the camera's velocity while the rows were read
   std::vector<Candidate> candidates;
@@ -117,10 +117,10 @@ struct FramePose {
   }
 };
 
-// The matches that a refinement kept; it may have had more observations behind them.
+// Returns the matches that a refinement kept; it may have had more observations behind them.
 std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined);
 
-// The median distance of the matches from where a pose projects their points; infinite without matches.
+// Returns the matches' median distance from their points' projections; infinite without matches.
 double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world);
 
 }  // namespace ulf::tracking

@@ -1,4 +1,4 @@
-// Compensates a rolling shutter in a map that was made without.
+// Compensates a rolling shutter in a map that was made without it.
 #pragma once
 
 #include <memory>
@@ -19,13 +19,12 @@ struct RowObservation {
 
 DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>& row_observations);
 
-// Gives a keyframe these rows (null: none) and moves its features and observations. The caller holds the
-// map's lock.
+// Replaces a keyframe's row shift (null: none) and moves its observations. The caller holds the map's lock.
 void ReplaceRows(const CameraModel& camera, Map& map, int id,
                  const std::vector<RowObservation>& row_observations, std::shared_ptr<const RowShift> rows);
 
-// Gives every keyframe with a known velocity rows of this readout (0: none), and moves its observations. The
-// caller holds the map's lock.
+// Replaces the row shift of every keyframe with a known velocity by one of this readout (0: none), and moves
+// its observations. The caller holds the map's lock.
 void GiveRows(const CameraModel& camera, Map& map, double readout_s);
 
 }  // namespace ulf::tracking

@@ -100,13 +100,13 @@ void Mapper::NoteView(int view_id, std::span<const MapObservation> seen) {
 }
 
 void Mapper::SetReadout(double readout_s) {
-  Rest();
+  WaitUntilIdle();
   {
     const MapLock lock(owned_.shared);
     GiveRows(camera_, owned_.map, readout_s);
     ++owned_.shared.revision;
   }
-  AdjustSoon();
+  RequestFullAdjustment();
 }
 
 bool Mapper::Offer(NewKeyframe keyframe) {
@@ -132,7 +132,7 @@ void Mapper::Drain() {
   ThrowFailure();
 }
 
-void Mapper::Rest() {
+void Mapper::WaitUntilIdle() {
   MutexLock lock(work_mutex_);
   changed_.wait(lock, [this]() ULF_REQUIRES(work_mutex_) {
     if (!next_) owed_ = false;
@@ -146,7 +146,7 @@ void Mapper::ThrowFailure() {
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
 }
 
-void Mapper::AdjustSoon() {
+void Mapper::RequestFullAdjustment() {
   after_loop_ = true;  // as after a loop, much has moved
   if (synchronous_) return AdjustInBackground();
   {
@@ -417,10 +417,10 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
   Adjust(local, held, BundleOptionsFor(kLocalAdjustment));
 }
 
-// The part that the camera is in.
+// Returns the part that the camera is in.
 int Mapper::PartInWork() const { return map_.keyframe(map_.living().back()).part; }
 
-// Whether another adjustment of everything is due.
+// Returns whether another adjustment of everything is due.
 bool Mapper::IsDue() {
   if (map_.living().empty()) return false;
   const int part = PartInWork(), now = static_cast<int>(map_.LivingOf(part).size());

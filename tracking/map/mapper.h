@@ -4,8 +4,8 @@
 // For a new keyframe the mapper triangulates points with its neighbours, merges points that exist twice,
 // adjusts the neighbourhood, and removes superfluous points and keyframes. When the map has grown by some
 // share, or a loop was closed, it adjusts the whole map in the background. A new keyframe stops that
-// adjustment; it is done again later. So errors of the first two views are corrected while that is cheap.
-// After some of these adjustments the lens is checked against the map (lens_watch.h).
+// adjustment, which is repeated later. So errors of the first two views are corrected early, while that is
+// cheap. After some of these adjustments the lens is checked against the map (lens_watch.h).
 //
 // The mapper works in a thread of its own, or inside Take() where the same frames must give the same bytes.
 // It reads the map without the lock and takes it for every change, so that the tracker waits for microseconds
@@ -53,15 +53,15 @@ class Mapper {
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
 
-  // The map and the index of its keyframes, to read.
+  // Gives read access to the map and to the index of its keyframes.
   const SharedMap& shared() const { return owned_.shared; }
   const KeyframeIndex& index() const { return index_; }
 
-  // Take(), Drain() and Rest() rethrow what was thrown in the mapper's thread.
-  // Applies a frame's report. False when it refused the keyframe because it still works on the one before.
+  // Take(), Drain() and WaitUntilIdle() rethrow what was thrown in the mapper's thread. Take() applies a
+  // frame's report. Returns false when it refused the keyframe because it still works on the one before.
   bool Take(FrameReport report);
-  void Drain();  // returns when all keyframes are in the map and adjusted
-  void Rest();   // the same, but cuts adjustments in the background short
+  void Drain();          // returns when all keyframes are in the map and adjusted
+  void WaitUntilIdle();  // the same, but cuts adjustments in the background short
 
   // Notes the points that a recorded view shows.
   void NoteView(int view_id, std::span<const MapObservation> seen);
@@ -70,9 +70,9 @@ class Mapper {
   // Gives the keyframes rows of this readout (0: none) and adjusts the map.
   void SetReadout(double readout_s);
 
-  // The tracker calls the following only while the mapper rests.
-  // Adjusts everything because much has moved: at once when synchronous, else in the background.
-  void AdjustSoon();
+  // The tracker calls the following only while the mapper is idle. Adjusts everything because much has moved:
+  // at once when synchronous, else in the background.
+  void RequestFullAdjustment();
   // Begins a part of the map; the first one is the main part. Returns its number.
   int StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
   void AddSeed(NewKeyframe keyframe);  // with a given pose, which stays
@@ -80,12 +80,13 @@ class Mapper {
   bool FinishSeeds(int min_points);
   void MoveWorld(const Similarity3& given_from_map);  // into the world in which fiducials are given
   void AdjustAll();  // everything, for the last time: weighs what does not fit less
-  // The lens that the map's images support (ChooseLens()), where they contradict the present one: the map is
-  // adjusted together with it, and the mapper goes on under it. None: the present lens stays.
+  // Returns the lens that the map's images support (ChooseLens()), where they contradict the present one: the
+  // map is adjusted together with it, and the mapper goes on under it. Returns none when the present lens
+  // stays.
   std::optional<RefinedLens> RefineLens();
-  // Asks the map about its lens at once, where frames have another focal length than the map's: a lens that
-  // is wrong bends a map so that its frames disagree. True, and said so in shared(): the map contradicts the
-  // lens by more than a zoom could have bent it that was moved by this logarithm of the focal length.
+  // Checks the lens at once where frames have another focal length than the map's, because a wrong lens bends
+  // a map so that its frames disagree. Returns true, and sets SharedMap::wrong_lens, when the map contradicts
+  // the lens by more than a zoom by this logarithm of the focal length could have bent it.
   bool ContradictsLensBeyond(double log_ratio);
   void RemovePart(int part);  // after the last one everything begins anew
   void SetMainPart(int part);

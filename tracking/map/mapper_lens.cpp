@@ -20,7 +20,7 @@ void Mapper::CheckLens() {
   const auto check = CheckCalibration(camera_, ProblemOf(map_), 0, &cut_short_);
   if (cut_short_) return;
   lens_.Note(check, keyframes);
-  if (options_.seek_lens && lens_.IsSought(keyframes)) owned_.shared.lens_is_due = true;
+  if (options_.seek_lens && lens_.IsSearchDue(keyframes)) owned_.shared.lens_is_due = true;
   const MapLock lock(owned_.shared);
   owned_.shared.wrong_lens = lens_.contradiction();
 }
@@ -34,7 +34,7 @@ bool Mapper::ContradictsLensBeyond(double log_ratio) {
   const double off = std::log(check->fitted_focal_px / check->given_focal_px);
   if (!check->no_lens_fits && off * log_ratio > 0 && std::abs(off) < kMost * std::abs(log_ratio))
     return false;
-  lens_.NoteDoubted(*check, map_.LivingKeyframes());
+  lens_.AddConfirmed(*check, map_.LivingKeyframes());
   const MapLock lock(owned_.shared);
   owned_.shared.wrong_lens = lens_.contradiction();
   return true;
@@ -50,7 +50,7 @@ std::optional<RefinedLens> Mapper::RefineLens() {
   const int keyframes = map_.LivingKeyframes();
   lens_.Restart(keyframes);
   const auto chosen = ChooseLens(camera_, PartForLens(ProblemOf(map_), 0));
-  lens_.NoteSought(keyframes, camera_.MeanFocalPx(), (chosen ? chosen->lens : camera_).MeanFocalPx());
+  lens_.SearchDone(keyframes, camera_.MeanFocalPx(), (chosen ? chosen->lens : camera_).MeanFocalPx());
   if (!chosen) return std::nullopt;
   BundleOptions options = BundleOptionsFor(kAdjustmentWithLens);
   options.free = chosen->free;

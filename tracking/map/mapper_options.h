@@ -1,9 +1,9 @@
-// What of the mapper's decisions is chosen from outside. The other thresholds are constants of the sources
-// that use them: mapper.cpp, mapper_points.cpp, loop_closer.cpp.
+// Defines the thresholds of the mapper that charts or commands vary; the others are constants in mapper.cpp,
+// mapper_points.cpp and loop_closer.cpp.
 //
-// Lengths are shares of the scene's depth. "Measured" values are charted against accuracy on two
-// recordings (docs/measured/charts/map_size.png; docs/measured/tracking.md, "The map"); "guessed" ones
-// were set once and worked.
+// Lengths are shares of the scene's depth. "Measured" values are charted against accuracy on two recordings
+// (docs/measured/charts/map_size.png; docs/measured/tracking.md, "The map"); "guessed" ones were set once and
+// worked.
 #pragma once
 
 #include "tracking/estimation/bundle_adjustment.h"

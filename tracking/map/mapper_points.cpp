@@ -24,7 +24,7 @@ constexpr double kMapperEpipolarSigmas = 2;  // a match lies so close to its epi
 constexpr double kMapperMaxRatio = 0.9;      // best descriptor distance / second best. Guessed
 // A twin in the same image within this share of the best distance makes the match ambiguous. Guessed.
 constexpr double kMapperTwinDistanceShare = 4.0 / 3;
-// Ratio of distances against ratio of pyramid scales. Guessed
+// The ratio of distances may differ by this factor from the ratio of pyramid scales. Guessed
 constexpr double kMapperMaxLevelMismatch = 1.8;
 // Merging: a point is looked for within this radius (level pixels) in keyframes that see it from less than
 // 60 degrees aside (as a cosine). Guessed.
@@ -47,7 +47,7 @@ int Mapper::Insert(NewKeyframe& offered) {
     seen.observation.keyframe = id;
     // A point that was merged meanwhile has another patch.
     if (point != seen.point) seen.observation = Measure(map.point(point), id, seen.observation.feature);
-    if (map.Observe(point, seen.observation)) map.Update(point);
+    if (map.AddObservation(point, seen.observation)) map.Update(point);
   }
   map.keyframe(id).points_at_birth = map.keyframe(id).points;
   int kept = 0;
@@ -60,7 +60,7 @@ int Mapper::Insert(NewKeyframe& offered) {
   return id;
 }
 
-// The feature's position, aligned with the point's patch where both are at hand.
+// Returns the feature's position, aligned with the point's patch where both are at hand.
 Observation Mapper::Measure(const MapPoint& point, int keyframe_id, int feature_index) const {
   const Keyframe& keyframe = map_.keyframe(keyframe_id);
   const Feature& feature = (*keyframe.features)[feature_index];
@@ -77,8 +77,8 @@ Observation Mapper::Measure(const MapPoint& point, int keyframe_id, int feature_
 void Mapper::CommitPoint(const Vector3d& position, const Observation& reference, const Observation& other) {
   Map& map = owned_.map;
   const int id = map.AddPoint(position, map.keyframe(reference.keyframe).part);
-  map.Observe(id, reference);
-  map.Observe(id, other);
+  map.AddObservation(id, reference);
+  map.AddObservation(id, other);
   const Keyframe& by = map.keyframe(reference.keyframe);
   if (!by.color.empty()) map.point(id).rgb = RgbAt(by.color, reference.img);
   map.SetPatch(id, reference);
@@ -130,7 +130,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
       const int best = nearest.index;
       if (best < 0 || nearest.distance > kMapperMaxRatio * nearest.second) continue;
       if (other.point_of_feature[At(best)] >= 0) continue;
-      if (HasTwin(features, i, static_cast<int>(kMapperTwinDistanceShare * nearest.distance))) continue;
+      if (IsRepetitive(features, i, static_cast<int>(kMapperTwinDistanceShare * nearest.distance))) continue;
       const Feature& match = other_features[best];
       const auto point =
           TriangulatePoint(keyframe.cam_from_world, feature.ray, other.cam_from_world, match.ray);
@@ -190,7 +190,7 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
     Map& map = owned_.map;
     const int present = keyframe.point_of_feature[At(nearest.index)];
     if (present < 0) {
-      map.Observe(id, Measure(point, keyframe_id, nearest.index));
+      map.AddObservation(id, Measure(point, keyframe_id, nearest.index));
       map.Update(id);
       continue;
     }

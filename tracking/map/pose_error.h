@@ -16,13 +16,13 @@
 
 namespace ulf::tracking {
 
-// 0 to 1: one half where the camera's centre is predicted to be off by a hundredth of the distance of what it
-// sees, near 1 where by less.
+// Returns a quality from 0 to 1: one half where the camera's centre is predicted to be off by a hundredth of
+// the distance of what it sees, near 1 where it is off by less.
 double QualityOf(double center_sigma, double distance);
-// The inverse of QualityOf(): the predicted error of the centre as a share of the distance.
+// Returns the inverse of QualityOf(): the predicted error of the centre as a share of the distance.
 double ErrorShareOf(double quality);
 
-// How far the map may be bent where a frame sees it, as a share of the pose's own standard deviation:
+// Returns how far the map may be bent where a frame sees it, as a share of the pose's own standard deviation:
 // inversely proportional to the parallax of the points in view (median, radians). Measured on simulated
 // scenes and drawn rooms.
 double MapBend(double parallax);
@@ -34,8 +34,8 @@ class MapDriftEstimate {
   void Add(const Anchored& anchor, const Rigid3& cam_from_world);
   // Call it when a loop has moved everything at once, for good.
   void Clear() { given_.clear(); }
-  // Root mean square of how far the given poses have moved, for a camera that sees what lies at `distance`;
-  // world units. Reads the map: the caller holds its lock.
+  // Returns the root mean square of how far the given poses have moved, for a camera that sees what lies at
+  // `distance`; world units. The caller holds the map's lock.
   double CenterSigma(const Map& map, double distance) const;
 
  private:

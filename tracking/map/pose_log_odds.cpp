@@ -80,7 +80,7 @@ void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& pictur
   std::vector<Look> looks;
   std::vector<std::optional<Vector2d>> img_of(frame_pose.candidates.size());
   for (const Feature& feature : picture.all())
-    looks.push_back({&feature.descriptor, feature.img, kTwinApartPx * LevelScale(feature.level)});
+    looks.push_back({&feature.descriptor, feature.img, kRepetitionApartPx * LevelScale(feature.level)});
   for (const int i : frame_pose.in_view) {
     const Candidate& candidate = frame_pose.candidates[At(i)];
     const auto img = camera.ImgFromCam(frame_pose.cam_from_world * candidate.position);
@@ -88,7 +88,7 @@ void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& pictur
     img_of[At(i)] = img;
     const double distance = (frame_pose.cam_from_world * candidate.position).norm();
     looks.push_back({&candidate.descriptor, *img,
-                     kTwinApartPx * LevelScale(NearestLevel(candidate.reference_distance / distance))});
+                     kRepetitionApartPx * LevelScale(NearestLevel(candidate.reference_distance / distance))});
   }
   left_out.resize(frame_pose.candidates.size(), false);
   for (const int i : frame_pose.looked_for) {

@@ -20,20 +20,18 @@
 
 namespace ulf::tracking {
 
-// Log odds that a pose must exceed: even odds where a prediction led to it, a thousand to one where the image
-// alone did.
+// Log odds that a pose must exceed: even odds with a prediction, a thousand to one by the image alone.
 inline constexpr double kFollowedLogOdds = 0;
 inline constexpr double kRelocalizedLogOdds = 7;
 
-// Whether a candidate is excluded, by candidate.
+// A flag for each candidate: it is excluded.
 using ExcludedCandidates = std::vector<bool>;
 
-// Natural logarithm of the odds that the pose is right rather than wrong, both as likely beforehand.
+// Returns the natural logarithm of the odds that the pose is right, with even odds beforehand.
 double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose,
                    const ExcludedCandidates& left_out = {});
 
-// Excludes candidates that look like something elsewhere in the image, or like another point that the pose
-// should see.
+// Excludes candidates that look like other features of the image, or like other points in view.
 void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
                              const FramePose& frame_pose, ExcludedCandidates& left_out);
 // Excludes candidates that look like points of another place, which a keyframe shows; nearer than

@@ -15,7 +15,7 @@
 
 namespace ulf::tracking {
 
-// Uses the newest keyframes whose velocity is known. None where they are fewer than `least_keyframes`
+// Uses the newest keyframes whose velocity is known. Returns none where they are fewer than `least_keyframes`
 // (guessed), or where their motion does not determine the readout.
 std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const Map& map,
                                                int least_keyframes = 5);

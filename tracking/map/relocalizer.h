@@ -30,7 +30,7 @@ class KeyframeIndex {
     int keyframe = -1;
     double votes = 0;
   };
-  // Keyframes by falling similarity.
+  // Returns keyframes by falling similarity.
   std::vector<Ranked> Query(const FeatureSet& features, int most) const;
 
  private:
@@ -43,21 +43,21 @@ class KeyframeIndex {
   std::uint32_t Key(int table, const Descriptor& descriptor) const;
   mutable Mutex mutex_;
   std::array<std::array<int, kBits>, kTables> bits_{};
-  // Key -> keyframes.
+  // By table: keyframes by key.
   std::array<std::unordered_map<std::uint32_t, std::vector<int>>, kTables> tables_ ULF_GUARDED_BY(mutex_);
   std::unordered_map<int, std::vector<std::array<std::uint32_t, kTables>>> keys_of_ ULF_GUARDED_BY(mutex_);
 };
 
-// What a keyframe shows of the map, copied so that matching needs no lock.
+// Describes what a keyframe shows of the map, copied so that matching needs no lock.
 struct KeyframePoints {
   std::shared_ptr<const FeatureSet> features;
   std::vector<int> with_points;            // features
   std::vector<Eigen::Vector3d> positions;  // by feature; only of those with points
 };
-// Empty for a removed keyframe. Reads the map: the caller holds its lock.
+// It is empty for a removed keyframe. Reads the map: the caller holds its lock.
 KeyframePoints PointsOf(const Map& map, int keyframe);
 
-// The pose that matches with one keyframe's points suggest.
+// Returns the pose that matches with one keyframe's points suggest.
 std::optional<Rigid3> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
                                   const FeatureSet& features, unsigned seed);
 

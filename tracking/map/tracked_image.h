@@ -1,4 +1,4 @@
-// What tracker and mapper keep of a frame's image, and the two of them from which a map starts.
+// Holds what tracker and mapper keep of a frame's image, and the two frames that start a map.
 #pragma once
 
 #include <Eigen/Core>

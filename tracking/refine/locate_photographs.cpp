@@ -121,9 +121,8 @@ class Search {
     });
   }
 
-  // Adjusts the located photographs. Without that, what one photograph is off by adds to the next one's
-  // error. It has to reach its minimum: a chain of photographs that hangs on one side only would drift so far
-  // that no refinement finds back.
+  // Without that, what one photograph is off by adds to the next one's error. It has to reach its minimum: a
+  // chain of photographs that hangs on one side only would drift so far that no refinement finds back.
   void Adjust() {
     if (located_ == 0) return;
     BundleProblem problem = ToBundle(scene_);

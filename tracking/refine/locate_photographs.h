@@ -30,8 +30,8 @@ struct LocatedPhotograph {
   std::string why;  // there is none
 };
 
-// The poses of input.views from `first_unposed` on, whose own are not looked at. Throws Error as Refine()
-// does where the views before share too little.
+// Returns the poses of input.views from `first_unposed` on, whose own poses are ignored. Throws Error as
+// Refine() does where the views before share too little.
 std::vector<LocatedPhotograph> LocatePhotographs(
     const RefineInput& input, std::size_t first_unposed, const LocateOptions& options = {},
     const std::function<void(double share, const std::string& stage)>& progress = {});

@@ -44,7 +44,7 @@ constexpr double kCheckMostEnlarged = 4;
 constexpr double kCheckExplainedShare = 0.6;
 constexpr int kViewsElsewhere = 24;  // views that a view without matching neighbours is compared with
 
-// The views nearest to each, and one in each direction: farther ones share fewer corners without helping.
+// The nearest views and one in each direction are compared: farther ones share fewer corners without helping.
 constexpr PairOptions kNearPairs{.nearest = 4, .small_parallax_deg = 4, .large_parallax_deg = 4};
 
 // A neighbour of a view, with the neighbour's corner for each of the view's; -1: none.
@@ -54,8 +54,7 @@ struct MatchedNeighbour {
   double error_px = 0;  // median distance from the epipolar lines of the recorded poses
 };
 
-// A corner of a view, triangulated from two neighbours. The error is the distance from where the view's pose
-// projects it.
+// A corner of a view, triangulated from two neighbours. Its error is the distance from its projection.
 struct PlacedCorner {
   int corner = 0;
   Vector3d in_world = Vector3d::Zero();
@@ -86,7 +85,7 @@ struct Transferred {
   double moved_px = 0;
 };
 
-// The ray turned by `angle` towards the other camera, along the epipolar line: across it nothing moves.
+// Returns the ray turned by `angle` towards the other camera, along the epipolar line.
 Vector3d TurnedTowards(const Vector3d& ray, const Vector3d& other_center, double angle) {
   const Vector3d across = other_center - other_center.dot(ray) * ray;
   return across.norm() > 0 ? (ray + angle * across.normalized()).normalized() : ray;
@@ -116,8 +115,8 @@ std::optional<Transferred> Transfer(const MatchedSet& set, int view, int first, 
   return transferred;
 }
 
-// Tests a view's pose. None where the neighbours share too few corners with the view, do not agree about most
-// of them, or stand so that their own errors would pass for the view's.
+// Returns none where the neighbours share too few corners with the view, do not agree about most of them, or
+// stand so that their own errors would pass for the view's.
 std::optional<ViewTest> TestByPair(const MatchedSet& set, int view, const MatchedNeighbour& first,
                                    const MatchedNeighbour& second) {
   const RefineScene& scene = set.scene;
@@ -219,7 +218,7 @@ class OutlierSearch {
       takes_part_[At(view)] = false;
     }
   }
-  // The tests of a view by neighbours that have not been removed themselves.
+  // Returns the tests of a view by neighbours that have not been removed themselves.
   std::vector<const ViewTest*> ValidTests(int view) const {
     std::vector<const ViewTest*> valid;
     for (const ViewTest& test : tests_[At(view)])
@@ -261,7 +260,7 @@ class OutlierSearch {
   std::set<int> no_consensus_;
 };
 
-// One standard deviation, px, of the usual distance from the epipolar lines of the recorded poses.
+// Returns one standard deviation, px, of the usual distance from the epipolar lines of the recorded poses.
 double UsualErrorPx(const std::vector<UnguidedPair>& pairs) {
   std::vector<double> medians;
   for (const UnguidedPair& pair : pairs)
@@ -281,7 +280,7 @@ std::vector<double> SigmasPx(const RefineScene& scene, const RefineInput& input,
   return sigmas;
 }
 
-// The second view of a pair as the first one's neighbour.
+// Returns the second view of a pair as the first one's neighbour.
 MatchedNeighbour NeighbourOfFirst(const RefineScene& scene, const UnguidedPair& pair) {
   MatchedNeighbour matched{pair.second, std::vector<int>(At(scene.view(pair.first).features.size()), -1),
                            Median(pair.errors_px)};
@@ -341,7 +340,7 @@ std::vector<ViewTest> TestByAllPairs(const MatchedSet& set, int view) {
   return tests;
 }
 
-// The names of the first of these views, and whether there are more.
+// Returns the names of the first of these views, and whether there are more.
 template <typename Of>
 std::string SomeOf(const std::vector<Of>& views, const std::vector<std::string>& names) {
   constexpr std::size_t kNamed = 4;
@@ -351,7 +350,7 @@ std::string SomeOf(const std::vector<Of>& views, const std::vector<std::string>&
   return some + (views.size() > kNamed ? ", ..." : "");
 }
 
-// How many times as large as the pictures that are compared most photographs are.
+// Returns how many times as large as the pictures that are compared most photographs are.
 double ReducedBy(const RefineScene& scene, const RefineInput& input) {
   std::vector<double> times;
   for (const RefineView& view : scene.views)

@@ -4,10 +4,10 @@
 //
 // Corners of neighbouring views are matched without the poses. Where two neighbours of a view agree about a
 // corner (epipolar lines), it is triangulated from them and transferred into the view, which must show it
-// there (an outlier test with three views). Two views alone would not do: along the line between them a pose
-// can be off by anything, and the epipolar lines stay the same. The threshold follows from the matches'
-// errors in the whole set, from what each pose says of its own error, and from how much the geometry of the
-// three views enlarges both.
+// there (an outlier test with three views). Two views do not suffice: a pose that is off along the line
+// between them leaves the epipolar lines the same. The threshold follows from the matches' errors in the
+// whole set, from what each pose says of its own error, and from how much the geometry of the three views
+// enlarges both.
 //
 // A view is an outlier when most of the tests about it contradict its pose, and another pose, fitted to the
 // same corners, explains them (a refit by consensus). The worst view is removed first, and it takes no part
@@ -36,7 +36,7 @@ struct ContradictedView {
   std::vector<int> by;  // the neighbours whose tests contradict the pose
 };
 
-// A view about which nothing can be decided.
+// A view whose pose can neither be confirmed nor contradicted.
 struct UndecidedView {
   int view = 0;
   std::string why;
@@ -59,14 +59,13 @@ struct PoseCheck {
 PoseCheck CheckPoses(const RefineInput& input,
                      const std::function<void(double share, const std::string& stage)>& progress = {});
 
-// Says in words that the poses fit poorly as a whole; empty where they do not.
+// Returns a sentence when the poses fit poorly as a whole; empty where they do not.
 std::string FitInWords(const PoseCheck& check);
 
-// Names the undecided views in words; empty where there are none.
+// Returns a sentence that names the undecided views; empty where there are none.
 std::string UndecidedInWords(const PoseCheck& check, const std::vector<std::string>& names);
 
-// The findings about the poses, for the light field; empty where nothing is wrong. `views`: the views of the
-// input.
+// Returns the findings about the poses, empty where nothing is wrong. `views`: the views of the input.
 std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>& views);
 
 }  // namespace ulf::tracking

@@ -18,8 +18,7 @@ using PoseChange = std::function<Rigid3(const Rigid3& cam_from_world)>;
 // 1000 px a side (docs/measured/tracking.md, "Views whose poses their neighbours contradict").
 constexpr double kMostFitErrorPx = 1;
 
-// Along both rays to where they are nearest to each other, in the first camera's frame; none: they are too
-// parallel.
+// Returns the distances along both rays to where they are nearest to each other; none if too parallel.
 std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& second_from_first,
                                                              const RayPair& rays) {
   constexpr double kLeastSine = 0.01;  // of their angle

@@ -51,7 +51,7 @@ void RequireReadable(const RefineScene& scene) {
               unread != scene.views.end() ? " (" + unread->why + ")" : "");
 }
 
-// How an adjustment treats outliers; the better the start poses, the later in the list.
+// Describes how an adjustment treats outliers; the better the start poses, the later in the list.
 enum class Loss { kHuber, kCauchy, kCauchyAndGate };
 
 BundleOptions LastAdjustment() {
@@ -161,7 +161,7 @@ void DropUnsupported(int min_view_points, RefineScene& scene) {
     if (!view.registered) view.cam_from_world = view.start;
 }
 
-// What the images say of a lens, pass by pass.
+// Describes what the images say of a lens, pass by pass.
 struct LensFit {
   LensEstimate estimate;  // of all passes: what any of them freed, with the deviations of the last that did
   CameraModel before;     // the lens that the last pass began with; after the first the estimate's
@@ -233,8 +233,8 @@ void EstimateLenses(const RefineInput& input, const RefineOptions& options, bool
   }
 }
 
-// How far another lens moves points of the image, at most; those without a ray, where distortion folds, tell
-// nothing.
+// Returns how far another lens moves points of the image, at most; those without a ray, where distortion
+// folds, tell nothing.
 double LensChangePx(const CameraModel& from, const CameraModel& to) {
   double most = 0;
   for (const double x : {0.0, 0.5, 1.0})

@@ -9,9 +9,9 @@
 //   6. weigh the evidence for another lens; on request take it over, and begin again at 2 until it stays,
 //      because what was matched and adjusted under a wrong lens speaks for that lens
 //
-// With a rolling shutter (RefineInput::readout_s) steps 1 to 6 take pictures as if taken at once; a last
-// adjustment knows the rows (refine_rows.h). Poses that go in and out are the pictures', those that explain
-// all pixels of one at once.
+// With a rolling shutter (RefineInput::readout_s) steps 1 to 6 treat pictures as if taken at once; a last
+// adjustment models the rows (refine_rows.h). Input and output poses are those that explain all pixels of a
+// picture at once.
 //
 // Start poses may be off by a percent and a degree: their error is measured first, and matching allows for
 // it. Images leave position, orientation and scale of the whole open; the start poses give them. A view that

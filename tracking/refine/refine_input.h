@@ -1,5 +1,5 @@
-// The input of refining and of triangulating: views with poses, and how to read their pictures. A light
-// field's recorded views are converted to it, and the points back.
+// Defines the input of refining and of triangulating: views with poses, and how to read their pictures. A
+// light field's recorded views are converted to it, and the points back.
 //
 // Poses are cam_from_world in any unit; image quantities are pixels of the input's images.
 #pragma once
@@ -26,7 +26,7 @@ struct RefineInput {
     // The predicted error of the camera's centre, as a share of the distance of what it sees; 0: unknown.
     double center_error_share = 0;
     std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
-    // False: the pose has only just been found (LocatePhotographs) and does not hold the world where it is.
+    // False: the pose was found by LocatePhotographs() and does not fix the world.
     bool is_recorded = true;
   };
   std::vector<CameraModel> lenses;
@@ -41,7 +41,7 @@ struct RefineInput {
   double readout_s = 0;
 };
 
-// The views of a light field. The input reads photographs from `light_field`, which must outlive it.
+// Returns the views of a light field. The input reads photographs from `light_field`, which must outlive it.
 RefineInput RefineInputOf(const LightField& light_field);
 
 // Makes the points' tracks name views by id instead of by index.

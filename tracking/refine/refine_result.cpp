@@ -84,7 +84,7 @@ void DescribeCertainty(const RefineScene& scene, RefineResult& result) {
   if (!registered.empty()) result.center_sigma_median = Median(std::move(registered));
 }
 
-// How sure the pose of a view is that came without one, from the points that it shows.
+// Returns how sure the pose of a view is that came without one, from the points that it shows.
 double QualityOfView(const RefineScene& scene, int index) {
   const RefineView& view = scene.view(index);
   std::vector<PointObservation> seen;

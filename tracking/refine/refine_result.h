@@ -1,4 +1,4 @@
-// What refining has found: views, points and lenses, and in numbers what became better.
+// Defines the result of refining: views, points and lenses, and figures of what improved.
 //
 // Poses are cam_from_world in the input's units, image quantities are pixels of the input's images, angles
 // are degrees.
@@ -51,8 +51,8 @@ struct RefineResult {
   double moved_median = 0, moved_max = 0;
   double turned_median_deg = 0, turned_max_deg = 0;
   int moved_most = -1;  // the view that moved farthest
-  // One standard deviation of the registered views' centres; infinite where something can move freely. None
-  // for very many views, nor for several groups.
+  // One standard deviation of the registered views' centres; infinite where something can move freely. Not
+  // computed for very many views, nor for several groups.
   std::optional<double> center_sigma_median, center_sigma_max;
   int least_sure = -1;  // the view with the largest deviation
 };

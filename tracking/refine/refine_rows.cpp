@@ -7,7 +7,7 @@ namespace ulf::tracking {
 namespace {
 
 // One standard deviation of a recorded velocity: of a trembling hand, radians and median depths per second,
-// and as a share of the velocity. As in the tracker's map (map_adjustment.cpp).
+// and as a share of the velocity. The tracker's map has the same values (map_adjustment.cpp).
 constexpr double kRowsTremorTurn = 0.01, kRowsTremorShift = 0.003, kRowsVelocityShare = 0.1;
 // One standard deviation of the velocity of a view without a recorded one, radians and median depths per
 // second. Guessed.

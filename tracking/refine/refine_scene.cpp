@@ -135,9 +135,10 @@ ViewGroups GroupViews(const RefineScene& scene) {
 
 namespace {
 
-// The similarity from the views' present poses to their start poses. The scale is the median change of the
-// distances between centres. The rotation comes from the centres and from points on the axes, as far out as
-// the scene is, which determine it even where all centres lie on a line. The middle of the centres stays.
+// Returns the similarity from the views' present poses to their start poses. The scale is the median change
+// of the distances between centres. The rotation comes from the centres and from points on the axes, as far
+// out as the scene is, which determine it even where all centres lie on a line. The middle of the centres
+// stays.
 std::optional<Similarity3> ToStart(const std::vector<const RefineView*>& views, double reach) {
   constexpr std::size_t kPartners = 50;  // views that each one is compared with, about: enough for a median
   std::vector<double> ratios;

@@ -1,4 +1,4 @@
-// The values that refining works on: recorded views, and points with all observations.
+// Holds the values that refining works on: recorded views, and points with all observations.
 //
 // Image quantities are pixels of the working resolution (the view's own, or reduced where it is larger than
 // features need), pixel centres at integer + 0.5. Poses are cam_from_world in the input's units.
@@ -56,21 +56,21 @@ struct RefineScene {
   const CameraModel& LensOf(const RefineView& view) const { return lenses[At(view.lens)]; }
   const RefineView& view(int i) const { return views[At(i)]; }
   int Registered() const;
-  // Views that a track needs: two agree by chance where there are others.
+  // Returns how many views a track needs: two may agree by chance.
   int MinViews() const { return Registered() > 3 ? 3 : 2; }
-  // The indices of the tracks, those with most observations first.
+  // Returns the indices of the tracks, those with most observations first.
   std::vector<int> LongestFirst() const;
   // Drops tracks with fewer than `min_views` observations.
   void DropShortTracks(int min_views);
 };
 
-// Pixels of the given images for one pixel of the working resolution.
+// Returns the pixels of the given images that correspond to one pixel of the working resolution.
 double GivenByWorking(const CameraModel& given, const CameraModel& working);
 
-// How many points each view shows.
+// Returns how many points each view shows.
 std::vector<int> PointsByView(const RefineScene& scene);
 
-// Distance of an observation from its point's projection, px; infinite where the point does not project.
+// Returns an observation's distance from its point's projection, px; infinite without a projection.
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen);
 
 // Converts views and tracks to an adjustment's problem, and back. FromBundle() drops the observations that
@@ -84,20 +84,20 @@ void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene)
 // single observations fit.
 void DropSlidingPoints(RefineScene& scene, double most_times_usual = 3);
 
-// Numbers the groups of views that share points, directly or through others; -1: a view without points.
+// The groups of views that share points, directly or through others, by view; -1: a view without points.
 struct ViewGroups {
   std::vector<int> group;
   int count = 0;
 };
 ViewGroups GroupViews(const RefineScene& scene);
 
-// Views of groups in which no view is recorded are no longer registered, and their points go: nothing says
-// where such a group lies.
+// Unregisters groups in which no view is recorded, and drops their points, because nothing determines where
+// such a group lies.
 void DropGroupsWithoutRecordedViews(RefineScene& scene);
 
 // Moves each group of views with its points by the similarity that brings its recorded views (all, where
 // there is one alone) nearest to their start poses, because images leave position, orientation and scale
-// open. False where the views do not determine a similarity.
+// open. Returns false where the views do not determine a similarity.
 bool AlignToStart(RefineScene& scene);
 
 }  // namespace ulf::tracking

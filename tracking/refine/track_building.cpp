@@ -79,7 +79,7 @@ class TrackSets {
   std::vector<std::vector<TrackCorner>> members_;
 };
 
-// About: from the first centre to the farthest, and from there to the farthest again.
+// It is approximate: from the first centre to the farthest, and from there to the farthest again.
 double LargestParallax(const RefineScene& scene, const SceneTrack& track) {
   double largest = 0;
   Vector3d from = scene.view(track.observations.front().view).cam_from_world.OriginInSource();
@@ -148,7 +148,7 @@ struct Reference {
   PatchAxes axes = PatchAxes::Zero();
 };
 
-// The corner whose view is nearest the middle of those that see the track.
+// Returns the corner whose view is nearest the middle of those that see the track.
 int MiddleObservation(const RefineScene& scene, const SceneTrack& track) {
   Vector3d mean = Vector3d::Zero();
   for (const TrackObservation& o : track.observations)

@@ -20,7 +20,7 @@ constexpr int kAllTracksPerView = 4000;  // points a view, about: more cost time
 // Observations are dropped that are off by so many times the usual error, within these limits. Guessed.
 constexpr double kAllTracksMostTimesUsual = 5, kAllTracksLeastPx = 0.5, kAllTracksMostPx = 4;
 
-// Fits every track's position to its observations. A track that fits nowhere loses all of them.
+// A track that fits nowhere loses all of them.
 void FitPositions(RefineScene& scene) {
   ParallelFor(scene.tracks.size(), [&](std::size_t t) {
     SceneTrack& track = scene.tracks[t];

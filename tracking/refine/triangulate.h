@@ -36,7 +36,7 @@ TriangulationResult TriangulateViews(const RefineInput& input, const Triangulati
 // Replaces the scene's tracks by all that the matches give.
 void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scene);
 
-// The tracks as points of a light field with these cameras.
+// Returns the tracks as points of a light field with these cameras.
 std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<CameraModel>& cameras);
 
 }  // namespace ulf::tracking

@@ -45,7 +45,7 @@ RefineScene SceneOf(const RefineInput& input, int max_side_px) {
   return scene;
 }
 
-// The corners that `mask` (any size, 0: excluded) shows.
+// Returns the corners that `mask` (any size, 0: excluded) shows.
 FeatureSet ShownFeatures(const FeatureSet& features, const cv::Mat& mask, const CameraModel& lens) {
   std::vector<Feature> shown;
   for (const Feature& feature : features.all()) {
@@ -59,7 +59,7 @@ FeatureSet ShownFeatures(const FeatureSet& features, const cv::Mat& mask, const 
   return {std::move(shown), lens.width, lens.height};
 }
 
-// As many more as leave `corners` of them where the mask shows something. Four times at most: guessed.
+// Returns a number of which `corners` remain where the mask allows, at most four times as many (guessed).
 int CornersFor(int corners, const cv::Mat& mask) {
   const double shown = static_cast<double>(cv::countNonZero(mask)) / static_cast<double>(mask.total());
   return static_cast<int>(corners / std::max(0.25, shown));

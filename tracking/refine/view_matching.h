@@ -16,16 +16,17 @@ namespace ulf::tracking {
 inline constexpr double kGuidingErrorPx = 2.5;
 // Fewer matches of a pair may all be wrong. Guessed.
 inline constexpr int kMinPairMatches = 15;
-// Few views can afford more corners and points, and need them. Guessed.
+// Up to so many views get more corners and points, which they need and can afford. Guessed.
 inline constexpr std::size_t kFewViews = 100;
 
 // The error of start poses that is assumed where hardly anything matches. Guessed.
 inline constexpr double kMostStartErrorPx = 40;
-// Gates of triangulation: times the start poses' error and at least so much; times the error after a first
-// adjustment. Wider ones let in wrong matches, narrower ones lose right ones. Guessed.
+// The gate of triangulation is the first factor times the start poses' error, at least the second value;
+// after a first adjustment it is the third factor times the error left. Wider ones let in wrong matches,
+// narrower ones lose right ones. Guessed.
 inline constexpr double kGateErrors = 6, kLeastGatePx = 4, kRepeatedGateErrors = 8;
-// Iterations of the first adjustment under good and under bad start poses, of the first with poses that
-// guide, and of all later ones. Guessed.
+// Iterations of the first adjustment from good and from bad start poses, of the first with repeated matches,
+// and of all later ones. Guessed.
 inline constexpr int kGuidedIterations = 10, kUnguidedIterations = 60, kRepeatedIterations = 30,
                      kLaterIterations = 12;
 // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
@@ -36,7 +37,7 @@ inline constexpr double kSettledCauchyScales = 2, kSettledGateScales = 4;
 struct RefineStage {
   const std::function<void(double share, const std::string& stage)>& progress;
   double from = 0, to = 1;
-  // The part of it from one share to another.
+  // Returns the part of the stage from one share to another.
   RefineStage Part(double first, double end) const {
     return {progress, from + (to - from) * first, from + (to - from) * end};
   }
@@ -48,8 +49,8 @@ struct RefineStage {
 struct ReadingOptions {
   int max_side_px = 1600;  // larger pictures are reduced
   int corners = 1500;      // a view, about
-  // Corners where masks show nothing of the world of the poses: matched without these, a standing background
-  // before which the subject turned would speak against all of them.
+  // Drops corners that masks exclude: matches on a standing background before which the subject turned would
+  // contradict all poses.
   bool masked = true;
 };
 

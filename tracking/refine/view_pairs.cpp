@@ -56,7 +56,7 @@ constexpr int kEpipolarLevelsApart = 2;  // between the corners of a match; more
 constexpr double kPairMaxApartDeg = 60;
 constexpr double kPairTurnWeight = 0.3;  // the weight of the axes' angle beside the parallax. Guessed
 
-// The scene's distance, about: the cameras' distance from where their axes meet, else their spread.
+// Returns the scene's distance, about: the cameras' distance from where their axes meet, else their spread.
 double SceneDistance(const RefineScene& scene) {
   std::vector<RayObservation> axes;
   Vector3d middle = Vector3d::Zero();
@@ -127,8 +127,8 @@ double SignedEpipolarError(const Eigen::Matrix3d& essential, const RayPair& pair
   return scale > 0 ? pair.second.dot(line) / scale * std::sqrt(2.0) : 0;
 }
 
-// The relative pose near `start` on which most pairs agree: Gauss-Newton with weights that fall beyond an
-// error that shrinks from `error_px` to a pixel, and a prior as wide as the start is uncertain.
+// Returns the relative pose near `start` on which most pairs agree: Gauss-Newton with weights that fall
+// beyond an error that shrinks from `error_px` to a pixel, and a prior as wide as the start is uncertain.
 Rigid3 MoveToAgreement(const std::vector<RayPair>& pairs, const Rigid3& start, double focal_px,
                        double error_px) {
   const double length = start.translation.norm();

@@ -19,7 +19,8 @@ namespace ulf::tracking {
 
 struct PairOptions {
   int nearest = 2;  // views that are always compared. Guessed
-  // In each quadrant around a view: the views whose parallax is nearest to these angles. Guessed.
+  // In each quadrant around a view, the views whose parallax is nearest to these angles are compared.
+  // Guessed.
   double small_parallax_deg = 4, large_parallax_deg = 11;
 };
 
@@ -37,13 +38,13 @@ struct PairMatches {
   int alike = 0;  // matches before the geometry was checked
 };
 
-// For poses that are off by `error_px`, however much that is: matches corners within a wide band, moves the
-// relative pose to where most of them agree, and matches again within a narrow band. None where fewer than
-// `min_matches` agree.
+// Matches two views whose poses are off by `error_px`, however much that is: matches corners within a wide
+// band, moves the relative pose to where most of them agree, and matches again within a narrow band. Returns
+// none where fewer than `min_matches` agree.
 PairMatches MatchAroundPose(const RefineScene& scene, int first, int second, double error_px,
                             int min_matches);
 
-// Whether rotations alone explain the matches of nearly all pairs: then nothing can be triangulated.
+// Returns whether rotations alone explain the matches of nearly all pairs: then nothing can be triangulated.
 bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs, unsigned seed);
 
 // Thresholds of matches that are found without the poses, which must be surer than others. Guessed.
@@ -59,8 +60,8 @@ struct UnguidedPair {
 UnguidedPair MatchUnguided(const RefineScene& scene, int first, int second,
                            const MatchOptions& options = kUnguidedMatches);
 
-// One standard deviation, px, of the matches' distances from the epipolar lines of the present poses, from a
-// sample of the pairs that are matched without poses; none where hardly anything matches.
+// Returns one standard deviation, px, of the matches' distances from the epipolar lines of the present poses,
+// from a sample of the pairs that are matched without poses; none where hardly anything matches.
 std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
                                          const std::vector<std::pair<int, int>>& pairs);
 

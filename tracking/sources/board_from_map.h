@@ -19,7 +19,7 @@ class BoardFromMap {
  public:
   void Add(const Anchored& anchor, const MarkerPose& pose);
   void Clear() { pairs_.clear(); }
-  // Uses the map's present poses. None until there are enough pairs, far enough apart to determine the scale.
+  // Fits to the map's present poses. Returns none until enough pairs, far enough apart, determine the scale.
   std::optional<Similarity3> Fit(const Tracker& tracker) const;
 
  private:

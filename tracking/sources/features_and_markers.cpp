@@ -87,10 +87,10 @@ class FeaturesAndMarkers : public PoseSource {
   void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {
     if (tracker_.WorldIsGiven()) tracker_.SaveMap(file, key);
   }
-  std::string RestoreMap(const std::filesystem::path& file, std::uint64_t key) override {
-    std::string problem = tracker_.RestoreMap(file, key);
-    if (problem.empty()) tracker_.MoveWorld({});
-    return problem;
+  std::optional<MapRefusal> RestoreMap(const std::filesystem::path& file, std::uint64_t key) override {
+    std::optional<MapRefusal> refusal = tracker_.RestoreMap(file, key);
+    if (!refusal) tracker_.MoveWorld({});
+    return refusal;
   }
   void Finish() override {
     tracker_.Finish();

@@ -12,7 +12,7 @@ namespace {
 constexpr int kDetailWidth = 480;    // px, of the image that sharpness is measured on. Guessed
 constexpr std::size_t kRecent = 30;  // frames that sharpness is relative to. Guessed
 
-// Mean squared Laplacian of a lightly smoothed, small image, relative to its contrast.
+// Returns the mean squared Laplacian of a lightly smoothed, small image, relative to its contrast.
 double Detail(const Image& image) {
   cv::Mat gray = GrayForTracking(image), small, laplacian;
   const double scale = std::min(1.0, static_cast<double>(kDetailWidth) / gray.cols);
@@ -70,7 +70,7 @@ class KnownPoseSource : public PoseSource {
     return usual > 0 ? detail / usual : 1;
   }
 
-  // How far the image moves at the subject's distance: the median over a grid of pixels.
+  // Returns how far the image moves at the subject's distance: the median over a grid of pixels.
   double MotionPx(const Rigid3& before, const Rigid3& now) const {
     if (!subject_) return 0;
     const double distance = (before * subject_->center_in_world).norm();

@@ -55,7 +55,7 @@ double SquaredSigmas(const CameraModel& camera, std::span<const PointObservation
   return sum;
 }
 
-// The two poses of a plane that holds the points; of points in space, the poses that a general method finds.
+// Returns the two poses of a plane that holds the points; for points in space those of a general method.
 std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const PointObservation> corners) {
   constexpr double kLeastForward = 0.05;        // of a ray's z: IPPE takes points of a plane z = 1. Guessed
   constexpr double kFlat = 1e-4, kThin = 1e-3;  // ratios of variances: a plane, a line. Guessed

@@ -31,7 +31,7 @@ namespace ulf::tracking {
 
 struct MarkerPose {
   Rigid3 cam_from_world;
-  // That support the pose; sigmas so large that the corners may be taken for independent.
+  // The corners that support the pose, with sigmas so large that these count as independent.
   std::vector<PointObservation> corners;
   double center_sigma = 0;  // metres; at least half the distance of a plane's two poses, if both are possible
   double distance = 0;      // from the camera to the corners' mean, metres
@@ -41,13 +41,13 @@ struct MarkerPose {
 
 void Describe(const MarkerPose& pose, Track& track);  // everything but the anchor
 std::vector<VisiblePoint> VisibleCorners(const MarkerPose& pose);
-// The frame with this known pose, or with none.
+// Returns the frame with this known pose, or with none.
 Frame WithPose(const Frame& frame, const std::optional<MarkerPose>& pose);
 
 class MarkerLocator {
  public:
-  // One of a plane's two poses is sure when the other's sum of squared errors, in sigmas, is larger by this:
-  // odds of 1000 : 1.
+  // One of a plane's two poses is accepted when the other's sum of squared errors, in sigmas, is larger by
+  // this: odds of 1000 : 1.
   static constexpr double kSureDifference = 14;
 
   // Throws Error when the camera's intrinsics are out of range.
@@ -57,12 +57,12 @@ class MarkerLocator {
   std::optional<MarkerPose> Locate(const cv::Mat& gray, double time_s);
   std::optional<MarkerPose> Locate(const Frame& frame);  // none in an incomplete one
 
-  // A locator of the same markers, with the places known so far, for another camera's photographs.
+  // Returns a locator of the same markers, with the places known so far, for another camera's photographs.
   MarkerLocator For(const CameraModel& camera) const;
 
   const MarkerSpec& spec() const { return spec_; }
   const CameraModel& camera() const { return camera_; }
-  // Which of several markers became the world, as PosesSpec::Parse() names it; empty where there was no
+  // Returns which of several markers became the world, as PosesSpec::Parse() names it; empty without a
   // choice.
   std::string WorldInWords() const;
   int AmbiguousFrames() const { return ambiguous_frames_; }

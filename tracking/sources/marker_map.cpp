@@ -26,7 +26,7 @@ constexpr double kMarkerMapCornerSigmaPx = 0.5;  // beyond 2.45 of it a corner w
 constexpr double kMarkerMapHuberPx = 1;          // the same for a marker's pose. Guessed
 constexpr int kMarkerMapMinCorners = 8;          // corners that refine a marker's pose: two views'
 
-// The proposal that most others agree with, and how many do.
+// Returns the proposal that most others agree with, and how many do.
 std::pair<Rigid3, std::size_t> Consensus(const std::vector<Rigid3>& proposals, double agree_m,
                                          double agree_rad) {
   std::pair<Rigid3, std::size_t> best{proposals.front(), 0};

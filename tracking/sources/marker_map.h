@@ -25,12 +25,12 @@ class MarkerMap {
 
   bool Knows(int id) const { return world_from_marker_.contains(id); }
   int Size() const { return static_cast<int>(world_from_marker_.size()); }
-  // The world is this marker's frame.
+  // Makes this marker's frame the world.
   void Begin(int id) {
     world_from_marker_[id] = {};
     first_ = id;
   }
-  // The known markers' corners with their positions in the world.
+  // Returns the known markers' corners with their positions in the world.
   std::vector<PointObservation> Corners(const std::map<int, MarkerImage>& seen, double sigma_px) const;
   // Adds a frame with a known pose. `cam_from_new`: poses of markers without a place that are not ambiguous.
   void Add(const Rigid3& cam_from_world, const std::map<int, MarkerImage>& seen,

@@ -29,11 +29,11 @@ struct MarkerSpec {
 
   static MarkerSpec Parse(const std::string& text);  // throws Refusal
   std::string Text() const;
-  // The middle of the board, in its own frame; zero for single markers.
+  // Returns the middle of the board, in its own frame; zero for single markers.
   Eigen::Vector3d Middle() const;
 };
 
-// The corners of a single marker in its own frame, metres, clockwise from its upper left one.
+// Returns the corners of a single marker in its own frame, metres, clockwise from its upper left one.
 std::vector<Eigen::Vector3d> MarkerCorners(double side_m);
 
 }  // namespace ulf::tracking

@@ -73,10 +73,10 @@ class TrajectorySource : public OutsidePoses {
   std::optional<Rigid3> WorldFromTool(const Frame& frame) const override {
     Rigid3 pose;
     switch (history_.At(frame.device_time_s + offset_s_, &pose)) {
-      case PoseAnswer::kFound:
+      case PoseLookup::kFound:
         ++counts_.found;
         return pose;
-      case PoseAnswer::kGap:
+      case PoseLookup::kGap:
         ++counts_.in_gap;
         return std::nullopt;
       default:

@@ -19,21 +19,21 @@ void PoseHistory::Add(double time_s, const Rigid3& world_from_body) {
   if (poses_.size() > most_) poses_.erase(poses_.begin());
 }
 
-PoseAnswer PoseHistory::At(double time_s, Rigid3* world_from_body) const {
+PoseLookup PoseHistory::At(double time_s, Rigid3* world_from_body) const {
   const auto after = poses_.lower_bound(time_s);
-  if (after == poses_.end()) return PoseAnswer::kAfter;
+  if (after == poses_.end()) return PoseLookup::kAfter;
   if (after->first == time_s) {
     *world_from_body = after->second;
-    return PoseAnswer::kFound;
+    return PoseLookup::kFound;
   }
-  if (after == poses_.begin()) return PoseAnswer::kBefore;
+  if (after == poses_.begin()) return PoseLookup::kBefore;
   const auto before = std::prev(after);
   const double gap_s = after->first - before->first;
-  if (gap_s > max_gap_s_) return PoseAnswer::kGap;
+  if (gap_s > max_gap_s_) return PoseLookup::kGap;
   const double share = (time_s - before->first) / gap_s;
   world_from_body->rotation = before->second.rotation.slerp(share, after->second.rotation);
   world_from_body->translation = (1 - share) * before->second.translation + share * after->second.translation;
-  return PoseAnswer::kFound;
+  return PoseLookup::kFound;
 }
 
 }  // namespace ulf::tracking

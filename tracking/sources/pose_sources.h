@@ -1,4 +1,4 @@
-// All sources of poses, each made by a function. Their interface is PoseSource.
+// Makes the sources of poses, each by a function. Their interface is PoseSource.
 #pragma once
 
 #include <filesystem>

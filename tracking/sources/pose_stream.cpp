@@ -53,7 +53,7 @@ int PortOf(int fd) {
   return ntohs(address.sin_port);
 }
 
-// A line as messages show it: characters that cannot be printed become dots.
+// Returns a line as messages show it: characters that cannot be printed become dots.
 std::string Shown(const std::string& line) {
   std::string shown = line.substr(0, kShown);
   std::replace_if(
@@ -238,20 +238,20 @@ std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double hos
   Rigid3 pose;
   while (true) {
     const auto time_s = SenderTime(device_time_s);
-    const PoseAnswer answer = time_s ? history_.At(*time_s, &pose) : PoseAnswer::kAfter;
-    if (answer == PoseAnswer::kFound) {
+    const PoseLookup answer = time_s ? history_.At(*time_s, &pose) : PoseLookup::kAfter;
+    if (answer == PoseLookup::kFound) {
       ++counts_.found;
       return pose;
     }
     const bool waited =
         Clock::now() >= until || timed_out_ || (!connected_ && !first) || (options_.stop && options_.stop());
     // A late pose may fill a gap just before the newest pose.
-    const bool may_arrive = answer == PoseAnswer::kAfter ||
-                            (answer == PoseAnswer::kGap && history_.NewestS() - *time_s < options_.wait_s);
+    const bool may_arrive = answer == PoseLookup::kAfter ||
+                            (answer == PoseLookup::kGap && history_.NewestS() - *time_s < options_.wait_s);
     if (waited || !may_arrive) {
-      if (answer == PoseAnswer::kBefore)
+      if (answer == PoseLookup::kBefore)
         ++counts_.before;
-      else if (answer == PoseAnswer::kGap)
+      else if (answer == PoseLookup::kGap)
         ++counts_.in_gap;
       else
         ++counts_.not_in_time;

@@ -50,7 +50,7 @@ struct SentOffset {
 struct SentComment {};  // also an empty line
 using SentLine = std::variant<SentComment, SentPose, SentSync, SentOffset>;
 
-// `line`: without its end. None: the line has none of these forms, or a number in it is not finite.
+// `line`: without its end. Returns none for a line of another form, or with a number that is not finite.
 std::optional<SentLine> ReadSentLine(const std::string& line);
 
 struct PoseStreamOptions {
@@ -72,8 +72,8 @@ class PoseStream {
   PoseStream& operator=(const PoseStream&) = delete;
 
   int Port() const { return port_; }
-  // The tool's pose at a frame's time. Waits for it; after a wait in vain it waits again only when another
-  // line has come.
+  // Returns the tool's pose at a frame's time. Waits for it; after a wait in vain it waits again only when
+  // another line has come.
   std::optional<Rigid3> WorldFromTool(double device_time_s, double host_time_s);
 
   struct Counts {

@@ -13,7 +13,7 @@
 namespace ulf::tracking {
 namespace {
 
-// `tx ty tz qx qy qz qw`: the camera in the tool's frame.
+// Reads `tx ty tz qx qy qz qw`, the camera in the tool's frame.
 Rigid3 ReadHandEye(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw Error("hand_eye: {} cannot be read", path);

@@ -1,4 +1,4 @@
-// The choice of a source of poses as text: "features", "markers:SPEC", "tum:FILE" and so on
+// Parses the choice of a source of poses from text: "features", "markers:SPEC", "tum:FILE" and so on
 // (docs/tracking.md).
 #pragma once
 
@@ -39,21 +39,20 @@ class PosesSpec {
   // Throws Refusal that names the accepted forms.
   static PosesSpec Parse(const std::string& text);
   const std::string& Text() const { return text_; }
-  // The poses come with the frames or from outside, not from the images: there are no tracked points.
+  // Returns whether the poses come with the frames or from outside, so that there are no tracked points.
   bool AreGiven() const { return kind_ == Kind::kKnown || kind_ == Kind::kFile || kind_ == Kind::kStream; }
   bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
-  // The world is known before the first frame, so that the user can name a subject in it.
-  bool HaveAWorld() const { return kind_ != Kind::kFeatures; }
-  // The world is the marker that is seen first, which differs between sessions.
-  bool ChoosesWorldAnew() const {
+  // Returns whether the world is known before the first frame, so that the user can name a subject in it.
+  bool DefineWorld() const { return kind_ != Kind::kFeatures; }
+  // Returns whether the world is the marker that is seen first, which differs between sessions.
+  bool WorldVaries() const {
     return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
   }
-  // A lens is found from a map of features alone (LensUse::kRefine). Throws Refusal where these poses have
-  // more than that, or none.
+  // Throws Refusal for LensUse::kRefine where the poses do not come from a map of features alone.
   void RequireFor(LensUse lens) const;
-  // The source builds a map of features, which a resumed capture must restore.
+  // Returns whether the source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
-  // What markers:SPEC and features+markers:SPEC name.
+  // Returns what markers:SPEC and features+markers:SPEC name.
   const MarkerSpec& markers() const { return markers_; }
   std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;
 

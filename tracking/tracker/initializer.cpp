@@ -31,8 +31,9 @@ constexpr double kStartMaxRatio = 0.85;                // best distance / second
 constexpr double kStartMaxPartShiftPx = 1;
 constexpr int kStartMinPartMatches = 8;
 
-// The ray of a match in the second view, aligned with the first view's patch where that works: detected
-// corners alone are too coarse for the small parallax at the start. The patch is warped by rotation only.
+// Returns the ray of a match in the second view, aligned with the first view's patch where that works:
+// detected corners alone are too coarse for the small parallax at the start. The patch is warped by rotation
+// only.
 Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const Pyramid& first,
                            const Feature& to, const Pyramid& second) {
   const auto patch = CutPatch(first, from.img, from.level);
@@ -44,9 +45,9 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
   return camera.RayFromImg(aligned->img).value_or(to.ray);
 }
 
-// Whether a part of the image moves on its own: lies off the motion's epipolar lines to one side. Two motions
-// can look like one for a while, because depth explains all motion along the lines. Motion across them
-// remains; it has one sign where one thing moves, while errors of matches have both.
+// Returns whether a part of the image moves on its own: lies off the motion's epipolar lines to one side. Two
+// motions can look like one for a while, because depth explains all motion along the lines. Motion across
+// them remains; it has one sign where one thing moves, while errors of matches have both.
 bool PartMovesOnItsOwn(const CameraModel& camera, const Rigid3& second_from_first,
                        std::span<const Eigen::Vector2d> first_img, std::span<const RayPair> pairs) {
   constexpr int kColumns = 4, kRows = 3;

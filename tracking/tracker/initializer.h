@@ -34,7 +34,7 @@ class Initializer {
   Initializer(const CameraModel& camera, unsigned seed) : camera_(camera), seed_(seed) {}
   InitializerAttempt Step(const TrackedImage& image);
   void Restart() { reference_.reset(); }
-  // Another lens, the same image size.
+  // Replaces the lens by another of the same image size.
   void SetCamera(const CameraModel& camera) {
     camera_ = camera;
     Restart();

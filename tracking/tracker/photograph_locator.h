@@ -22,7 +22,7 @@ class PhotographLocator {
                     const KeyframeIndex& index, int features, unsigned seed);
 
   // `gray` has the photograph's size; `fiducials` and the result's matches are in its pixels. Takes the map's
-  // lock. None when the pose is not certain.
+  // lock. Returns none when the pose is not certain.
   std::optional<FramePose> Locate(const cv::Mat& gray, const std::optional<Rigid3>& near,
                                   const std::optional<FiducialObservation>& fiducials = {}) const;
 

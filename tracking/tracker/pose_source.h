@@ -1,6 +1,6 @@
-// The interface of all sources of frames' poses: the tracker (tracker.h), the frame's own pose (the
+// Defines the interface of all sources of frames' poses: the tracker (tracker.h), the frame's own pose (the
 // simulator's truth, a replayed light field), markers, or a system outside the camera (tracking/sources/).
-// `ulf track` and `ulf capture` know this interface alone.
+// `ulf track` and `ulf capture` use this interface alone.
 //
 // A live pose is the best known at its frame; adjustments of a map may move it later. To keep a pose, keep
 // its anchor (a keyframe and the rigid transform from it) and ask PoseOf() again at the end.
@@ -20,6 +20,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 #include "tracking/estimation/calibration_check.h"
+#include "tracking/map/anchored.h"
 #include "tracking/tracker/readout.h"
 #include "tracking/tracker/start_progress.h"
 #include "tracking/tracker/track.h"
@@ -49,8 +50,7 @@ struct TrackerStatistics {
   int parts_joined = 0;        // parts of the map that began by themselves and were joined to another
   int parts = 0;               // of the map; more than one: apart from each other
   double longest_wait_s = 0;   // for the mapper to release the map
-  // After Finish(), where the map is large enough; before, from the moment on at which the map contradicts
-  // the lens.
+  // Set after Finish() where the map is large enough; before that, as soon as the map contradicts the lens.
   std::optional<CalibrationCheck> calibration = {};
   // The lens that replaced the given one, for the images as they come.
   std::optional<RefinedLens> refined_lens = {};
@@ -67,26 +67,26 @@ class PoseSource {
   // size than the camera.
   virtual Track Step(const Frame& frame) = 0;
   // Finds where another camera took a photograph of the same scene (a tethered camera's full resolution
-  // beside its live view). `near`: the expected pose, where it is known. None when the pose is not certain.
-  // Frames' poses stay.
+  // beside its live view). `near`: the expected pose, where it is known. Returns none when the pose is not
+  // certain. Frames' poses stay.
   virtual std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                                       const std::optional<Rigid3>& near) const = 0;
-  // The pose that an anchor means now. Every anchor stays valid.
+  // Returns the pose that an anchor means now. Every anchor stays valid.
   virtual Rigid3 PoseOf(const Anchored& anchor) const = 0;
-  // The pose that a frame's track means now; none where it had none.
+  // Returns the pose that a frame's track means now; none where it had none.
   virtual std::optional<Rigid3> PoseNow(const Track& track) const {
     return track.anchor ? PoseOf(*track.anchor) : track.cam_from_world;
   }
-  // The map in whose world PoseNow() lies: Track::map_id, after parts of the map were joined since.
+  // Returns the map in whose world PoseNow() lies: Track::map_id, after parts of the map were joined since.
   virtual int MapNow(const Track& track) const { return track.map_id; }
-  // Map points that support the last frame's pose; empty where there is none.
+  // Returns the map points that support the last frame's pose; empty where there is none.
   virtual std::vector<VisiblePoint> VisiblePoints() const { return {}; }
-  // Those, and the ones that the last frame should have shown and did not.
+  // Returns those points, and the ones that the last frame should have shown and did not.
   virtual std::vector<ExpectedPoint> ExpectedPoints() const { return {}; }
   // Notes that the image of `track` was recorded as a view, so that Points() lists what it shows. Call it
   // before the next Step().
   virtual void NoteView(int /*view_id*/, const Track& /*track*/) {}
-  // All points of the map's main part, with their colours and the recorded views that show them.
+  // Returns all points of the map's main part, with their colours and the recorded views that show them.
   virtual std::vector<ScenePoint> Points() const { return {}; }
   // Builds a map from views with known poses (at least two that see the same things), in their world, before
   // the first Step(). Returns false, and changes nothing, when too few points could be triangulated.
@@ -96,18 +96,17 @@ class PoseSource {
   // Writes the map to a file (map_file.h) for another session, whole or not at all; `key` says what it
   // belongs to. Writes nothing while there is no map. Throws as WriteFileAtomically does.
   virtual void SaveMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) const {}
-  // Takes such a file instead of SeedMap(). Where the file does not fit it returns what is wrong, and changes
-  // nothing.
-  virtual std::string RestoreMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) {
-    return "these poses need no map";
+  // Reads such a file in place of SeedMap(). Where the file does not fit, returns why and changes nothing.
+  virtual std::optional<MapRefusal> RestoreMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) {
+    return MapRefusal{MapProblem::kUnusable, "these poses need no map"};
   }
   // Called after the last frame: waits for the mapper, adjusts the whole map and checks the lens against it.
   // Frames may follow; call it again then.
   virtual void Finish() {}
   virtual TrackerStatistics Statistics() const { return {}; }
-  // How many poses came from outside, and how many frames got one: names and counts, in the order to show.
+  // Returns the poses that came from outside and the frames that got one: names and counts, in order.
   virtual std::vector<std::pair<std::string, std::uint64_t>> Counts() const { return {}; }
-  // Whether the world's unit is the metre; it may become so while tracking.
+  // Returns whether the world's unit is the metre; it may become so while tracking.
   virtual bool IsMetric() const { return false; }
 };
 

@@ -1,5 +1,5 @@
-// A rolling shutter as the user is told of it. Readout times run from the first row to the last; negative
-// ones from the last row to the first.
+// Reports the rolling shutter. Readout times run from the first row to the last; negative ones from the last
+// row to the first.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 
 namespace ulf::tracking {
 
-// A readout that changes by a smaller share of itself is the same one. Guessed.
+// A readout that changes by a smaller share of itself counts as unchanged. Guessed.
 inline constexpr double kSettledReadoutShare = 0.05;
 
 // The readout that was given, or that the tracker has measured (readout_search.h).
@@ -16,7 +16,7 @@ struct Readout {
   double readout_s = 0;
   std::optional<double> sigma_s = {};  // one standard deviation, where the tracker measured the readout
   bool compensated = true;
-  // What the map's images tell instead, with one standard deviation, where they contradict a given readout.
+  // The readout that the map's images show where they contradict the given one, with one sigma.
   struct Contradiction {
     double readout_s = 0, sigma_s = 0;
   };

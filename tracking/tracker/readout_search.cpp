@@ -114,7 +114,7 @@ void ReadoutSearch::JudgeGiven(const ReadoutEstimate& estimate, double needed_si
 }
 
 void ReadoutSearch::Apply(double readout_s) {
-  mapper_.Rest();
+  mapper_.WaitUntilIdle();
   rows_.SetReadout(readout_s);
   mapper_.SetReadout(readout_s);
 }

@@ -25,14 +25,14 @@ class ReadoutSearch {
 
   void Step();     // call it between frames
   void Restart();  // call it after the lens was replaced
-  // The readout that was found or given; none: the shutter is global as far as is known.
+  // Returns the readout that was found or given; none if the shutter is global as far as is known.
   const std::optional<Readout>& found() const { return found_; }
-  // The size, s, of a readout that may be there and is not compensated: what was measured, if that is likely,
-  // and a usual one before anything was measured.
+  // Returns the size, s, of a readout that may be there and is not compensated: what was measured, if that is
+  // likely, and a usual one before anything was measured.
   double Suspected() const;
-  // Call it where the map is an earlier session's, which would have found a rolling shutter: until one is
-  // measured, none is suspected.
-  void MapIsGiven() { last_ = ReadoutEstimate{}; }
+  // Call it for a map of an earlier session, which would have found a rolling shutter: none is suspected
+  // until one is measured.
+  void AssumeGlobalShutter() { last_ = ReadoutEstimate{}; }
 
  private:
   void Judge(const ReadoutEstimate& estimate, bool lens_is_doubted);

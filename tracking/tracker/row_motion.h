@@ -27,7 +27,7 @@ class RowMotion {
   void Forget();                                                   // the next frame follows no other
   void Scale(double scale);  // the unit of length changes by this factor
 
-  // Sets the velocities of a start's two views, which their features' motion in the image shows, and, with a
+  // Estimates the velocities of a start's two views from their features' motion in the image and, with a
   // rolling shutter, removes the rows' motion from the views.
   void InitializeFrom(TwoViewStart& start);
   // Removes the rows' motion under the last velocity from a frame that is expected at `predicted`.

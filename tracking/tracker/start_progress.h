@@ -40,10 +40,10 @@ struct MapStart {
   MotionEvidence evidence;
 };
 
-// The obstacle and, where a camera is in the hand, what to do about it: a sentence without a full stop.
+// Returns the obstacle and, for a camera in the hand, what to do: a sentence without a full stop.
 std::string Advice(StartObstacle obstacle, FrameSource source);
 
-// The same with how much of the parallax or of the matches there is.
+// Adds how much of the parallax or of the matches there is.
 std::string InWords(const StartProgress& start, FrameSource source);
 
 }  // namespace ulf::tracking

@@ -1,4 +1,4 @@
-// The tracker's result for one frame, and what it says of it in words.
+// Defines the tracker's result for one frame, and messages about it.
 //
 // Poses are cam_from_world (x right, y down, z forward). The world and its unit are those of the source of
 // the poses: see pose_source.h. Image quantities are pixels of the images as they come.
@@ -52,26 +52,24 @@ struct Track {
   // The camera's velocity while the rows were read, in the middle row's frame; set where
   // middle_row_from_picture is.
   std::optional<Twist> twist;
-  // From 0 to 1. It is one half where PictureSigma() and lens_error_share together are a hundredth of
-  // `distance`.
+  // From 0 to 1: one half where PictureSigma() and lens_error_share are a hundredth of `distance` together.
   double quality = 0;
   int matched_points = 0;       // map points that support the pose
   std::optional<int> features;  // corners detected in the image; none: the source detects none
-  // Predicted standard deviation of the camera's centre, world units: from the matches and from the map's own
-  // error.
+  // Predicted standard deviation of the camera's centre, world units, from matches and the map's error.
   std::optional<double> center_sigma;
   // Under a rolling shutter, how far cam_from_world is from the poses of the rows, world units.
   double rows_sigma = 0;
   double distance = 0;  // median distance of the points that support the pose, world units; 0: unknown
-  // The predicted error of the centre, with that of the rows; none where center_sigma is none.
+  // Returns the predicted error of the centre, with that of the rows; none where center_sigma is none.
   std::optional<double> PictureSigma() const;
   std::optional<StartProgress> start;  // while initializing, and for the frame that started the map
   double sharpness = 1;                // fine detail over the recent frames' median: well below 1 is blurred
   double speed_px = 0;      // median motion of the tracked points since the frame before; 0: unknown
   bool keyframe = false;    // the mapper took this frame as a keyframe
   bool wrong_lens = false;  // the map contradicts the given lens: TrackerStatistics::calibration says how
-  // By what share of the distance the wrong lens displaces poses. `quality` alone counts it: a view under a
-  // wrong lens is worth recording, because `ulf refine` finds the lens.
+  // The share of the distance by which the wrong lens displaces poses. Only `quality` counts it: a view under
+  // a wrong lens is worth recording, because `ulf refine` finds the lens.
   double lens_error_share = 0;
   // Set where a zoom was moved: the focal length that the image was taken with, over the lens's. The pose is
   // right, but whoever uses the image needs a lens of its own for it.
@@ -101,11 +99,11 @@ struct ExpectedPoint {
   bool found = false;      // in this frame, where the pose projects it
 };
 
-// A frame's outcome for the operator's line of progress: what is the matter and, where a camera is in the
-// hand, what to do.
+// Returns a frame's outcome for the operator's line of progress: what is the matter and, where a camera is in
+// the hand, what to do.
 std::string InWords(const Track& track, FrameSource source);
 
-// How far the zoom was moved (Track::focal_ratio), and what to do.
+// Returns how far the zoom was moved (Track::focal_ratio), and what to do.
 std::string ZoomInWords(double focal_ratio, FrameSource source);
 
 }  // namespace ulf::tracking

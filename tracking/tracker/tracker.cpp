@@ -44,10 +44,10 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
 
 void Tracker::Finish() {
   TrackerCore& core = *core_;
-  core.mapper.Rest();
+  core.mapper.WaitUntilIdle();
   core.mapper.AdjustAll();
   if (core.options.lens == LensUse::kFixed) return;
-  if (core.zoom.IsMoved()) core.FollowWith(core.size.working());
+  if (core.zoom.IsMoved()) core.TrackWithLens(core.size.working());
   const auto check = [&] {
     core.calibration =
         core.InOriginalPixels(CheckCalibration(core.size.working(), ProblemOf(core.shared.ReadByOwner())));
@@ -57,7 +57,7 @@ void Tracker::Finish() {
   const bool replace =
       core.refined_lens || core.options.lens_is_guess || (core.calibration && core.calibration->Wrong());
   if (core.options.lens != LensUse::kRefine || !replace || !core.RefineLens()) return;
-  core.mapper.Rest();
+  core.mapper.WaitUntilIdle();
   core.mapper.AdjustAll();
   check();
 }
@@ -143,7 +143,7 @@ bool Tracker::SeedMap(std::span<const SeedView> views, const SeedProgress& progr
   if (!seeded->mapper.FinishSeeds(kMinSeedPoints)) return false;
   seeded->state = TrackState::kLost;
   seeded->frames_tracked = kProvenFrames;  // a given map is proven
-  seeded->readout_search.MapIsGiven();
+  seeded->readout_search.AssumeGlobalShutter();
   core_ = std::move(seeded);
   return true;
 }
@@ -155,23 +155,22 @@ void Tracker::SaveMap(const std::filesystem::path& file, std::uint64_t key) cons
   WriteFileAtomically(file, MapToBytes(map, core_->size.KeyAtWorkingSize(key)));
 }
 
-std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
+std::optional<MapRefusal> Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t key) {
   TrackerCore& core = *core_;
   core.mapper.Drain();
   Map map(core.camera);
   try {
-    const std::string problem =
-        MapFromBytes(ReadWholeFile(file), core.size.KeyAtWorkingSize(key), core.camera, map);
-    if (!problem.empty()) return problem;
+    if (auto refusal = MapFromBytes(ReadWholeFile(file), core.size.KeyAtWorkingSize(key), core.camera, map))
+      return refusal;
   } catch (const Error& error) {
-    return error.what();
+    return MapRefusal{MapProblem::kUnusable, error.what()};
   }
   auto restored = std::make_unique<TrackerCore>(core.size.original(), core.options, std::move(map));
   restored->state = TrackState::kLost;
   restored->frames_tracked = kProvenFrames;
-  restored->readout_search.MapIsGiven();
+  restored->readout_search.AssumeGlobalShutter();
   core_ = std::move(restored);
-  return {};
+  return std::nullopt;
 }
 
 TrackerStatistics Tracker::Statistics() const {

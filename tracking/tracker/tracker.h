@@ -44,14 +44,14 @@ class Tracker final : public PoseSource {
 
   Track Step(const Frame& frame) override { return Step(frame, std::nullopt); }
   // `fiducials`: what the frame shows of a given world. Keyframes keep it until the map is moved there; from
-  // then on it is part of the pose and of the map, and a lost tracker searches where it says.
+  // then on it takes part in poses and map, and a lost tracker searches at its pose.
   Track Step(const Frame& frame, const std::optional<FiducialObservation>& fiducials);
 
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near) const override {
     return Locate(photograph.image, camera, near);
   }
-  // Throws Error when the photograph's size is not its camera's. None, too, while a zoom is moved.
+  // Throws Error when the photograph's size is not its camera's. Returns none, too, while a zoom is moved.
   std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near = {},
                               const std::optional<FiducialObservation>& fiducials = {}) const;
@@ -78,7 +78,7 @@ class Tracker final : public PoseSource {
   // A tracker with a seeded or restored map is lost until a frame sees the map.
   bool SeedMap(std::span<const SeedView> views, const SeedProgress& progress = {}) override;
   void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override;
-  std::string RestoreMap(const std::filesystem::path& file, std::uint64_t key) override;
+  std::optional<MapRefusal> RestoreMap(const std::filesystem::path& file, std::uint64_t key) override;
 
   TrackerStatistics Statistics() const override;
   const CameraModel& camera() const;

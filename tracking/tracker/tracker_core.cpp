@@ -23,15 +23,15 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Search radii about the predicted pose, again about it, and about the last pose, px in images 640 px wide.
-// Guessed.
+// Radii of the first and second search about the predicted pose, and about the last pose, px in images 640 px
+// wide. Guessed.
 constexpr double kNearPx = 12, kFarPx = 30, kLastPosePx = 40;
 // A camera that is followed in another part of the map is looked for in the main part every so many frames.
 // Guessed.
 constexpr int kTryMainPartEvery = 5;
 
-// Where the image shows the points that support a pose. `in_picture`: converts a match's image point, given
-// its point in the camera; `px`: of the picture, for one that the matches count.
+// Returns where the image shows the points that support a pose. `in_picture`: converts a match's image point,
+// given its point in the camera; `px`: of the picture, for one that the matches count.
 template <typename InPicture>
 std::shared_ptr<const std::vector<MapObservation>> SeenIn(const FramePose& frame_pose, double px,
                                                           InPicture in_picture) {
@@ -57,7 +57,7 @@ std::vector<ExpectedPoint> ExpectedOf(const FramePose& frame_pose) {
 
 }  // namespace
 
-// The velocity since the last frame; none where frames are missing in between.
+// Returns the velocity since the last frame; none where frames are missing in between.
 std::optional<Twist> TrackerCore::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
                                                 double time_s) const {
   const double step_s = time_s - last.time_s;
@@ -159,7 +159,7 @@ Anchored TrackerCore::AnchorOf(const FramePose& frame_pose) const {
           map.keyframe(reference).unit};
 }
 
-// How far the one pose that explains an image is from where the camera was when the middle row was read.
+// Returns how far the one pose that explains an image is from the camera's pose at the middle row.
 double TrackerCore::RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between,
                               double distance) const {
   if (rows.rolls()) return frame_pose.picture_from_cam.OriginInSource().norm();
@@ -195,8 +195,8 @@ void TrackerCore::Describe(const FramePose& frame_pose, const std::optional<Twis
   track.quality = QualityOf(std::hypot(*track.PictureSigma(), track.lens_error_share * distance), distance);
 }
 
-// Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were
-// joined since it was found (`joins`), so that it may be of another world.
+// Anchors the pose of a tracked frame and keeps what the next frame needs. Returns false where parts of the
+// map were joined since it was found (`joins`), so that it may be of another world.
 bool TrackerCore::Accept(double time_s, const FramePose& frame_pose, int joins, Track& track) {
   LastFrame now;
   now.time_s = time_s;
@@ -293,9 +293,9 @@ void TrackerCore::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   AddWorldInformation(start.second);
 }
 
-// Converts the state of the last frame to the new world, too.
+// It converts the state of the last frame to the new world, too.
 void TrackerCore::MoveWorld(const Similarity3& given_from_world) {
-  mapper.Rest();
+  mapper.WaitUntilIdle();
   mapper.MoveWorld(given_from_world);
   const double scale = given_from_world.scale;
   if (last.velocity) last.velocity->translation *= scale;
@@ -310,7 +310,7 @@ void TrackerCore::MoveWorld(const Similarity3& given_from_world) {
   turns.Forget();
   last_turn_ = last_turn_ * Eigen::Quaterniond(given_from_world.rotation).conjugate();
   map_drift.Clear();
-  mapper.AdjustSoon();
+  mapper.RequestFullAdjustment();
 }
 
 void TrackerCore::AddWorldInformation(const TrackedImage& image) {

@@ -1,5 +1,5 @@
-// The parts of a tracker, and what they do with a frame: private to tracker*.cpp. Tracker converts to the
-// pixels of the images as they come; in here pixels are those of the working size, except in frames and
+// Holds the parts of a tracker and processes frames with them: private to tracker*.cpp. Tracker converts to
+// the pixels of the images as they come; in here pixels are those of the working size, except in frames and
 // photographs.
 #pragma once
 
@@ -58,7 +58,7 @@ inline MapperOptions MappingOf(const TrackerOptions& options) {
 
 inline ReadoutUse UseOf(const TrackerOptions& options) {
   if (options.readout.readout_s) return ReadoutUse::kGiven;
-  // Rows that are read one after the other look like another lens.
+  // An uncompensated rolling shutter looks like another lens.
   const bool compensate = options.readout.compensate_found || options.lens == LensUse::kRefine;
   return compensate ? ReadoutUse::kCompensate : ReadoutUse::kReport;
 }
@@ -80,8 +80,7 @@ struct TrackerCore {
         readout_search(rows, mapper, UseOf(options_in)) {}
 
   WorkingSize size;
-  // Of the working size, as every image point in here. With which frames are followed: size.working(), or
-  // that with its zoom moved.
+  // The lens with which frames are tracked, in working pixels: size.working(), or that with its zoom moved.
   CameraModel camera;
   TrackerOptions options;
   FeatureExtractor extractor;
@@ -130,7 +129,7 @@ struct TrackerCore {
     return part != shared.map.main_part();
   }
   bool RefineLens();
-  void FollowWith(const CameraModel& lens);
+  void TrackWithLens(const CameraModel& lens);
   void PrepareLens();
   void WatchZoom(double time_s, const FramePose& frame_pose, Track& track);
   double ZoomByRows() const;
@@ -165,7 +164,7 @@ struct TrackerCore {
   bool IsMainPartHeld() const ULF_REQUIRES(shared.mutex);
   bool WantsKeyframe(const FramePose& frame_pose, double time_s, int reference_points) const;
 
-  // The last frame that had a pose, to follow turns from.
+  // The last frame that had a pose: turns are followed from it.
   std::shared_ptr<const FeatureSet> last_features_;
   Eigen::Quaterniond last_turn_ = Eigen::Quaterniond::Identity();
   std::optional<FramePose> frame_pose_;  // of the frame in work

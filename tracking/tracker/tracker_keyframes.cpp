@@ -39,7 +39,7 @@ bool TrackerCore::WantsKeyframe(const FramePose& frame_pose, double time_s, int 
   return (thin && (moved > kKeyframeThinMoved || turned_deg > kKeyframeThinTurnedDeg)) || far;
 }
 
-// The velocity about the frame before, where that became a keyframe.
+// Returns the velocity about the frame before, where that became a keyframe.
 std::optional<FrameReport::KeyframeVelocity> TrackerCore::VelocityOfKeyframe(const TrackedImage& image,
                                                                              const FramePose& frame_pose) {
   const std::optional<BeforeKeyframe> before = std::exchange(before_keyframe, std::nullopt);

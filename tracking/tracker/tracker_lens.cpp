@@ -34,15 +34,15 @@ bool TrackerCore::ContradictsLens() const {
   return shared.wrong_lens.has_value();
 }
 
-// Replaces the lens between two frames. The mapper rests meanwhile, so a live camera's next frame waits.
+// The mapper rests meanwhile, so a live camera's next frame waits.
 bool TrackerCore::RefineLens() {
-  mapper.Rest();
+  mapper.WaitUntilIdle();
   std::optional<RefinedLens> refined = mapper.RefineLens();
   if (!refined) return false;
   // A later refinement that leaves the focal length as it was says nothing of its deviation.
   if (refined_lens) refined->focal_sigma_px = std::max(refined->focal_sigma_px, refined_lens->focal_sigma_px);
   size.SetWorking(refined->camera);
-  FollowWith(size.working());
+  TrackWithLens(size.working());
   zoom.Forget();
   if (rows.rolls()) mapper.SetReadout(rows.readout_s());
   // What was measured under the other lens is measured again.
@@ -54,7 +54,7 @@ bool TrackerCore::RefineLens() {
 }
 
 // Tracks the frames to come with this lens: the map's, or that with its zoom moved. The map keeps its own.
-void TrackerCore::FollowWith(const CameraModel& lens) {
+void TrackerCore::TrackWithLens(const CameraModel& lens) {
   camera = lens;
   extractor.SetCamera(camera);
   locator.SetCamera(camera);
@@ -63,12 +63,12 @@ void TrackerCore::FollowWith(const CameraModel& lens) {
   rows.SetCamera(camera);
 }
 
-// Is called before each frame.
+// Call it before each frame.
 void TrackerCore::PrepareLens() {
   if (zoom.IsMoved()) {
     // A camera that was lost with its zoom moved may come back with the zoom where it was.
     if (state == TrackState::kLost)
-      FollowWith(frame % 2 == 0 ? size.working() : Zoomed(size.working(), zoom.log_ratio()));
+      TrackWithLens(frame % 2 == 0 ? size.working() : Zoomed(size.working(), zoom.log_ratio()));
     return;
   }
   if (options.lens != LensUse::kRefine) return;
@@ -101,10 +101,10 @@ void TrackerCore::WatchZoom(double time_s, const FramePose& frame_pose, Track& t
         change->log_ratio, change->sigma, by_map, by_rows, track.quality,
         zoom.Disagrees() ? ": no keyframe" : "");
   if (before == 0 && zoom.IsMoved()) {
-    mapper.Rest();
+    mapper.WaitUntilIdle();
     if (mapper.ContradictsLensBeyond(zoom.log_ratio())) zoom.Forget();
   }
-  if (zoom.log_ratio() != before) FollowWith(Zoomed(size.working(), zoom.log_ratio()));
+  if (zoom.log_ratio() != before) TrackWithLens(Zoomed(size.working(), zoom.log_ratio()));
   if (zoom.IsMoved()) track.focal_ratio = std::exp(zoom.log_ratio());
   // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom
   // was moved is measured against a map that it does not fit: a jump may be told as a tenth of itself.

@@ -1,5 +1,5 @@
-// What of the tracker's decisions is chosen from outside. The other thresholds are constants of the sources
-// that use them. "Measured" names the chart; "guessed" values were set once and worked.
+// Defines the options of the tracker that commands, tests or charts vary; other thresholds are constants in
+// the sources. "Measured" names the chart; "guessed" values were set once and worked.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,14 @@
 
 namespace ulf::tracking {
 
-// What is known of a rolling shutter. Readout times run from the first row to the last; negative ones from
-// the last row to the first.
+// Describes what is known of a rolling shutter. Readout times run from the first row to the last; negative
+// ones from the last row to the first.
 struct ReadoutArgs {
   std::optional<double> readout_s = {};  // 0: a global shutter; none: the tracker measures it
   bool compensate_found = true;  // a readout that the tracker finds is compensated, else only reported
 };
 
-// What becomes of the given lens where the map's images contradict it.
+// Describes what becomes of the given lens where the map's images contradict it.
 enum class LensUse {
   kFixed,  // it is not checked
   kCheck,  // the tracker reports the contradiction
@@ -38,8 +38,8 @@ struct TrackerOptions {
   bool wait_for_mapper = false;
   ReadoutArgs readout = {};
   LensUse lens = LensUse::kCheck;
-  // Nobody has calibrated the given lens (a focal length from Exif data, a data sheet, a guess). With
-  // LensUse::kRefine it is then replaced as soon as the map tells a better one, contradicted or not.
+  // The given lens is no calibration (a focal length from Exif data, a data sheet, a guess). With
+  // LensUse::kRefine it is then replaced as soon as the map determines a better one, contradicted or not.
   bool lens_is_guess = false;
   // A camera that stays lost begins another part of the map; else it stays lost until it is back.
   bool begin_parts = true;

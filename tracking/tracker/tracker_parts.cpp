@@ -37,7 +37,7 @@ bool TrackerCore::ContinueFrom(FramePose found, int joins, TrackedImage& image, 
   if (part != before) {
     // A part that was lost within its first frames is worth nothing.
     if (frames_tracked <= kProvenFrames) {
-      mapper.Rest();
+      mapper.WaitUntilIdle();
       mapper.RemovePart(before);
     }
     frames_tracked = kProvenFrames;
@@ -65,7 +65,7 @@ bool TrackerCore::MayBeginPart(double time_s) const {
          time_s - *lost_since_s >= kBeginPartAfterS;
 }
 
-// Whether recorded views or given poses lie in the main part's world.
+// Returns whether recorded views or given poses lie in the main part's world.
 bool TrackerCore::IsMainPartHeld() const {
   const Map& map = shared.map;
   const int main = map.main_part();
@@ -91,11 +91,11 @@ void TrackerCore::ChooseMainPart() {
 // The part in work was lost within its first frames.
 void TrackerCore::Abandon() {
   spdlog::debug("frame {}: lost at once, starting again", frame);
-  mapper.Rest();
+  mapper.WaitUntilIdle();
   mapper.RemovePart(part);
   map_drift.Clear();
   zoom.Forget();
-  FollowWith(size.working());
+  TrackWithLens(size.working());
   initializer.Restart();
   last = {};
   if (lost_since_s) *lost_since_s -= kBeginPartAfterS;  // begin the next one at once

@@ -54,7 +54,7 @@ std::optional<Quaterniond> TurnTracker::Step(const std::shared_ptr<const Feature
   std::sort(nearest.begin(), nearest.end(), [&](const TurnKeyframe* a, const TurnKeyframe* b) {
     return AngleBetween(a->cam_from_world, expected) < AngleBetween(b->cam_from_world, expected);
   });
-  // After a miss the camera may have turned on: more keyframes, and directions looked for farther away.
+  // After a miss the camera may have turned on: more keyframes are tried, directions searched farther away.
   const auto tried = At(missed_ ? kTurnKeyframesTriedAfterMiss : kTurnKeyframesTried);
   std::optional<Fit> best;
   for (std::size_t i = 0; i < std::min(tried, nearest.size()) && !best; ++i)

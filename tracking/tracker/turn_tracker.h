@@ -1,12 +1,11 @@
-// Follows how a camera is turned while nobody knows where it is: before a map has started, and while the
-// camera is lost.
+// Tracks a camera's rotation while its position is not known: before a map has started, and while it is lost.
 //
 // Features count as directions, that is as points at infinity. Keyframes have known rotations; a frame is
 // matched with the one that looks nearest to where it is expected, and turned until most directions fit. A
 // shift of the camera looks like a turn by as much parallax as it makes, and what one keyframe hides adds up
 // over the next ones. Measured: swaying by 20 cm before walls 2.6 to 3.4 m away, rotations are off by 0.6 to
 // 4 degrees when the map starts, by up to 7 before one flat wall, where it starts late
-// (docs/measured/tracking.md, "A hand that turns on the spot"). Of the position they tell nothing.
+// (docs/measured/tracking.md, "A hand that turns on the spot"). They do not determine the position.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -23,13 +22,13 @@ namespace ulf::tracking {
 class TurnTracker {
  public:
   TurnTracker(const CameraModel& camera, unsigned seed) : camera_(camera), seed_(seed) {}
-  // Frames to come have another lens and the same size; features keep the rays that theirs gave them.
+  // Replaces the lens of the following frames by another of the same image size; features keep their rays.
   void SetCamera(const CameraModel& camera) { camera_ = camera; }
   void Forget() { *this = TurnTracker(camera_, seed_); }
   // Starts from a frame whose rotation is known.
   void Begin(std::shared_ptr<const FeatureSet> features, const Eigen::Quaterniond& cam_from_world);
   bool HasBegun() const { return !keyframes_.empty(); }
-  // None where too few directions fit.
+  // Returns none where too few directions fit.
   std::optional<Eigen::Quaterniond> Step(const std::shared_ptr<const FeatureSet>& features);
 
  private:

@@ -34,7 +34,7 @@ void WorkingSize::SetWorking(const CameraModel& working) {
 }
 
 // Averages over areas: first by a whole factor where the sizes have one, which OpenCV does ten times as fast,
-// then by the rest. For a small rest linear interpolation averages as well.
+// then by the rest. Linear interpolation suffices for a small remaining factor.
 cv::Mat WorkingSize::Reduced(const cv::Mat& original) const {
   if (!IsReduced()) return original;
   constexpr double kLinearSuffices = 1.5;  // original pixels for one working pixel. Guessed

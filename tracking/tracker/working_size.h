@@ -1,5 +1,4 @@
-// The size at which images are tracked, and the conversion between its pixels and those of the images as
-// they come.
+// Defines the size at which images are tracked, and converts between its pixels and the original ones.
 //
 // The size of corners and patches, the number of features and the search radii are numbers of pixels that
 // suit images of about the working size. Larger images are reduced, each pixel the mean of the area that it
@@ -30,10 +29,10 @@ void RequireSize(const std::string& what, const cv::Size& size, const CameraMode
 
 class WorkingSize {
  public:
-  // At most `max_side_px` on the longer side; 0: images are tracked as they come.
+  // `max_side_px`: the longer side at most; 0: images are tracked as they come.
   WorkingSize(const CameraModel& original, int max_side_px);
 
-  // Another lens of the same image size, of working pixels.
+  // Replaces the lens by another of the same image size, in working pixels.
   void SetWorking(const CameraModel& working);
   const CameraModel& original() const { return original_; }
   const CameraModel& working() const { return working_; }
@@ -46,7 +45,7 @@ class WorkingSize {
   Eigen::Vector2d ToOriginal(const Eigen::Vector2d& working) const;
   // Converts a distance in the image, by the mean of the two axes.
   double ToOriginal(double working_px) const;
-  // Makes another key for what is stored in pixels of a reduced size.
+  // Returns a key for what is stored in pixels of a reduced size, which differs from `key`.
   std::uint64_t KeyAtWorkingSize(std::uint64_t key) const;
 
  private:

@@ -1,4 +1,4 @@
-// Notices a zoom that is moved while the camera is followed, by each frame's focal length against the map's
+// Detects a zoom that is moved during tracking, by each frame's focal length against the map's
 // (focal_change.h).
 //
 // A growing map adopts what a moved zoom shows and soon agrees with it. So a frame that disagrees becomes no
@@ -16,15 +16,14 @@ namespace ulf::tracking {
 
 class ZoomWatch {
  public:
-  // Is called after each frame that has a pose. `change`: the frame's focal length over that with which it
-  // was tracked; none: unknown. `other`: one standard deviation (a logarithm, too) of what else may look like
-  // it, an error of the map or a rolling shutter.
+  // Call it after each frame that has a pose. `change`: the frame's focal length over that with which it was
+  // tracked; none: unknown. `other`: one standard deviation (a logarithm, too) of what else may look like it,
+  // an error of the map or a rolling shutter.
   void Step(double time_s, const std::optional<FocalChange>& change, double other);
-  // Whether the last frame should not become a keyframe.
+  // Returns whether the last frame should not become a keyframe.
   bool Disagrees() const { return since_disagreed_ < kLastFrames || IsMoved(); }
   bool IsMoved() const { return log_ratio_ != 0; }
-  // Logarithm of the focal length with which frames are to be tracked, over the lens's; 0: it is the lens's
-  // own.
+  // Returns the logarithm of the focal length for tracking frames over the lens's; 0: the lens's own.
   double log_ratio() const { return log_ratio_; }
   void Forget();  // call it when the map or the lens is replaced
 

@@ -45,8 +45,8 @@ constexpr std::array kLensPrograms = {
     LensProgram{"OpenCV"},
 };
 
-// Whether damaged text has words of a lens file: else it is of something else, which no message should tell
-// to mend.
+// Returns whether damaged text has words of a lens file: else it is of something else, which no message
+// should tell to mend.
 bool HasLensWords(const std::string& text) {
   for (const char* word :
        {"intrinsic", "matrix", "ameraMatrix", "istortion", "resolution", "K:", "\"K\"", "fx", "<f>", "fl_x",
@@ -64,7 +64,7 @@ void RefuseCutMessage(const LensNode& top, const std::string& where) {
               matrix ? std::ranges::count_if(matrix->items, &LensNode::IsText) : 0);
 }
 
-// As LensTreesOf(); none for damaged text without words of a lens file, too.
+// Does as LensTreesOf(), but returns none, too, for damaged text without words of a lens file.
 std::optional<std::vector<LensNode>> TreesOfLensText(const std::string& text, const std::string& where) {
   try {
     return LensTreesOf(text, where);
@@ -135,14 +135,14 @@ bool HasAny(const LensNode& map, std::initializer_list<std::string_view> keys) {
   return std::any_of(keys.begin(), keys.end(), [&](std::string_view key) { return map.Has(key); });
 }
 
-// Whether the map or anything in its values has the key.
+// Returns whether the map or anything in its values has the key.
 bool HasBelow(const LensNode& top, std::string_view key) {
   return top.Has(key) || std::ranges::any_of(top.items, [key](const LensNode& item) {
            return item.Has(key) || (item.IsList() && !item.items.empty() && item.items.front().Has(key));
          });
 }
 
-// The key of numbers that are said to be a fisheye's, at the top or one level below; empty: there is none.
+// Returns the key of numbers named a fisheye's, at the top or one level below; empty if there is none.
 std::string KeyOfFisheyeNumbers(const LensNode& map, int levels) {
   for (std::size_t i = 0; i < map.items.size(); ++i) {
     const LensNode& value = map.items[i];
@@ -183,8 +183,9 @@ bool IsDsoFov(const std::string& text) {
           std::isdigit(static_cast<unsigned char>(word[0])));
 }
 
-// What the file is and what to do, as the end of a sentence that begins with the file's name: "is ...; ...".
-// None: it is unknown. The first looks at the text before it is parsed, which may not be possible.
+// Returns what the file is and what to do, as the end of a sentence that begins with the file's name: "is
+// ...; ...". Returns none when it is unknown. The first looks at the text before it is parsed, which may not
+// be possible.
 std::optional<std::string> OtherLensText(const std::string& text) {
   using namespace std::string_view_literals;
   if (BeginsWithBytes(text, "\x1f\x8b"sv))

@@ -1,9 +1,9 @@
-// Reads a lens out of the files of other programs, whatever their syntax. ReadableLensPrograms() is the one
-// list of whose are read; docs/calibration.md has it as a table.
+// Reads a lens from the files of other programs, whatever their syntax. ReadableLensPrograms() lists the
+// programs; docs/calibration.md has them as a table.
 //
-// A model's word in the file decides what the coefficients are; where none is and both are possible, a
-// warning says what was taken and which word decides. A model that ulf does not have is an Error that names
-// it and the way out, and so are counts that contradict each other.
+// A word for the model in the file decides what the coefficients are; where there is none and several models
+// are possible, a warning says which was assumed and which word decides. A model that ulf does not have is an
+// Error that names it and the way out, and so are counts that contradict each other.
 #pragma once
 
 #include <optional>
@@ -21,13 +21,13 @@ struct ReadLens {
 };
 
 // `camera` selects one of several by its name or number ("cam1", "2"); empty: the file must contain only one.
-// None: the text is of no program that is known. Errors begin with `where`.
+// Returns none when no known program writes such a text. Errors begin with `where`.
 std::optional<ReadLens> ReadLensText(const std::string& text, const std::string& where,
                                      const std::string& camera = "");
 
 // "Lenses of ulf, Kalibr, ... are read (docs/calibration.md)", for messages.
 std::string ReadableLensFiles();
-// The programs alone.
+// Returns the names of the programs alone.
 std::vector<std::string> ReadableLensPrograms();
 
 }  // namespace ulf::acquisition

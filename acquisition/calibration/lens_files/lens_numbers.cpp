@@ -31,11 +31,11 @@ int LensSide(double side, const LensNumbers& numbers, const std::string& where) 
   return static_cast<int>(side);
 }
 
-// The model by the word, else by the number of coefficients; with its warnings.
+// Returns the model by the word, else by the number of coefficients; with its warnings.
 LensModel ModelOfNumbers(const LensNumbers& numbers, const std::string& where,
                          std::vector<std::string>& warnings) {
   const std::size_t count = numbers.coefficients.size();
-  if (numbers.said) return numbers.said->model;
+  if (numbers.named) return numbers.named->model;
   const bool is_plain = AreZeroFrom(numbers.coefficients, 0);
   if (count == 4 && !is_plain) {
     warnings.push_back(fmt::format(
@@ -56,18 +56,18 @@ LensModel ModelOfNumbers(const LensNumbers& numbers, const std::string& where,
 // Throws Error where the number of coefficients does not belong to the model.
 void RequireCount(const LensNumbers& numbers, LensModel model, const std::string& where) {
   const std::vector<double>& d = numbers.coefficients;
-  const std::string said = numbers.said ? " (" + numbers.said->said + ")" : "";
+  const std::string named = numbers.named ? " (" + numbers.named->named + ")" : "";
   const auto contradicts = [&](const char* name, const char* counts) {
     throw Error(
         "{}: a {} lens{} has {} coefficients, but there are {}; correct the model's word or the coefficients",
-        where, name, said, counts, d.size());
+        where, name, named, counts, d.size());
   };
   switch (model) {
     case LensModel::kNone:
       if (!AreZeroFrom(d, 0))
         throw Error(
             "{}: a lens without distortion{} has {} coefficients that are not zero; correct one of the two",
-            where, said, d.size());
+            where, named, d.size());
       return;
     case LensModel::kFisheye:
       if (d.size() < 4 || !AreZeroFrom(d, 4)) contradicts("fisheye", "4");
@@ -81,7 +81,7 @@ void RequireCount(const LensNumbers& numbers, LensModel model, const std::string
         throw Error(
             "{}: {} coefficients{}; a rational model has 8, 12 or 14, k1 k2 p1 p2 k3 are 4 or 5: correct the "
             "model's word or the coefficients",
-            where, d.size(), said);
+            where, d.size(), named);
       if (!AreZeroFrom(d, 5))
         throw Error(
             "{}: a rational, thin prism or tilted model ({} coefficients, and those after the fifth are not "
@@ -99,7 +99,7 @@ bool HasExchangedSides(const CameraModel& c) {
   return apart > 0.05 * c.width && off_exchanged < 0.25 * apart && off > 0.75 * apart;
 }
 
-// The number of "2", "cam2", "Camera 2"; -1: it is none.
+// Returns the number of "2", "cam2", "Camera 2"; -1: it is none.
 int NumberOfCameraWord(const std::string& text) {
   std::string word = LensWord(text);
   for (const std::string_view name : {"camera", "cam"})
@@ -109,7 +109,7 @@ int NumberOfCameraWord(const std::string& text) {
   return is_number ? std::stoi(word) : -1;
 }
 
-// Whether a name ends, after its last / or dot, in what is wanted.
+// Returns whether a name ends, after its last / or dot, in what is wanted.
 bool EndsInCamera(const std::string& name, const std::string& wanted) {
   const std::string last = name.substr(name.find_last_of("/.") + 1);
   const int number = NumberOfCameraWord(wanted);
@@ -146,7 +146,7 @@ std::optional<double> SideBehind(const LensNode& map, std::span<const std::strin
   return value;
 }
 
-// The numbers of a list, a matrix, or a text such as 640x480.
+// Returns the numbers of a list, a matrix, or a text such as 640x480.
 std::vector<double> SidesIn(const LensNode& node, const std::string& key, const std::string& where) {
   if (node.IsMap()) return LensMatrixOf(node, key, where).numbers;
   LensNode plain = node;
@@ -156,8 +156,8 @@ std::vector<double> SidesIn(const LensNode& node, const std::string& key, const 
   return LensNumbersIn(plain).value_or(std::vector<double>());
 }
 
-// Whether the principal point is that of a picture with these sides and not of one with them exchanged; none:
-// of either.
+// Returns whether the principal point is that of a picture with these sides and not of one with them
+// exchanged; none: of either.
 std::optional<bool> FitsPrincipalPoint(const LensNumbers& numbers, double width, double height) {
   const double off = std::hypot(numbers.cx - 0.5 * width, numbers.cy - 0.5 * height),
                off_exchanged = std::hypot(numbers.cx - 0.5 * height, numbers.cy - 0.5 * width);
@@ -191,7 +191,7 @@ void RequireSides(const LensNumbers& numbers, const std::string& where) {
     throw Error("{}: the size of the pictures is 0x0; calibrate again", where);
 }
 
-// Two keys of the map. Returns whether they are there.
+// Sets the size from two keys of the map. Returns whether they are there.
 bool SetTwoSides(const LensNode& map, const std::string& mark, LensNumbers& numbers,
                  const std::string& where) {
   const auto width = SideBehind(map, kWidthWords, mark, where),

@@ -1,4 +1,4 @@
-// From the numbers of a lens file to a camera model, with the checks that all dialects share: counts that
+// Converts the numbers of a lens file to a camera model, with the checks that all formats share: counts that
 // contradict each other, and numbers that no lens has.
 #pragma once
 
@@ -20,11 +20,10 @@ struct Lens {
 struct LensNumbers {
   double width = 0, height = 0;  // 0: the file does not say
   double fx = 0, fy = 0, cx = 0, cy = 0;
-  // Whether the principal point counts from the picture's corner, as ulf does; else from the middle of the
-  // first pixel.
+  // The principal point counts from the picture's corner; false: from the middle of the first pixel.
   bool from_corner = false;
   std::vector<double> coefficients = {};  // in OpenCV's order
-  std::optional<SaidLensModel> said = {};
+  std::optional<NamedLensModel> named = {};
   bool is_ros = false;                                           // no word is plumb_bob there
   std::string size_keys = "image_width: W and image_height: H";  // lines to add where the size is missing
   std::vector<std::string> warnings = {};
@@ -35,28 +34,29 @@ struct LensNumbers {
 void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::string& key,
                      const std::string& where);
 
-// This warns of a file that has no coefficients and may be whole without them.
+// Returns a warning about a file without coefficients, which may be complete without them.
 std::string WarningOfNoCoefficients(const std::string& where);
 
 // Throws Error that begins with `where`.
 Lens FinishedLens(const LensNumbers& numbers, const std::string& where);
 
-// What no lens has: throws Error that begins with `where` for a focal length or a principal point in parts of
-// the picture or in millimetres; a warning names what only strange lenses and parts of a sensor have.
+// Throws Error that begins with `where` for a focal length or a principal point in shares of the picture or
+// in millimetres; adds a warning for values that only unusual lenses and parts of a sensor have.
 void CheckLensNumbers(Lens& lens, const std::string& where);
 
-// The wanted one of a file's cameras, or the only one: by its name, its number (cam0: 0; narrow_stereo/left:
-// left), or its topic, one for each name or none at all; cases do not matter. Throws Error that lists them.
+// Picks the wanted one of a file's cameras, or the only one: by its name, its number (cam0: 0;
+// narrow_stereo/left: left), or its topic, one for each name or none at all; cases do not matter. Throws
+// Error that lists them.
 std::string PickLens(const std::vector<std::string>& names, const std::string& wanted,
                      const std::string& where, const std::vector<std::string>& topics = {});
 
-// Of a file that has only one camera without a name. Throws Error where one is wanted.
+// Throws Error when a camera is named for a file that has a single one without a name.
 void RequireOnlyLens(const std::string& wanted, const std::string& where);
 
-// The size of a lens's pictures under any of the words that programs have for it: two keys, a list, or a
-// text. Looks in the maps in their order, and in each for the keys with the mark before those without. The
-// principal point of `numbers` decides what the name of a list leaves open. Throws Error that begins with
-// `where`, also where it does not.
+// Reads the size of a lens's pictures under any of the words that programs have for it: two keys, a list, or
+// a text. Searches the maps in their order, and in each the keys with the mark before those without. Where
+// the name of a list leaves the order open, the principal point of `numbers` decides. Throws Error that
+// begins with `where`, also when it does not decide.
 void ReadLensSize(const std::vector<const LensNode*>& maps, const std::string& mark, LensNumbers& numbers,
                   const std::string& where);
 

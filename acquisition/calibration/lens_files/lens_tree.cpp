@@ -20,7 +20,7 @@ namespace {
 constexpr int kMostLensLevels = 100;
 constexpr std::size_t kMostLensNodes = 1'000'000;
 
-// What all conversions into the tree count: a short text may refer to itself and become a tree without end.
+// Counts what all conversions have made: a short text may refer to itself and become an endless tree.
 struct LensTreeSize {
   const std::string& where;
   std::size_t nodes = 0;
@@ -245,8 +245,8 @@ int OpenBrackets(const std::string& text) {
   return static_cast<int>(std::ranges::count(text, '[') - std::ranges::count(text, ']'));
 }
 
-// The value of a line of ini or TOML: a list in brackets, with commas, or, as MATLAB writes it, with blanks
-// and semicolons; a text else.
+// Returns the value of a line of ini or TOML: a list in brackets, with commas, or, as MATLAB writes it, with
+// blanks and semicolons; a text else.
 LensNode AssignedValue(std::string value, LensTreeSize& size) {
   if (value.starts_with('[') && value.find(',') == std::string::npos) {
     std::ranges::replace_if(
@@ -315,7 +315,7 @@ LensNode FromSections(const std::string& text, const std::string& where) {
   return top;
 }
 
-// The first line that is neither empty nor a comment, which ; begins in ini.
+// Returns the first line that is neither empty nor a comment, which ; begins in ini.
 std::string FirstLine(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -376,7 +376,7 @@ std::string LensWord(std::string_view text) {
 std::optional<double> LensNumber(const LensNode& node) {
   if (!node.IsText()) return std::nullopt;
   std::string text = WithoutBlanksAround(node.text);
-  // YAML's .nan, -.inf
+  // YAML writes .nan and -.inf.
   const std::size_t dot = text.find('.');
   if (dot != std::string::npos && dot + 1 < text.size() &&
       std::isalpha(static_cast<unsigned char>(text[dot + 1])) != 0 && dot <= 1)

@@ -1,6 +1,6 @@
-// The text of a lens file as one tree, whatever its syntax: YAML with or without OpenCV's head, JSON, XML
-// (OpenCV's storage and others, attributes too), or the sections of ROS's ost.ini, of ini and of TOML. What a
-// file means is thereby looked for once and not once for each syntax.
+// Parses the text of a lens file into one form of tree, whatever its syntax: YAML with or without OpenCV's
+// head, JSON, XML (OpenCV's storage and others, attributes too), or the sections of ROS's ost.ini, of ini and
+// of TOML. So the readers of formats do not depend on syntax.
 #pragma once
 
 #include <algorithm>
@@ -32,22 +32,21 @@ struct LensNode {
   bool operator==(const LensNode&) const = default;
 };
 
-// A matrix of any of the dialects' forms: rows, cols and data; a list of rows; or numbers alone, which are
-// one row.
+// A matrix in any of the formats' forms: rows, cols and data; a list of rows; or numbers as one row.
 struct LensMatrix {
   int rows = 0, cols = 0;
   std::vector<double> numbers = {};
 };
 
-// The documents of the text: one, or as many as YAML's marks part. None: the text has none of these syntaxes.
-// Throws Error that begins with `where` for text that ends too early, nests deeply, or has a key twice with
-// different values.
+// Returns the documents of the text: one, or as many as YAML's marks part. Returns none when the text has
+// none of these syntaxes. Throws Error that begins with `where` for text that ends too early, nests deeply,
+// or has a key twice with different values.
 std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const std::string& where);
 
-// Lower case without blanks, underlines, dots, colons and hyphens, by which keys and words are compared.
+// Returns lower case without blanks, underlines, dots, colons and hyphens, to compare keys and words.
 std::string LensWord(std::string_view text);
 
-// The N words of a text with one blank between them.
+// Returns the N words of a text with one blank between them.
 template <std::size_t N>
 consteval std::array<std::string_view, N> LensWordsIn(std::string_view text) {
   std::array<std::string_view, N> words;
@@ -58,16 +57,15 @@ consteval std::array<std::string_view, N> LensWordsIn(std::string_view text) {
   return text.empty() ? words : throw "there are more words";
 }
 
-// Numbers that are not finite come through as such.
+// Returns a number, which need not be finite; none: the text is no number.
 std::optional<double> LensNumber(const LensNode& node);
-// All numbers inside a list, a list of lists, or a text with blanks; none: something else stands there.
+// Returns all numbers in a list, a list of lists, or a text with blanks; none for anything else.
 std::optional<std::vector<double>> LensNumbersIn(const LensNode& node);
 bool LooksLikeLensMatrix(const LensNode& node);
-// Throws Error that begins with `where` and names `key` where rows, columns and numbers contradict each
-// other.
+// Throws Error that begins with `where` and names `key` where rows, columns and numbers do not agree.
 LensMatrix LensMatrixOf(const LensNode& node, std::string_view key, const std::string& where);
 
-// Of a map that must have the key. Throw Error that begins with `where`.
+// Return the value of a key that the map must have. They throw Error that begins with `where`.
 const LensNode& RequiredLensNode(const LensNode& map, std::string_view key, const std::string& where);
 double RequiredLensNumber(const LensNode& map, std::string_view key, const std::string& where);
 std::vector<double> RequiredLensNumbers(const LensNode& map, std::string_view key, const std::string& where);

@@ -53,8 +53,8 @@ bool EndsAsFile(std::string_view text) {
          std::ranges::all_of(ending, [](unsigned char c) { return std::isalnum(c) != 0; });
 }
 
-// Of a camera, a topic, a frame of coordinates, a file or a folder: chosen by somebody, and no word for the
-// model.
+// Returns whether the text names a camera, a topic, a frame of coordinates, a file or a folder: users choose
+// such names, so that they are no word for the model.
 bool IsNameOrPlace(const std::string& key, std::string_view text) {
   const bool is_place = text.starts_with('/') || text.starts_with('~') || text.starts_with("./") ||
                         text.starts_with("../") || text.find("://") != std::string_view::npos ||
@@ -68,7 +68,7 @@ bool IsNameOrPlace(const std::string& key, std::string_view text) {
 }
 
 struct LensMention {
-  std::string said = {};  // "camera_lens: fisheye"
+  std::string named = {};  // "camera_lens: fisheye"
   MentionedLens lens = MentionedLens::kNone;
   bool is_name = false;
 };
@@ -78,7 +78,7 @@ bool IsSwitch(std::string_view text, std::initializer_list<std::string_view> wor
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-// Whether numbers below the key are a lens's, and not, say, the pose of a camera with this name.
+// Returns whether numbers below the key are a lens's, and not, say, the pose of a camera with this name.
 bool AreNumbersOfLens(const std::string& key, const LensNode& value) {
   const std::string word = LensWord(key);
   if (IsKeyOfModel(key) || ContainsAny(word, {"param", "coef", "intrinsic", "calib"})) return true;
@@ -93,15 +93,15 @@ bool AreNumbersOfLens(const std::string& key, const LensNode& value) {
 void FindMentions(const LensNode& node, const std::string& key, std::vector<LensMention>& mentions) {
   const MentionedLens by_key = LensMentionedIn(key);
   if (node.IsText()) {
-    const std::string said = key + ": " + node.text.substr(0, 60);
+    const std::string named = key + ": " + node.text.substr(0, 60);
     if (const MentionedLens lens = LensMentionedIn(node.text); lens != MentionedLens::kNone) {
-      mentions.push_back({said, lens, IsNameOrPlace(key, node.text)});
+      mentions.push_back({named, lens, IsNameOrPlace(key, node.text)});
       return;
     }
     const bool is_numbers = LensNumbersIn(node) && LensNumbersIn(node)->size() > 1;
     if (by_key != MentionedLens::kNone &&
         (IsSwitch(node.text, {"1", "10", "true", "yes", "on"}) || is_numbers))
-      mentions.push_back({said, by_key, is_numbers ? !AreNumbersOfLens(key, node) : IsNameOrPlace(key, "")});
+      mentions.push_back({named, by_key, is_numbers ? !AreNumbersOfLens(key, node) : IsNameOrPlace(key, "")});
     return;
   }
   if (by_key != MentionedLens::kNone && node.kind != LensNode::Kind::kNothing && !node.items.empty() &&
@@ -211,7 +211,7 @@ bool IsOneOf(const std::array<std::string_view, kCount>& keys, std::string_view 
   return std::ranges::find(keys, key) != keys.end();
 }
 
-// 1, true, yes, on and their opposites; none: another word.
+// Reads 1, true, yes, on and their opposites; none for another word.
 std::optional<bool> SwitchOf(const std::string& text) {
   const std::string word = LensWord(text);
   for (const std::string_view yes : {"1", "10", "true", "yes", "on"})
@@ -230,8 +230,8 @@ bool IsSame(LensModel a, LensModel b) {
 
 }  // namespace
 
-std::optional<SaidLensModel> LensModelOfWord(std::string_view text, const std::string& said,
-                                             const std::string& where) {
+std::optional<NamedLensModel> LensModelOfWord(std::string_view text, const std::string& named,
+                                              const std::string& where) {
   std::string word = LensWord(text);
   if (word.starts_with("distortion") && word.size() > 10) word.erase(0, 10);  // RealSense's distortion.none
   if (word.empty()) return std::nullopt;
@@ -240,26 +240,26 @@ std::optional<SaidLensModel> LensModelOfWord(std::string_view text, const std::s
     case WordMeaning::kProjectionOnly:
       return std::nullopt;
     case WordMeaning::kModel:
-      return SaidLensModel{model, said};
+      return NamedLensModel{model, named};
     case WordMeaning::kOther:
-      throw Error("{}: the lens model '{}' ({}) is not one of ulf's; {}", where, text.substr(0, 60), said,
+      throw Error("{}: the lens model '{}' ({}) is not one of ulf's; {}", where, text.substr(0, 60), named,
                   kLensWayOut);
     default:
       throw Error(
           "{}: the lens model '{}' ({}) is unknown to ulf; {}. If it is no lens model, delete the line",
-          where, text.substr(0, 60), said, kLensWayOut);
+          where, text.substr(0, 60), named, kLensWayOut);
   }
 }
 
-std::optional<SaidLensModel> SaidLensModelOf(const LensNode& map, const std::string& where) {
-  std::optional<SaidLensModel> found;
-  std::optional<SaidLensModel> no_fisheye;  // fisheye_model: 0
-  const auto add = [&](const std::optional<SaidLensModel>& more) {
+std::optional<NamedLensModel> NamedLensModelOf(const LensNode& map, const std::string& where) {
+  std::optional<NamedLensModel> found;
+  std::optional<NamedLensModel> no_fisheye;  // fisheye_model: 0
+  const auto add = [&](const std::optional<NamedLensModel>& more) {
     if (!more) return;
     if (found && !IsSame(found->model, more->model))
-      throw Error("{}: '{}' and '{}' contradict each other; correct the wrong one", where, found->said,
-                  more->said);
-    // Of radtan and rational the first remains.
+      throw Error("{}: '{}' and '{}' contradict each other; correct the wrong one", where, found->named,
+                  more->named);
+    // Between radtan and rational the first remains.
     if (!found) found = more;
   };
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
@@ -269,36 +269,37 @@ std::optional<SaidLensModel> SaidLensModelOf(const LensNode& map, const std::str
       throw Error("{}: '{}' is the mirror's parameter of an omnidirectional lens model; {}", where,
                   map.keys[i], kLensWayOut);
     if (!value.IsText()) continue;
-    const std::string said = map.keys[i] + ": " + value.text.substr(0, 60);
+    const std::string named = map.keys[i] + ": " + value.text.substr(0, 60);
     if (IsOneOf(kFisheyeSwitches, key)) {
       const auto is_on = SwitchOf(value.text);
       if (!is_on)
         throw Error("{}: '{}' must be 1 or 0, not '{}'", where, map.keys[i], value.text.substr(0, 40));
       if (*is_on)
-        add(SaidLensModel{LensModel::kFisheye, said});
+        add(NamedLensModel{LensModel::kFisheye, named});
       else
-        no_fisheye = SaidLensModel{LensModel::kRadialTangential, said};
+        no_fisheye = NamedLensModel{LensModel::kRadialTangential, named};
     } else if (IsOneOf(kModelKeys, key)) {
-      // In some files the coefficients, or the projection's matrix.
+      // Some files have the coefficients, or the projection's matrix, under these keys.
       if ((key == "distortion" || key == "projection") && LensNumbersIn(value)) continue;
-      // MC-Calib's numbers of its two models.
+      // MC-Calib numbers its two models.
       if (key == "distortiontype" && map.Has("distortion_vector") && SwitchOf(value.text)) {
-        add(SaidLensModel{*SwitchOf(value.text) ? LensModel::kFisheye : LensModel::kRadialTangential, said});
+        add(NamedLensModel{*SwitchOf(value.text) ? LensModel::kFisheye : LensModel::kRadialTangential,
+                           named});
         continue;
       }
-      add(LensModelOfWord(value.text, said, where));
+      add(LensModelOfWord(value.text, named, where));
     } else if (IsOneOf(kAnyKeys, key)) {
       LensModel model = LensModel::kNone;
       std::string word = LensWord(value.text);
       if (word.starts_with("distortion")) word.erase(0, 10);
       const WordMeaning meaning = MeaningOf(word, model);
       if (meaning == WordMeaning::kModel || meaning == WordMeaning::kOther)
-        add(LensModelOfWord(value.text, said, where));
+        add(LensModelOfWord(value.text, named, where));
     }
   }
   if (no_fisheye && found && found->model == LensModel::kFisheye)
-    throw Error("{}: '{}' and '{}' contradict each other; correct the wrong one", where, no_fisheye->said,
-                found->said);
+    throw Error("{}: '{}' and '{}' contradict each other; correct the wrong one", where, no_fisheye->named,
+                found->named);
   return found ? found : no_fisheye;
 }
 
@@ -311,28 +312,28 @@ bool HasEmptyLensModel(const LensNode& map) {
   return false;
 }
 
-void CheckLensMentions(const LensNode& part, const std::optional<SaidLensModel>& said,
+void CheckLensMentions(const LensNode& part, const std::optional<NamedLensModel>& named,
                        const std::string& lines, const std::string& where,
                        std::vector<std::string>& warnings) {
   std::vector<LensMention> mentions;
   FindMentions(part, "", mentions);
   for (const LensMention& mention : mentions) {
-    if (said) {
-      const bool agrees = said->model == LensModel::kFisheye && mention.lens == MentionedLens::kFisheye;
+    if (named) {
+      const bool agrees = named->model == LensModel::kFisheye && mention.lens == MentionedLens::kFisheye;
       if (!agrees && !mention.is_name)
         warnings.push_back(fmt::format("{}: '{}' speaks of another lens model than '{}', which decides",
-                                       where, mention.said, said->said));
+                                       where, mention.named, named->named));
       continue;
     }
     if (!mention.is_name)
       throw Error(
           "{}: '{}' speaks of a lens model where ulf does not take its word, and no other line says the "
           "model. Add the line that is true of the coefficients: {}. For another model: {}",
-          where, mention.said, lines, kLensWayOut);
+          where, mention.named, lines, kLensWayOut);
     warnings.push_back(fmt::format(
         "{}: '{}' is taken as a name and not as the lens's model; if the lens is a fisheye, the file must "
         "say it: {}",
-        where, mention.said, lines));
+        where, mention.named, lines));
   }
 }
 

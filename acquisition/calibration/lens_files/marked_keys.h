@@ -1,5 +1,6 @@
-// Keys of scripts' lens files: words for the same thing, alone or with one of several cameras' marks before
-// or behind them, as K1, cameraMatrixL, LEFT.K.
+// Recognises keys in lens files that users' scripts write: one of several words for camera matrix or
+// coefficients, alone or with the mark of one of several cameras before or after it, as in K1, cameraMatrixL,
+// LEFT.K.
 #pragma once
 
 #include <functional>
@@ -14,27 +15,27 @@
 
 namespace ulf::acquisition {
 
-// Words as LensWord() makes them.
+// The words for a camera matrix and for distortion coefficients, normalised by LensWord().
 extern const std::span<const std::string_view> kMatrixKeys;
 extern const std::span<const std::string_view> kCoefficientKeys;
 
-// A key's word, and the camera's mark: "k" and "1" of K1, "k" and "left" of LEFT.K.
+// A key split into its word and the camera's mark: K1 into "k" and "1", LEFT.K into "k" and "left".
 struct MarkedKey {
   std::string_view base;
   std::string mark;  // empty: none
 };
 
-// None: another key.
+// Splits a key whose word is one of `bases`; none for any other key.
 std::optional<MarkedKey> MarkedAs(const std::string& key, std::span<const std::string_view> bases);
 
-// The value behind the key that has the mark and passes the test; null: there is none. Throws Error that
-// begins with `where` for two such keys with different values.
+// Returns the key that has the mark and whose value passes the test, and its value; null if there is none.
+// Throws Error that begins with `where` for two such keys with different values.
 std::pair<std::string, const LensNode*> FindMarked(const LensNode& map,
                                                    std::span<const std::string_view> bases,
                                                    const std::string& mark, const std::string& where,
                                                    const std::function<bool(const LensNode&)>& test);
 
-// The marks of the camera matrices in a map, the empty one for a matrix without a mark.
+// Returns the marks of the camera matrices in a map; empty for a matrix without a mark.
 std::vector<std::string> MarksOfMatrices(const LensNode& map);
 
 }  // namespace ulf::acquisition

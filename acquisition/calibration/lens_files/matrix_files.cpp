@@ -68,16 +68,16 @@ void RefuseUnknownDistortion(const LensNode& map, const std::string& where) {
 // been cut.
 void RefuseCutFile(const FoundLens& found, const LensNode& matrix, const LensNumbers& numbers,
                    bool may_be_cut, const std::string& where) {
-  const bool says_none = numbers.said && numbers.said->model == LensModel::kNone;
+  const bool says_none = numbers.named && numbers.named->model == LensModel::kNone;
   // Middlebury's stereo sets are rectified.
   if (says_none || found.maps.front()->Has("doffs")) return;
-  if (!matrix.IsMap() && !numbers.said && !numbers.is_ros &&
+  if (!matrix.IsMap() && !numbers.named && !numbers.is_ros &&
       (!may_be_cut || found.maps.front()->Has(kPlainMatrixKey)))
     return;
   throw Error(
       "{}: there is a camera matrix, but there are no distortion coefficients{}: the file may be cut. Write "
       "it again; if the lens has no distortion, add the line distortion_coefficients: [0, 0, 0, 0, 0]",
-      where, numbers.said ? " for '" + numbers.said->said + "'" : "");
+      where, numbers.named ? " for '" + numbers.named->named + "'" : "");
 }
 
 std::vector<double> LensCoefficients(const FoundLens& found, const LensNode& of_matrix, bool may_be_cut,
@@ -97,7 +97,7 @@ std::vector<double> LensCoefficients(const FoundLens& found, const LensNode& of_
   const auto& [key, node] = list;
   if (!node) {
     RefuseCutFile(found, of_matrix, numbers, may_be_cut, where);
-    if (!numbers.said) numbers.warnings.push_back(WarningOfNoCoefficients(where));
+    if (!numbers.named) numbers.warnings.push_back(WarningOfNoCoefficients(where));
     return {};
   }
   // Nothing but a tag, or a name alone in ost.ini, is an empty text.
@@ -129,7 +129,7 @@ void CheckFlags(const FoundLens& found, const LensNumbers& numbers, const std::s
   const auto flags = static_cast<unsigned>(*value);
   const std::vector<double>& d = numbers.coefficients;
   constexpr unsigned kNoTangential = 8, kRational = 16384, kThinPrism = 32768, kTilted = 262144;
-  if (numbers.said && numbers.said->model == LensModel::kFisheye) return;
+  if (numbers.named && numbers.named->model == LensModel::kFisheye) return;
   if ((flags & kNoTangential) != 0 && d.size() >= 4 && (d[2] != 0 || d[3] != 0))
     throw Error(
         "{}: '{}: {}' is without tangential distortion (CALIB_ZERO_TANGENT_DIST), but the third and fourth "
@@ -169,7 +169,7 @@ void WarnOfWindow(const LensNode& map, LensNumbers& numbers, const std::string& 
                     where, width, height, left, top, numbers.width, numbers.height));
 }
 
-// The map without what is said of another camera in it, as distortion_model_right.
+// Returns the map without what is said of another camera in it, as distortion_model_right.
 LensNode WordsOfLens(const LensNode& map, const std::string& mark) {
   constexpr std::array<std::string_view, 4> kWords = {"distortionmodel", "cameramodel", "model", "xi"};
   LensNode words{.kind = LensNode::Kind::kMap};
@@ -192,7 +192,7 @@ bool IsOfMark(const std::string& key, const std::string& mark) {
                             LensWord(std::string_view(key).substr(key.size() - 2)) == mark);
 }
 
-// What the file says of this camera, at any depth: the maps that it lies in, without other cameras.
+// Returns what the file says of this camera, at any depth: the maps that it lies in, without other cameras.
 LensNode PartOfLens(const FoundLens& found) {
   LensNode part{.kind = LensNode::Kind::kMap};
   std::vector<std::string> others = MarksOfMatrices(*found.maps.front());
@@ -236,8 +236,8 @@ Lens ReadFoundLens(const FoundLens& found, bool may_be_cut, const std::string& w
   numbers.is_ros = IsRosLens(map);
   // A word stands beside the numbers or in a map around them.
   for (const LensNode* outer : found.maps)
-    if (!numbers.said) numbers.said = SaidLensModelOf(WordsOfLens(*outer, found.mark), where);
-  CheckLensMentions(PartOfLens(found), numbers.said,
+    if (!numbers.named) numbers.named = NamedLensModelOf(WordsOfLens(*outer, found.mark), where);
+  CheckLensMentions(PartOfLens(found), numbers.named,
                     "distortion_model: equidistant (a fisheye's k1 k2 k3 k4), or distortion_model: plumb_bob "
                     "(k1 k2 p1 p2 k3)",
                     where, numbers.warnings);
@@ -254,7 +254,7 @@ Lens ReadFoundLens(const FoundLens& found, bool may_be_cut, const std::string& w
   return FinishedLens(numbers, where);
 }
 
-// Whether they are of one list, and equal.
+// Returns whether they are of one list, and equal.
 bool AreSameLens(const std::vector<FoundLens>& all, bool may_be_cut, const std::string& where) {
   const auto without_number = [](std::string name) {
     std::erase_if(name, [](unsigned char c) { return std::isdigit(c) != 0; });
@@ -296,7 +296,7 @@ const LensNode* BehindWord(const LensNode& map, std::string_view word) {
   return nullptr;
 }
 
-// The two texts of a list of two numbers; empty: there is none.
+// Returns the two texts of a list of two numbers; empty if there is none.
 std::vector<std::string> PairBehind(const LensNode& map, std::span<const std::string_view> words) {
   for (const std::string_view word : words) {
     const LensNode* node = BehindWord(map, word);
@@ -395,7 +395,7 @@ std::optional<std::vector<double>> PlainCoefficients(const LensNode& map, const 
   constexpr std::array<std::string_view, 8> kRadialTangential = {"k1", "k2", "p1", "p2",
                                                                  "k3", "k4", "k5", "k6"};
   constexpr std::array<std::string_view, 8> kFisheye = {"k1", "k2", "k3", "k4", "p1", "p2", "k5", "k6"};
-  const bool is_fisheye = numbers.said && numbers.said->model == LensModel::kFisheye;
+  const bool is_fisheye = numbers.named && numbers.named->model == LensModel::kFisheye;
   std::vector<double> found;
   std::size_t count = 0;
   bool are_zero = true;
@@ -405,7 +405,7 @@ std::optional<std::vector<double>> PlainCoefficients(const LensNode& map, const 
     if (number) ++count;
     if (number && is_fisheye && found.size() >= 4 && *number != 0)
       throw Error("{}: '{}' is {}, which does not belong to '{}'; {}", where, word, *number,
-                  numbers.said->said, kLensWayOut);
+                  numbers.named->named, kLensWayOut);
     are_zero = are_zero && number.value_or(0) == 0;
     found.push_back(number.value_or(0));
   }
@@ -416,18 +416,18 @@ std::optional<std::vector<double>> PlainCoefficients(const LensNode& map, const 
         return PlainCoefficients(map.items[i], numbers, where);
     return std::nullopt;
   }
-  if (!are_zero && !numbers.said)
+  if (!are_zero && !numbers.named)
     throw Error(
         "{}: 'k1', ... hold distortion in a form that ulf does not read without a word for the lens's model; "
         "add the line distortion_model: plumb_bob (k1 k2 p1 p2 k3) or distortion_model: equidistant (a "
         "fisheye's k1 k2 k3 k4)",
         where);
-  if (are_zero && !numbers.said) return std::vector<double>(4);
+  if (are_zero && !numbers.named) return std::vector<double>(4);
   if (is_fisheye && BehindWord(map, "k4") == nullptr && !are_zero)
     throw Error("{}: a fisheye has k1 k2 k3 k4, and 'k4' is missing; write the file again, or add k4: 0",
                 where);
   found.resize(is_fisheye                                                                     ? 4
-               : numbers.said->model == LensModel::kRational                                  ? 8
+               : numbers.named->model == LensModel::kRational                                 ? 8
                : std::all_of(found.begin() + 5, found.end(), [](double v) { return v == 0; }) ? 5
                                                                                               : 8);
   return found;

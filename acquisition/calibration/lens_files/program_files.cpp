@@ -15,14 +15,14 @@
 namespace ulf::acquisition {
 namespace {
 
-// The wanted camera of a file that numbers them from 0.
+// Returns the wanted camera of a file that numbers them from 0.
 std::size_t NumberOfLens(std::size_t count, const std::string& wanted, const std::string& where) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < count; ++i) names.push_back(std::to_string(i));
   return std::stoul(PickLens(names, wanted, where));
 }
 
-// The numbers behind these keys; 0 for those that are not there, unless all must be.
+// Returns the numbers behind these keys; 0 for those that are not there, unless all must be.
 std::vector<double> NumbersBehind(const LensNode& map, std::initializer_list<const char*> keys,
                                   const std::string& where, bool all_required) {
   std::vector<double> numbers;
@@ -38,12 +38,12 @@ void SetPinhole(LensNumbers& numbers, const std::vector<double>& fx_fy_cx_cy) {
   numbers.cy = fx_fy_cx_cy[3];
 }
 
-// A camera of Kalibr or EuRoC: lists of four intrinsics, of the coefficients, and of width and height.
+// Reads a camera of Kalibr or EuRoC: lists of four intrinsics, of coefficients, and of width and height.
 Lens LensOfLists(const LensNode& camera, const std::string& where) {
   LensNumbers numbers{.size_keys = "resolution: [W, H]"};
-  // Before the numbers: those of other models have other counts.
-  numbers.said = SaidLensModelOf(camera, where);
-  if (!numbers.said) RequiredLensNode(camera, "distortion_model", where);
+  // The model comes before the numbers, because other models have other counts.
+  numbers.named = NamedLensModelOf(camera, where);
+  if (!numbers.named) RequiredLensNode(camera, "distortion_model", where);
   const auto intrinsics = RequiredLensNumbers(camera, "intrinsics", where);
   if (intrinsics.size() != 4)
     throw Error("{}: a pinhole has 4 intrinsics, not {}; correct the file or calibrate again", where,
@@ -52,7 +52,7 @@ Lens LensOfLists(const LensNode& camera, const std::string& where) {
   ReadLensSize({&camera}, "", numbers, where);
   for (const char* key : {"distortion_coeffs", "distortion_coefficients"})
     if (camera.Has(key)) numbers.coefficients = RequiredLensNumbers(camera, key, where);
-  const bool needs_coefficients = !numbers.said || numbers.said->model != LensModel::kNone;
+  const bool needs_coefficients = !numbers.named || numbers.named->model != LensModel::kNone;
   if (needs_coefficients && numbers.coefficients.empty())
     throw Error("{}: the distortion coefficients are missing; write the file again", where);
   return FinishedLens(numbers, where);
@@ -74,7 +74,7 @@ bool IsMaplabCamera(const LensNode& node) {
           (node.Has("type") && node.Has("line-delay-nanoseconds")));
 }
 
-// The cameras of a rig, each below its pose, or the only one; empty: the file is of something else.
+// Returns the cameras of a rig, each below its pose, or the only one; empty if the file is of something else.
 std::vector<const LensNode*> MaplabCameras(const LensNode& top) {
   if (IsMaplabCamera(top)) return {&top};
   std::vector<const LensNode*> cameras;
@@ -90,7 +90,7 @@ std::vector<const LensNode*> MaplabCameras(const LensNode& top) {
   return cameras;
 }
 
-// A column of numbers: rows, cols and data.
+// Returns a column of numbers: rows, cols and data.
 std::vector<double> MaplabColumn(const LensNode& map, std::string_view key, const std::string& where) {
   const LensMatrix column = LensMatrixOf(RequiredLensNode(map, key, where), key, where);
   if (std::min(column.rows, column.cols) > 1)
@@ -111,8 +111,8 @@ Lens ReadGyroflowLens(const LensNode& top, const std::string& where, const std::
   const LensNode& parameters = *top.Find("fisheye_params");
   LensNumbers numbers{.size_keys = "\"calib_dimension\": {\"w\": W, \"h\": H}"};
   const LensNode* word = top.Find("distortion_model");
-  numbers.said = word ? LensModelOfWord(word->text, "distortion_model: " + word->text, where) : std::nullopt;
-  if (!numbers.said) numbers.said = SaidLensModel{LensModel::kFisheye, "fisheye_params"};
+  numbers.named = word ? LensModelOfWord(word->text, "distortion_model: " + word->text, where) : std::nullopt;
+  if (!numbers.named) numbers.named = NamedLensModel{LensModel::kFisheye, "fisheye_params"};
   // What the camera or an adapter does to the picture besides, which no lens model describes.
   for (const char* key : {"digital_lens", "input_horizontal_stretch", "input_vertical_stretch"})
     if (const LensNode* more = top.Find(key); more && !more->text.empty()) {
@@ -201,13 +201,13 @@ Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::st
         "add distortion: {{type: none}}",
         place);
   const std::string type = word_of(*distortion), word = LensWord(type);
-  const std::string said = "distortion type: " + type;
+  const std::string named = "distortion type: " + type;
   if (word == "equidistant")
-    numbers.said = SaidLensModel{LensModel::kFisheye, said};
+    numbers.named = NamedLensModel{LensModel::kFisheye, named};
   else if (word == "radialtangential" || word == "radtan")
-    numbers.said = SaidLensModel{LensModel::kRadialTangential, said};
+    numbers.named = NamedLensModel{LensModel::kRadialTangential, named};
   else if (word == "none")
-    numbers.said = SaidLensModel{LensModel::kNone, said};
+    numbers.named = NamedLensModel{LensModel::kNone, named};
   else
     throw Error("{}: the distortion '{}' of maplab{} is not one of ulf's; {}", place, type,
                 word == "fisheye" ? ", the field-of-view model," : "", kLensWayOut);
@@ -256,7 +256,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
       words.items.push_back(*word);
     }
   const std::string type = words.items.empty() ? "PinHole" : words.items[0].text;
-  numbers.said = SaidLensModelOf(words, where);
+  numbers.named = NamedLensModelOf(words, where);
   // PinHole is a word for k1 k2 p1 p2 here; what stands elsewhere counts where there is no word.
   if (words.items.empty()) {
     LensNode part{.kind = LensNode::Kind::kMap};
@@ -265,7 +265,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
         part.keys.push_back(settings.keys[i]);
         part.items.push_back(settings.items[i]);
       }
-    CheckLensMentions(part, numbers.said, "Camera.type: \"KannalaBrandt8\", or Camera.type: \"PinHole\"",
+    CheckLensMentions(part, numbers.named, "Camera.type: \"KannalaBrandt8\", or Camera.type: \"PinHole\"",
                       place, numbers.warnings);
   }
   const auto number = [&](const char* key, bool required) {
@@ -273,7 +273,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
     return required || top.Has(full) ? RequiredLensNumber(top, full, where) : 0.0;
   };
   SetPinhole(numbers, {number("fx", true), number("fy", true), number("cx", true), number("cy", true)});
-  const bool is_fisheye = numbers.said && numbers.said->model == LensModel::kFisheye;
+  const bool is_fisheye = numbers.named && numbers.named->model == LensModel::kFisheye;
   if (is_fisheye) {
     numbers.coefficients = {number("k1", true), number("k2", true), number("k3", true), number("k4", true)};
     for (const char* key : {"p1", "p2"})
@@ -285,13 +285,13 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
           "{}: '{}.k4' belongs to a fisheye, but the model is {}; write Camera.type: KannalaBrandt8, or "
           "leave out k4",
           place, name, type);
-    // All four or none, as the programs themselves want them.
+    // All four keys or none must be there, as the programs themselves require.
     const bool any = std::ranges::any_of(std::array{"k1", "k2", "p1", "p2"},
                                          [&](const char* key) { return top.Has(name + "." + key); });
     numbers.coefficients = {number("k1", any), number("k2", any), number("p1", any), number("p2", any),
                             number("k3", false)};
-    if (!any && !numbers.said) numbers.warnings.push_back(WarningOfNoCoefficients(place));
-    if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, "Camera.type: " + type};
+    if (!any && !numbers.named) numbers.warnings.push_back(WarningOfNoCoefficients(place));
+    if (!numbers.named) numbers.named = NamedLensModel{LensModel::kRadialTangential, "Camera.type: " + type};
   }
   for (const auto& [key, side] : {std::pair{"width", &numbers.width}, std::pair{"height", &numbers.height},
                                   std::pair{"cols", &numbers.width}, std::pair{"rows", &numbers.height}})
@@ -310,8 +310,8 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
   RequireOnlyLens(wanted, where);
   LensNumbers numbers;
   const LensNode& type = RequiredLensNode(top, "model_type", where);
-  const std::string word = LensWord(type.text), said = "model_type: " + type.text;
-  numbers.said = LensModelOfWord(type.text, said, where);
+  const std::string word = LensWord(type.text), named = "model_type: " + type.text;
+  numbers.named = LensModelOfWord(type.text, named, where);
   if (top.Has("image_width")) numbers.width = RequiredLensNumber(top, "image_width", where);
   if (top.Has("image_height")) numbers.height = RequiredLensNumber(top, "image_height", where);
   const LensNode& projection = RequiredLensNode(top, "projection_parameters", where);
@@ -319,7 +319,7 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
   const LensNode* found = top.Find("distortion_parameters");
   const bool has_distortion = found && found->IsMap();
   const LensNode& distortion = has_distortion ? *found : nothing;
-  if (numbers.said && numbers.said->model == LensModel::kFisheye) {
+  if (numbers.named && numbers.named->model == LensModel::kFisheye) {
     SetPinhole(numbers, NumbersBehind(projection, {"mu", "mv", "u0", "v0"}, where, true));
     // VINS has them in the projection, converters write them into the distortion.
     const LensNode& coefficients = projection.Has("k2") ? projection : distortion;
@@ -341,7 +341,7 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
   if (word == "pinholefull")
     for (const double more : NumbersBehind(distortion, {"k3", "k4", "k5", "k6"}, where, false))
       numbers.coefficients.push_back(more);
-  if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, said};
+  if (!numbers.named) numbers.named = NamedLensModel{LensModel::kRadialTangential, named};
   return FinishedLens(numbers, where);
 }
 
@@ -359,16 +359,16 @@ Lens ReadBasaltLens(const LensNode& top, const std::string& where, const std::st
   LensNumbers numbers{.size_keys = "resolution: [[W, H]]"};
   const LensNode& type = RequiredLensNode(cameras.items[at], "camera_type", place);
   const LensNode& values = RequiredLensNode(cameras.items[at], "intrinsics", place);
-  const std::string word = LensWord(type.text), said = "camera_type: " + type.text;
-  numbers.said = LensModelOfWord(type.text, said, place);
+  const std::string word = LensWord(type.text), named = "camera_type: " + type.text;
+  numbers.named = LensModelOfWord(type.text, named, place);
   SetPinhole(numbers, NumbersBehind(values, {"fx", "fy", "cx", "cy"}, place, true));
-  if (numbers.said && numbers.said->model == LensModel::kFisheye)
+  if (numbers.named && numbers.named->model == LensModel::kFisheye)
     numbers.coefficients = NumbersBehind(values, {"k1", "k2", "k3", "k4"}, place, true);
-  else if (numbers.said)
+  else if (numbers.named)
     numbers.coefficients =
         NumbersBehind(values, {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}, place, true);
   else
-    numbers.said = SaidLensModel{LensModel::kNone, said};
+    numbers.named = NamedLensModel{LensModel::kNone, named};
   if (sizes) {
     const auto size = LensNumbersIn(sizes->items[at]);
     if (!size || size->size() != 2)
@@ -410,7 +410,7 @@ Lens ReadCalibIoLens(const LensNode& top, const std::string& where, const std::s
   LensNumbers numbers{.size_keys = "imageSize"};
   const double f = value("f", true), ratio = value("ar", true);
   SetPinhole(numbers, {f, f * ratio, value("cx", true), value("cy", true)});
-  numbers.said = SaidLensModel{LensModel::kRational, kind};
+  numbers.named = NamedLensModel{LensModel::kRational, kind};
   for (const char* key :
        {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tauX", "tauY"})
     numbers.coefficients.push_back(value(key, false));
@@ -436,12 +436,12 @@ Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std:
         where);
   LensNumbers numbers{.from_corner = true, .size_keys = "<width> and <height>"};
   const LensNode* projection = calibration.Find("projection");
-  const std::string type = projection ? projection->text : "frame", said = "projection: " + type;
-  numbers.said = LensModelOfWord(type, said, where);
+  const std::string type = projection ? projection->text : "frame", named = "projection: " + type;
+  numbers.named = LensModelOfWord(type, named, where);
   const auto value = [&](const char* key) {
     return calibration.Has(key) ? RequiredLensNumber(calibration, key, where) : 0.0;
   };
-  const bool is_fisheye = numbers.said && numbers.said->model == LensModel::kFisheye;
+  const bool is_fisheye = numbers.named && numbers.named->model == LensModel::kFisheye;
   const auto refuse = [&](std::initializer_list<const char*> keys) {
     for (const char* key : keys)
       if (value(key) != 0)
@@ -464,7 +464,7 @@ Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std:
     numbers.coefficients = {value("k1"), value("k2"), value("k3"), value("k4")};
   else
     numbers.coefficients = {value("k1"), value("k2"), value("p2"), value("p1"), value("k3")};
-  if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, said};
+  if (!numbers.named) numbers.named = NamedLensModel{LensModel::kRadialTangential, named};
   return FinishedLens(numbers, where);
 }
 

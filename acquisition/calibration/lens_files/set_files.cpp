@@ -13,7 +13,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// The rows of cameras.txt by their numbers. Throws Error where two rows have one number.
+// Returns the rows of cameras.txt by their numbers. Throws Error where two rows have one number.
 std::map<std::string, std::string> ColmapRows(const std::string& text, const std::string& where) {
   std::map<std::string, std::string> rows;
   std::istringstream in(text);

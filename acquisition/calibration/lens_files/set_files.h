@@ -1,5 +1,5 @@
-// Lenses out of files of whole sets of photographs, by the readers of these sets: COLMAP's cameras.txt and
-// nerfstudio's or instant-ngp's transforms.json.
+// Reads lenses from files of whole sets of photographs with the readers of these sets: COLMAP's cameras.txt
+// and nerfstudio's or instant-ngp's transforms.json.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace ulf::acquisition {
 
-// Whether the first row begins with a number and the name of a model in capitals.
+// Returns whether the first row begins with a number and the name of a model in capitals.
 bool IsColmapCameras(const std::string& text);
 Lens ReadColmapLens(const std::string& text, const std::string& where, const std::string& wanted);
 
 bool IsTransformsLens(const LensNode& top);
-// Of frames with lenses of their own, those that differ are numbered from 1 in the file's order.
+// Lenses that differ between frames are numbered from 1 in the file's order.
 Lens ReadTransformsLens(const std::string& text, const std::string& where, const std::string& wanted);
 
 }  // namespace ulf::acquisition

@@ -83,7 +83,7 @@ void RequireFreeGigeAddress(const std::string& address) {
   if (failed == EADDRNOTAVAIL)
     throw Error("{} is not an address of this machine; give one of its own ('ip addr' lists them)", address);
   if (failed == EADDRINUSE) {
-    const auto camera = AskGigeCamera(address);
+    const auto camera = QueryGigeCamera(address);
     throw Error("{}:{} is taken by {}; stop it, or serve on another address, for example 127.0.0.2", address,
                 kGvcpPort,
                 camera ? "a GigE Vision camera with serial '" + camera->serial + "'" : "another program");

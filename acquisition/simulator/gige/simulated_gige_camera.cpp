@@ -185,7 +185,7 @@ void SimulatedGigeCamera::State::Serve() {
   faults = std::thread([this] { RunFaults(); });
 
   for (int attempt = 0; attempt < kAnswerTries; ++attempt) {
-    const auto answer = AskGigeCamera(options.interface, kAnswerPatience);
+    const auto answer = QueryGigeCamera(options.interface, kAnswerPatience);
     if (answer && answer->serial == options.serial) return;
   }
   throw Error("the camera '{}' does not answer at {}:{}; check the firewall, and for another camera there",

@@ -72,7 +72,7 @@ class Illumination {
     Vector3f translation;
   };
 
-  // Which of eight rays meet a surface before `reach`.
+  // Returns which of eight rays meet a surface before `reach`.
   I8 Blocked(const Vector3f& from, const Vec3<F8>& directions, F8 reach) const {
     I8 blocked{};
     for (const Occluder& occluder : occluders_) {
@@ -232,7 +232,7 @@ std::uint64_t DigestOf(const Scene& scene) {
   return digest.Value();
 }
 
-// The file: the digest, the number of charts, their sizes, then their texels.
+// The file has the digest, the number of charts, their sizes, then their texels.
 struct FileHead {
   std::uint64_t digest = 0, charts = 0;
 };

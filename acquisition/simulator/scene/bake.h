@@ -11,15 +11,14 @@ namespace ulf::acquisition {
 
 class Scene;
 
-// One texture for every chart of every primitive, in their order.
+// Bakes one texture for every chart of every primitive, in their order.
 std::vector<MipTexture> BakeCharts(const Scene& scene);
 
-// BakeCharts(), or what it gave before: where the environment names a folder (ULF_BAKED_SCENES), charts are
-// kept there.
+// Returns BakeCharts(), or its earlier result from the folder that the environment names (ULF_BAKED_SCENES).
 std::vector<MipTexture> KeptOrBakedCharts(const Scene& scene);
 
-// A file of its own for every scene and every state of the sources that bake it. What cannot be read is baked
-// anew, what cannot be written is not kept.
+// Keeps a file for every scene and every state of the sources that bake it. A file that cannot be read is
+// baked anew; one that cannot be written is left out.
 std::vector<MipTexture> KeptOrBakedCharts(const Scene& scene, const std::filesystem::path& folder);
 
 }  // namespace ulf::acquisition

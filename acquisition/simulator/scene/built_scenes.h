@@ -1,4 +1,4 @@
-// The scenes by name (scene.h says what is in each).
+// Builds the scenes (scene.h says what is in each).
 #pragma once
 
 #include <memory>

@@ -36,7 +36,7 @@ class Scatter {
   std::uint32_t seed_, count_ = 0;
 };
 
-// A round leaf of a stalk's length beside `at`, turned away from the stem.
+// Adds a round leaf of a stalk's length beside `at`, turned away from the stem.
 void AddLeaf(SceneBuilder& builder, const Vector3d& at, const Vector3d& outward, double radius, bool moves,
              Scatter& scatter) {
   const Vector3d normal = (Vector3d(0, 0, 1) + 0.7 * outward +

@@ -14,7 +14,7 @@ constexpr F4 Rgb(float r, float g, float b) { return F4{b, g, r, 0}; }
 
 F4 Mix(F4 a, F4 b, float share) { return a + share * (b - a); }
 
-// 0 below the edge, 1 above it, a linear ramp of `width` between.
+// Returns 0 below the edge, 1 above it, a linear ramp of `width` between.
 float SoftStep(float edge, float width, float x) {
   return std::clamp((x - edge) / std::max(width, 1e-6f) + 0.5f, 0.0f, 1.0f);
 }
@@ -228,7 +228,7 @@ F4 Posters(const PaintedPoint& at) {
   return color;
 }
 
-// Whether a point of the sheet is dark, by a raster of a quarter of a millimetre, finer than any texel.
+// Tells whether a point of the sheet is dark, by a raster of a quarter of a millimetre, finer than any texel.
 // Where a board is printed, in cells of a quarter of a millimetre.
 class Ink {
  public:

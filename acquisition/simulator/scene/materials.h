@@ -1,6 +1,6 @@
-// Procedural materials: reflectance (linear B, G, R, 0 to 1) as a function of a point on the solid, in metres
-// in its own frame. Hashes scatter every pattern over the whole surface: it has corners at several scales and
-// never repeats, so that features can be matched uniquely (but for kStucco, which has none).
+// Defines procedural materials: reflectance (linear B, G, R, 0 to 1) as a function of a point on the solid,
+// in metres in its own frame. Hashes scatter every pattern over the whole surface: it has corners at several
+// scales and never repeats, so that features can be matched uniquely (but for kStucco, which has none).
 #pragma once
 
 #include "acquisition/simulator/scene/lanes.h"
@@ -9,7 +9,7 @@
 
 namespace ulf::acquisition {
 
-// A sheet of material kMarkerSheet or kTurntableSheet: a board with a white rim.
+// The sheet of kMarkerSheet or kTurntableSheet: a board with a white rim.
 struct MarkerSheet {
   static const Board& BoardOf(int material);
   static constexpr double kRimMm = 15;

@@ -25,8 +25,8 @@ struct Nearest {
     }
   }
 
-  // The bisector between the two nearest sites, seen from the origin: (second^2 - first^2) / (2 |second -
-  // first|).
+  // Returns the bisector between the two nearest sites, seen from the origin: (second^2 - first^2) / (2
+  // |second - first|).
   Cell Result() const {
     const float dx = second.x - first.x, dy = second.y - first.y, dz = second.z - first.z;
     const float apart = std::sqrt(std::max(1e-12f, dx * dx + dy * dy + dz * dz));

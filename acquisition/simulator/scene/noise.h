@@ -1,5 +1,4 @@
-// Hashes and noise for the simulator's procedural surfaces: pure functions of position and seed without a
-// period.
+// Computes hashes and noise for procedural surfaces: functions of position and seed without a period.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,13 +22,13 @@ inline std::uint32_t HashLattice(std::int32_t x, std::int32_t y, std::int32_t z,
                 static_cast<std::uint32_t>(z) * 0xCB1AB31Fu ^ (seed + 1) * 0x9E3779B1u);
 }
 
-// 0 to 1, from a hash.
+// Converts a hash to a number from 0 to 1.
 inline float UnitFloat(std::uint32_t hash) { return static_cast<float>(hash >> 8) * (1.0f / 16777216.0f); }
 
-// Smooth noise, 0 to 1, one lattice cell per unit.
+// Returns smooth noise, 0 to 1, with one lattice cell per unit.
 float ValueNoise(const Eigen::Vector3f& p, std::uint32_t seed);
 
-// Sum of `octaves` of it, each at twice the frequency and half the height; 0 to 1.
+// Returns a sum of `octaves` of it, each at twice the frequency and half the height; 0 to 1.
 float FractalNoise(const Eigen::Vector3f& p, int octaves, std::uint32_t seed);
 
 // The Voronoi cell (Worley noise, one site per unit cell) that contains a point.

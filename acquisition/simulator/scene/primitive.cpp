@@ -10,8 +10,8 @@ T Infinity() {
   return Splat<T>(0) + Splat<T>(std::numeric_limits<float>::infinity());
 }
 
-// The distance to the point of the ray closest to the solid's origin. Intersections are computed from there,
-// so that single precision works with numbers of the solid's size instead of the camera's distance.
+// Returns the distance to the point of the ray closest to the solid's origin. Intersections are computed from
+// there, so that single precision works with numbers of the solid's size instead of the camera's distance.
 template <typename T>
 T Approach(const Vec3<T>& o, const Vec3<T>& d) {
   return -Dot(o, d);
@@ -217,7 +217,7 @@ Eigen::Vector3f BustNormal(float height, const Eigen::Vector3f& local) {
   return slope.normalized().cast<float>();
 }
 
-// How far the surface is from the origin in a direction, unit.
+// Returns how far the surface is from the origin in a direction, unit.
 float BustRadius(float height, const Eigen::Vector3f& direction) {
   const Eigen::Vector3d d = direction.cast<double>();
   double inside = 0, outside = kBustReach;

@@ -1,5 +1,4 @@
-// The solids of the scenes: ray intersection, and the flat charts of their surfaces on which textures are
-// baked.
+// Defines the scenes' solids: ray intersection, and flat charts of their surfaces for baked textures.
 //
 // Each primitive has its own frame ("local", metres):
 //   sphere   centre at the origin, radius size[0]
@@ -22,7 +21,7 @@ namespace ulf::acquisition {
 
 enum class Shape { kSphere, kBox, kRoom, kFrustum, kTorus, kBust };
 
-// What a surface does with light besides scattering it evenly (surface_light.h).
+// Describes what a surface does with light besides scattering it evenly (surface_light.h).
 enum class Finish {
   kMatte,     // nothing
   kGlazed,    // mirrors the lamps and a plain room
@@ -47,10 +46,10 @@ struct Primitive {
   int first_chart = 0;      // into the scene's charts
 
   int ChartCount() const;
-  // Bounding sphere, local.
+  // Return the bounding sphere in the local frame.
   Vec3<float> BoundCenter() const;
   float BoundRadius() const;
-  // The largest distance of a point of the surface from `point_in_world`.
+  // Returns the largest distance of a point of the surface from `point_in_world`.
   double FarthestFrom(const Eigen::Vector3d& point_in_world) const;
 };
 
@@ -73,7 +72,7 @@ struct ChartSize {
 };
 ChartSize SizeOfChart(const Primitive& primitive, int chart);
 
-// The distance along a unit direction `d` from `o` (both local) to the surface; infinity: no intersection.
+// Returns the distance along a unit direction `d` from `o` (both local) to the surface, or infinity.
 template <typename T>
 T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d);
 

@@ -100,7 +100,7 @@ struct RayCaster::Pose {
     }
   }
 
-  // A solid that is larger by `by_m` on every side.
+  // Returns a solid that is larger by `by_m` on every side.
   static Primitive Widened(const Primitive& thin, float by_m) {
     Primitive wider = thin;
     if (!thin.thin) return wider;
@@ -118,7 +118,7 @@ struct RayCaster::Pose {
     return wider;
   }
 
-  // The parts that rays of the tile can meet, except the room, which is tried only where no other is met.
+  // Returns the parts that rays of the tile can meet, except the room, which is tried last.
   std::vector<int> Candidates(const Tile& tile) const {
     std::vector<int> list;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -144,8 +144,8 @@ struct RayCaster::Pose {
     return Intersect<F8>(solid, origin, local);
   }
 
-  // Which rays pass so close to something thin, nearer than what they meet, that their pixels see it, or meet
-  // a surface that is not matte: one ray says too little of such a pixel.
+  // Returns which rays pass so close to something thin, nearer than what they meet, that their pixels see it,
+  // or meet a surface that is not matte: one ray says too little of such a pixel.
   I8 NeedCloserLook(const std::vector<int>& candidates, const Vec3<F8>& d, F8 t, I8 which) const {
     I8 need{};
     for (const int index : candidates) {
@@ -171,7 +171,7 @@ struct RayCaster::Pose {
       if (parts[i].primitive->shape == Shape::kRoom) offer(static_cast<int>(i));
   }
 
-  // The radiance where a ray meets a part; `key` identifies the chart.
+  // Returns the radiance where a ray meets a part; `key` identifies the chart.
   F4 Radiance(int index, float t, const Vector3f& direction_in_cam, int& key) const {
     const Part& part = parts[static_cast<std::size_t>(index)];
     const Vector3f d = part.local_from_cam * direction_in_cam;

@@ -1,4 +1,4 @@
-// Primary rays through every pixel of a camera with its distortion, eight at a time, into baked textures.
+// Casts a ray through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
 // One ray per pixel; pixels whose solid differs from a neighbour's, that something thin passes through, or
 // that see a mirror or glass get four more rays, so that edges are anti-aliased (surfaces are by the mip
@@ -26,17 +26,18 @@ class RayCaster {
   // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused).
   void Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum, double sway_angle = 0) const;
 
-  // The same for the rows [first, end), for a rolling shutter.
+  // Does the same for the rows [first, end), for a rolling shutter.
   void AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end, cv::Mat& sum,
                       double sway_angle = 0) const;
 
-  // The image without motion blur and sensor: CV_32FC3, linear B, G, R.
+  // Returns the image without motion blur and sensor: CV_32FC3, linear B, G, R.
   cv::Mat Radiance(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
-  // Distance along each pixel's ray, metres: CV_32FC1.
+  // Returns the distance along each pixel's ray, metres: CV_32FC1.
   cv::Mat RayLength(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
-  // Where the first surface along a pixel's ray is one that moves (Primitive::moves): CV_8UC1, 255 there.
+  // Returns a mask, CV_8UC1, 255 where the first surface along a pixel's ray is one that moves
+  // (Primitive::moves).
   cv::Mat MovingPixels(const Rigid3& cam_from_world, double sway_angle) const;
 
  private:

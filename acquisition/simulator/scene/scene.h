@@ -1,4 +1,4 @@
-// The simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
+// Defines the simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
 //
 //   studio   a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
 //            terrazzo table in front of a stone wall
@@ -45,7 +45,7 @@ struct StandingBoard {
   Rigid3 board_from_world;  // metres, the frame of core/fiducials/board.h
 };
 
-// A pendulum, or a turntable: what moves turns about an axis through a pivot, world.
+// The motion of a pendulum or a turntable: a rotation about an axis through a pivot, world frame.
 struct Sway {
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::UnitY();
   double amplitude = 0;  // radians
@@ -69,26 +69,26 @@ class Scene {
   const MipTexture& Chart(int index) const { return charts_[static_cast<std::size_t>(index)]; }
   const std::vector<AreaLight>& lights() const { return lights_; }
 
-  // The sphere that encloses the subject: exact geometry, no estimate.
+  // Returns the sphere that encloses the subject: exact geometry, no estimate.
   const Subject& subject() const { return subject_; }
   Eigen::Vector3d UpInWorld() const { return Eigen::Vector3d::UnitZ(); }
-  // Only in the scenes `easel` and `turntable`; where the turntable is at rest.
+  // Returns the board, only in the scenes `easel` and `turntable`, with the turntable at rest.
   const std::optional<StandingBoard>& board() const { return board_; }
-  // From the subject to where a capture starts, unit, and how far away.
+  // Return where a capture starts: the direction from the subject, unit length, and the distance.
   const Eigen::Vector3d& FirstDirection() const { return first_direction_; }
   double FirstDistance() const { return first_distance_; }
 
-  // Only in the scenes `branch` and `turntable`.
+  // Returns the motion, only in the scenes `branch` and `turntable`.
   const std::optional<Sway>& sway() const { return sway_; }
   bool IsTurntable() const { return sway_ && sway_->goes_round; }
-  // The angle of what moves, `since_s` after it has begun to: a swing that grows and dies away within
+  // Returns the angle of what moves, `since_s` after it has begun to: a swing that grows and dies away within
   // `lasts_s`; 0 before and after, and in scenes where nothing sways.
   double SwayAngle(double since_s, double lasts_s) const;
-  // From where a moving part is at rest to where it is at that angle.
+  // Returns the motion of a moving part from rest to that angle.
   Rigid3 MovedFromRest(double sway_angle) const;
 
-  // The first surface along a unit direction, in double precision; there is one, because the room encloses
-  // the scene. Glass is a surface like others.
+  // Returns the first surface along a unit direction, in double precision; there is one, because the room
+  // encloses the scene. Glass is a surface like others.
   Hit FirstHit(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,
                double sway_angle = 0, bool through_glass = false) const;
   double DepthAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,

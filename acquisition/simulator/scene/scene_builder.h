@@ -1,4 +1,4 @@
-// Puts a scene together: solids, lamps, the subject; then bakes the light.
+// Builds a scene from solids, lamps and the subject, then bakes the light.
 #pragma once
 
 #include <memory>
@@ -27,24 +27,24 @@ class SceneBuilder {
   SceneBuilder() : scene_(new Scene) {}
 
   void Add(const Solid& solid);
-  // A round rod between two points of the world; `solid` says the rest.
+  // Adds a round rod between two points of the world; `solid` says the rest.
   void AddRod(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, Solid solid);
-  // A sheet of markers (kMarkerSheet, kTurntableSheet) whose front faces -y of `world_from_local`.
+  // Adds a sheet of markers (kMarkerSheet, kTurntableSheet) whose front faces -y of `world_from_local`.
   void AddBoard(const Rigid3& world_from_local, int material, bool moves = false);
-  // The plaster room that encloses a scene, 4.6 by 4.4 by 3.1 m; its far wall is 5 cm beyond `wall_y`.
+  // Adds the plaster room that encloses a scene, 4.6 by 4.4 by 3.1 m; its far wall is 5 cm beyond `wall_y`.
   void AddRoom(double wall_y);
-  // That room, a stone wall 0.55 m behind the origin, and a terrazzo table whose top is at z = 0.
+  // Adds that room, a stone wall 0.55 m behind the origin, and a terrazzo table whose top is at z = 0.
   void AddStudio();
   void AddStudioLamps();
-  // A lamp that shines from `center` towards `at`. `power`: see AreaLight.
+  // Adds a lamp that shines from `center` towards `at`. `power`: see AreaLight.
   void AddLight(const Eigen::Vector3f& center, const Eigen::Vector3f& at, float half_width, float half_height,
                 float power);
 
   void SetSubject(const Eigen::Vector3d& center, double radius) { scene_->subject_ = {center, radius}; }
-  // The subject's sphere round `center`, as large as the solids that belong to it need.
+  // Sets the subject's sphere around `center`, large enough for the solids that belong to it.
   void EncloseSubject(const Eigen::Vector3d& center);
   void SetSway(const Sway& sway) { scene_->sway_ = sway; }
-  // From the subject to where a capture starts, and how far away.
+  // Bakes the scene. A capture starts in `first_direction` from the subject, at `first_distance`.
   std::shared_ptr<const Scene> Finish(const Eigen::Vector3d& first_direction, double first_distance = 1);
 
  private:

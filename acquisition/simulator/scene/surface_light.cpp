@@ -24,8 +24,8 @@ struct LampSeen {
   float distance, radiance;
 };
 
-// Where a ray meets a lamp's front. Radiance from irradiance at one metre: divided by the lamp's area; its
-// cloth fades towards the rim.
+// Returns where a ray meets a lamp's front. Its radiance is the irradiance at one metre over the lamp's area,
+// and fades towards the rim.
 std::optional<LampSeen> SeeLamp(const AreaLight& lamp, const Vector3f& point, const Vector3f& direction) {
   const float towards = -direction.dot(lamp.normal);
   if (towards <= 0.01f) return std::nullopt;
@@ -40,7 +40,7 @@ std::optional<LampSeen> SeeLamp(const AreaLight& lamp, const Vector3f& point, co
   return LampSeen{distance, rim * (1 - 0.3f * std::max(u, v)) * lamp.power / area};
 }
 
-// The lamps and a plain room, reflected at a mirror.
+// Returns the lamps and a plain room, reflected at a mirror.
 F4 GlazeLight(const Scene& scene, const SurfaceView& view, float at_right_angles) {
   const float facing = std::max(0.0f, -view.normal.dot(view.direction));
   const float fresnel = Schlick(at_right_angles, facing);
@@ -83,7 +83,7 @@ F4 SeenAlong(const Scene& scene, const SecondRay& ray) {
   return primitive.glow * texture.Sample(at.u, at.v, static_cast<float>(footprint));
 }
 
-// A radius of curvature that stands for the whole solid.
+// Returns a radius of curvature that stands for the whole solid.
 double RadiusOf(const Primitive& primitive) {
   return primitive.shape == Shape::kFrustum ? 0.5 * (primitive.size[0] + primitive.size[1])
                                             : primitive.BoundRadius();
@@ -97,7 +97,7 @@ F4 MirroredLight(const Scene& scene, const Primitive& primitive, const SurfaceVi
                            view.pixel_angle + 2 * width / RadiusOf(primitive), view.sway_angle});
 }
 
-// The direction behind a surface whose normal is on the ray's side; none: total reflection.
+// Returns the direction behind a surface whose normal is on the ray's side; none: total reflection.
 std::optional<Vector3d> Refracted(const Vector3d& direction, const Vector3d& normal, double index_ratio) {
   const double cosine = -normal.dot(direction);
   const double sine2 = index_ratio * index_ratio * (1 - cosine * cosine);
@@ -105,7 +105,7 @@ std::optional<Vector3d> Refracted(const Vector3d& direction, const Vector3d& nor
   return (index_ratio * direction + (index_ratio * cosine - std::sqrt(1 - sine2)) * normal).normalized();
 }
 
-// Through the solid and out of it.
+// Traces a ray through the solid and out of it.
 F4 RefractedLight(const Scene& scene, const Primitive& primitive, const SurfaceView& view) {
   const Rigid3& local_from_world = primitive.local_from_world;
   Vector3d point = local_from_world * view.point.cast<double>();

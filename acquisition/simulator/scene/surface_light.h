@@ -1,7 +1,7 @@
-// Light that depends on the viewpoint: what glazed, polished and glass surfaces send to the eye besides their
-// baked light. World frame, metres; radiance linear B, G, R.
+// Computes the light that depends on the viewpoint: what glazed, polished and glass surfaces send to the eye
+// besides their baked light. World frame, metres; radiance linear B, G, R.
 //
-// Fresnel's share after Schlick 1994; glass refracts by Snell's law, index 1.5, at each surface of its own
+// Fresnel reflection follows Schlick 1994; glass refracts by Snell's law, index 1.5, at each surface of its
 // solid. What is seen in a mirror or through glass is the baked light of the first opaque surface there.
 #pragma once
 
@@ -17,7 +17,8 @@ struct SurfaceView {
   double sway_angle = 0;                     // of what moves
 };
 
-// The radiance towards the eye, where `matte` is the baked one. `part`: index into the scene's primitives.
+// Returns the radiance towards the eye, where `matte` is the baked one. `part`: index into the scene's
+// primitives.
 F4 SurfaceLight(const Scene& scene, int part, F4 matte, const SurfaceView& view);
 
 }  // namespace ulf::acquisition

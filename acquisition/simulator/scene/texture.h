@@ -1,4 +1,4 @@
-// A texture of surface radiance: 16-bit linear B, G, R with a mip pyramid.
+// Stores surface radiance as a texture: linear B, G, R in 16 bits, with a mip pyramid.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@ namespace ulf::acquisition {
 
 class MipTexture {
  public:
-  // Full scale of the stored integers, in the scene's unit of radiance.
+  // Full scale of the stored integers in units of radiance (RayCaster: 1 is a white card in the key light).
   static constexpr float kFullScale = 4.0f;
 
   MipTexture() = default;
-  // `bgr` holds width * height values; both sizes must be multiples of 2^(kMaxLevels-1) only for seamless
-  // wrapping.
+  // `bgr` holds width * height values, row by row. `wrap_u`, `wrap_v`: the texture continues at the opposite
+  // edge; for that to be seamless in every level, the size must be a multiple of 2^(kMaxLevels-1).
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr);
-  // Of what Texels() gave, which stays where it is: BytesOf() bytes, aligned to 8.
+  // Shares, without a copy, the texels of an equal texture's Texels(): BytesOf() bytes, aligned to 8.
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::shared_ptr<const void>& texels);
   static std::size_t BytesOf(int width, int height);
   std::span<const std::byte> Texels() const;
@@ -30,7 +30,8 @@ class MipTexture {
   bool wrap_u() const { return wrap_u_; }
   bool wrap_v() const { return wrap_v_; }
 
-  // u, v: 0 to 1 across the texture. `footprint`: side of the area seen, in texels of the finest level.
+  // Returns the filtered radiance. u, v: 0 to 1 across the texture. `footprint`: side of the area that the
+  // pixel sees, in texels of the finest level.
   F4 Sample(float u, float v, float footprint) const;
 
  private:

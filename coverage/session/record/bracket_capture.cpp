@@ -94,10 +94,10 @@ void BracketCapture::Begin(int view_id, const Frame& frame, const tracking::Trac
     gain_ = frame.gain;
     last_ = Posed{frame.device_time_s, *track.cam_from_world};
   }
-  Ask();
+  RequestExposures();
 }
 
-void BracketCapture::Ask() {
+void BracketCapture::RequestExposures() {
   running_->is_asked =
       device_.RequestExposures(bracket_.StopsBesideOwn()) == acquisition::StillRequest::kAsked;
 }
@@ -157,7 +157,7 @@ bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
                                frame.device_time_s < *ended_s_ + options_.patience_s;
     return frame.asked_stops || is_on_its_way;
   }
-  if (!running_->is_asked) Ask();
+  if (!running_->is_asked) RequestExposures();
   if (frame.asked_stops) {
     const Rigid3 view_from_world = poses_.PoseNow(running_->view).value_or(*running_->view.cam_from_world);
     if (here)

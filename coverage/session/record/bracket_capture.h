@@ -1,7 +1,6 @@
-// Exposure brackets (CaptureOptions::bracket): when a view has been recorded, the camera is asked for its
-// other exposures (Device::RequestExposures). Each becomes part of the view on disk, with where the camera
-// stood for it relative to the view: the hand does not stand still meanwhile. They are merged after the
-// capture (render/stereo/bracket_merge.h).
+// Takes exposure brackets (CaptureOptions::bracket): when a view has been recorded, it requests the other
+// exposures (Device::RequestExposures). Each becomes part of the view on disk, with its pose relative to the
+// view, because the hand moves meanwhile. They are merged after the capture (render/stereo/bracket_merge.h).
 //
 // Frames are tracked all the while. To the tracker a frame of another exposure is shown as the view's
 // exposure would have been: brighter or darker by the known ratio. A frame in which the camera is not found
@@ -27,11 +26,11 @@ namespace ulf::coverage {
 struct ExposureBracket {
   int exposures = 3;  // with the view's own
   double stops = 2;   // between neighbours
-  // "3x2EV"; throws Refusal that says what is right.
+  // Parses "3x2EV"; throws Refusal that names the accepted form.
   static ExposureBracket Parse(const std::string& text);
   std::string Text() const;
-  // Of the exposures beside the view's own, in the order in which they are taken: nearest first, shorter
-  // before longer.
+  // Returns the stops of the exposures beside the view's own, in the order in which they are taken: nearest
+  // first, shorter before longer.
   std::vector<double> StopsBesideOwn() const;
 };
 
@@ -42,8 +41,8 @@ struct BracketCounts {
   std::uint64_t between = 0;     // of these, with a pose between those of other frames
 };
 
-// The frame as it would have been with this exposure: brighter or darker in linear light, clipped where it
-// is. Its own where an exposure is not known.
+// Returns the frame as it would have been with this exposure: brighter or darker in linear light, clipped
+// where it is. The frame is unchanged where an exposure is not known.
 Frame AsExposed(const Frame& frame, double exposure_s, double gain);
 
 class BracketCapture {
@@ -58,17 +57,18 @@ class BracketCapture {
                  const ExposureBracket& bracket, const Options& options,
                  std::function<void(const std::string&)> say);
 
-  // The view was recorded of this frame or photograph.
+  // Begins the bracket of a view that was recorded of this frame or photograph.
   void Begin(int view_id, const Frame& frame, const tracking::Track& track);
   bool IsRunning() const { return running_.has_value(); }
-  // What the tracker is to see of a live frame.
+  // Returns what the tracker is to see of a live frame.
   Frame ForTracking(const Frame& frame) const;
-  // Every live frame. True: it belongs to a bracket, or came while one was taken or before the camera had the
-  // views' exposure again, and is no view.
+  // Call it for every live frame. Returns true when it belongs to a bracket, or came while one was taken or
+  // before the camera had the views' exposure again, and is no view.
   bool Take(const Frame& frame, const tracking::Track& track);
-  // Another exposure of a photograph. `track`: where it was taken; none: not found. False: of no view.
+  // Takes another exposure of a photograph. `track`: its pose; none: not found. Returns false when it belongs
+  // to no view.
   bool TakeStill(const Frame& still, const std::optional<tracking::Track>& track);
-  // At the end of the capture: what still waits for a pose gets the last one.
+  // Call it at the end of the capture: exposures that still wait for a pose get the last one.
   void Finish();
   const BracketCounts& counts() const { return counts_; }
 
@@ -89,7 +89,7 @@ class BracketCapture {
     double time_s = 0;
     Rigid3 cam_from_world;
   };
-  void Ask();
+  void RequestExposures();
   void Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between);
   void PlaceWaiting(const Posed& after);
   void EndIfOver(double now_s, double patience_s);

@@ -1,6 +1,6 @@
-// The cameras of a running capture: of the live frames, and of what is recorded, which is the same unless the
-// device takes photographs. Every part of a capture asks here, because the tracker may go on with another
-// lens than the given one (tracking/tracker_options.h, LensUse::kRefine).
+// Holds the camera models of a running capture: of the live frames, and of what is recorded, which is the
+// same unless the device takes photographs. Every part of a capture takes them from here, because the tracker
+// may replace the given lens (tracking/tracker_options.h, LensUse::kRefine).
 #pragma once
 
 #include <optional>
@@ -13,24 +13,24 @@ namespace ulf::coverage {
 
 class CaptureLens {
  public:
-  // `still`: of photographs, where these are recorded in place of live frames.
+  // `still`: the camera of photographs, where these are recorded in place of live frames.
   explicit CaptureLens(const CameraModel& live, const std::optional<CameraModel>& still = {})
       : live_(live), still_(still) {}
 
   const CameraModel& live() const { return live_; }
   const CameraModel& recorded() const { return still_ ? *still_ : live_; }
 
-  // After each frame of `poses`. Returns the live lens of before where the tracker has gone on with another
-  // one in this frame; everything that knows poses or points by the old one is to follow.
-  std::optional<CameraModel> After(const tracking::Track& track, const tracking::PoseSource& poses);
-  // After PoseSource::Finish(), in the same way.
-  std::optional<CameraModel> AfterFinish(const tracking::PoseSource& poses);
+  // Call it after each frame of `poses`. Returns the former live lens where the tracker has replaced it in
+  // this frame: everything that holds poses or points under the former one must be converted.
+  std::optional<CameraModel> Update(const tracking::Track& track, const tracking::PoseSource& poses);
+  // Does the same after PoseSource::Finish().
+  std::optional<CameraModel> UpdateAfterFinish(const tracking::PoseSource& poses);
 
-  // That took the given one's place; none: the given one is in use.
+  // Returns the lens that replaced the given one; none: the given one is in use.
   const std::optional<tracking::RefinedLens>& found() const { return found_; }
-  // Where the lens that was found is from, for the record.
+  // Returns where the lens that was found is from, for the record.
   std::string FoundSource() const;
-  // What the images say against the lens in use, as they said it first; none: nothing (any more).
+  // Returns what the images say against the lens in use, as they said it first; none if nothing (any more).
   const std::optional<tracking::CalibrationCheck>& contradicted() const { return contradicted_; }
 
  private:
@@ -41,7 +41,8 @@ class CaptureLens {
   std::optional<tracking::CalibrationCheck> contradicted_;
 };
 
-// By how much two lenses show the same ray apart, at most, in pixels of a picture with this longer side.
+// Returns by how much two lenses show the same ray apart, at most, in pixels of a picture with this longer
+// side.
 double LargestShiftPx(const CameraModel& a, const CameraModel& b, int longer_side_px);
 
 }  // namespace ulf::coverage

@@ -34,7 +34,7 @@ bool Same(const Rigid3& a, const Rigid3& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
 }
 
-// "3 views (15, 16, 17)"
+// Returns "3 views (15, 16, 17)".
 std::string ViewsInWords(const std::vector<int>& ids) {
   std::string text;
   for (const int id : ids) text += fmt::format("{}{}", text.empty() ? "" : ", ", id);
@@ -150,7 +150,7 @@ bool CaptureRecord::MoveViews(const tracking::PoseSource& poses, bool last, bool
   const double largest_move = views_.LargestMove(now, map() ? &map()->subject() : nullptr);
   if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return true;
   if (!last && !spool_.TryUpdatePoses(now)) return false;
-  views_.MoveTo(now);
+  views_.SetPoses(now);
   moved = true;
   return true;
 }
@@ -172,16 +172,16 @@ void CaptureRecord::MoveSubject(const Subject& subject) {
   spool_.SetSubject(subject);
 }
 
-void CaptureRecord::GoOverToLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
-                                 const std::optional<Subject>& subject) {
+void CaptureRecord::ReplaceLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
+                                const std::optional<Subject>& subject) {
   const int side = std::max(before.width, before.height);
-  views_.FindAnew(
+  views_.ReestimatePoses(
       poses, LargestShiftPx(before, lens_.recorded(), side) / (0.5 * std::hypot(before.width, before.height)),
       subject ? &*subject : nullptr);
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
   if (!last) spool_.UpdateLens(lens_.recorded(), lens_.FoundSource(), now);
   if (subject) MoveSubject(*subject);
-  views_.MoveTo(now);
+  views_.SetPoses(now);
   Repaint();
 }
 
@@ -195,7 +195,7 @@ std::optional<MeasuredFrame> CaptureRecord::Measure(const Frame& frame, const Ca
   if (measured.attempt == MeasuredGeometry::Attempt::kMade && options_.cover.by != CoverBy::kBound && map() &&
       std::abs(frame.device_time_s - followed_s_) >= kFollowEvery_s) {
     followed_s_ = frame.device_time_s;
-    painter_.FollowErrorsNow(*errors());
+    painter_.AdaptToErrors(*errors());
   }
   return measured.frame;
 }

@@ -1,9 +1,8 @@
-// What a running capture has recorded: its views (waiting for the disk, or written), their subject, the
+// Holds what a running capture has recorded: its views (waiting for the disk, or written), their subject, the
 // coverage map, and geometry with the errors over it. `say` gets a line for everything that a person should
 // know.
 //
-// One after the other: the disk accepts a change, RecordedViews makes it and tells its followers, the map is
-// painted.
+// A change goes first to the disk, then to RecordedViews, which notifies its observers, and last to the map.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +32,7 @@
 
 namespace ulf::coverage {
 
-// How the light field was left.
+// Describes how the light field was left.
 struct ClosedRecord {
   std::uint64_t recorded = 0;                              // views of this session that are in it
   std::uint64_t unwritten = 0;                             // frames that were accepted and are lost
@@ -52,10 +51,10 @@ class CaptureRecord {
     bool deterministic = false;
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
     CoverGoal cover;
-    bool lens_may_change = false;  // GoOverToLens() may be called
+    bool lens_may_change = false;  // ReplaceLens() may be called
     FrameSource source = FrameSource::kCamera;
   };
-  // Goes on with the views of an earlier session that `writer` holds. `lens` outlives it.
+  // Continues with the views of an earlier session that `writer` holds. `lens` outlives it.
   CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
                 std::function<void(const std::string&)> say);
 
@@ -66,7 +65,7 @@ class CaptureRecord {
   const std::vector<ReopenedDirection>& reopened() const { return painter_.reopened(); }
   int camera_index() const { return camera_index_; }  // of the views of this session, in the light field
   const std::optional<Subject>& subject() const { return subject_; }
-  // The subject of the earlier session; none before the first SetSubject.
+  // Returns the subject of the earlier session; none before the first SetSubject.
   const std::optional<Subject>& ResumedSubject() const { return resumed_subject_; }
 
   // Paints the coverage map of this subject from the recorded views.
@@ -78,19 +77,19 @@ class CaptureRecord {
   // Returns how many views were taken back.
   std::size_t TakeBack(const std::vector<int>& ids);
   // Brings the views' poses up to date with the tracker's map: repaints the coverage map and, except for the
-  // `last` time before Close(), writes the journal. `subject`: where the correction has taken the subject, if
-  // anywhere; what was measured stays. Returns false when the disk is behind: try again.
+  // `last` time before Close(), writes the journal. `subject`: the subject's place after the correction, if
+  // it has moved; measured errors stay valid. Returns false when the disk is behind: try again.
   bool CorrectPoses(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject = {});
-  // Goes on under the lens that CaptureLens has now, in place of `before`: with the views where `poses` has
-  // them (in the journal in one line with the lens, so that a kill leaves the old or the new of both), the
-  // coverage map painted anew, and geometry and what is measured begun again from small pictures of the
-  // views. Views of earlier sessions must not be there: they hold the map where it is. `last`: Close() comes
-  // next and writes the journal. `subject`: where the subject is under this lens; none: there is none.
-  void GoOverToLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
-                    const std::optional<Subject>& subject);
-  // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
-  // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
-  // decided. False while the disk is behind a correction.
+  // Replaces the lens `before` by that of CaptureLens: takes the views' poses from `poses` (journaled in one
+  // line with the lens, so that a kill leaves the old or the new of both), repaints the coverage map, and
+  // begins geometry and measured errors again from small pictures of the views. There must be no views of
+  // earlier sessions, which hold the map where it is. `last`: Close() comes next and writes the journal.
+  // `subject`: the subject's place under this lens; none: there is none.
+  void ReplaceLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
+                   const std::optional<Subject>& subject);
+  // Returns whether `share` of the cap is covered. When the present map says so, it corrects the poses,
+  // repaints the map and tests CoverageMap::CoveredShare again: the map that decided is published. Returns
+  // false while the disk is behind a correction.
   bool IsCapCovered(double share, const tracking::PoseSource& poses);
   // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time
   // and the counts of this session added to those of earlier ones. `closing`: hears what is done, step by
@@ -99,14 +98,14 @@ class CaptureRecord {
       double capture_s, const std::map<std::string, std::uint64_t>& reasons, std::vector<ScenePoint> points,
       const std::optional<tracking::Readout>& rolling_shutter = {},
       const std::function<void(const std::string&)>& closing = [](const std::string&) {});
-  // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone
-  // decides, in the coverage map. None: there is no geometry yet, or no time.
+  // Measures the error at a frame with a known pose: notes it in errors(), and, unless the bound alone
+  // decides, in the coverage map. Returns none when there is no geometry yet, or no time.
   std::optional<MeasuredFrame> Measure(const Frame& frame, const CameraModel& camera,
                                        const tracking::Track& track);
-  // The newest mesh of geometry; null: none yet, or none is made.
+  // Returns the newest mesh of geometry; null if there is none yet, or none is made.
   std::shared_ptr<const LiveMesh> mesh() const { return geometry_.mesh(); }
   const std::shared_ptr<const ErrorMap>& errors() const { return geometry_.errors(); }  // null: not measured
-  // False: none will come while capturing, because no geometry is made or it has failed.
+  // Returns false when none will come while capturing, because no geometry is made or it has failed.
   bool MeshMayCome() const { return geometry_.MeshMayCome(); }
   bool ErrorsMayCome() const { return geometry_.IsMeasured() && (mesh() || MeshMayCome()); }
 

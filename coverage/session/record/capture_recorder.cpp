@@ -91,7 +91,7 @@ Decision CaptureRecorder::TakeOnWalk(const FrameToDecide& input) {
 }
 
 void CaptureRecorder::Measure(const FrameToDecide& input) {
-  if (!ShowsTheSubject(input, record_.map().get(), options_.limits)) return;
+  if (!ShowsWholeSubject(input, record_.map().get(), options_.limits)) return;
   const std::optional<MeasuredFrame> measured = record_.Measure(input.frame, lens_.live(), input.track);
   if (measured) ms_measure_.push_back(measured->processor_ms);
 }
@@ -102,7 +102,7 @@ Reason CaptureRecorder::RecordOrAsk(const FrameToDecide& input, const Decision& 
     return Record(input.frame, input.track, decision, DistanceToSubject(input.track)) ? Reason::kRecorded
                                                                                       : DiskReason();
   if (record_.spool().Pause()) return DiskReason();
-  stills_->Ask();
+  stills_->RequestStill();
   return Reason::kStill;
 }
 

@@ -1,7 +1,7 @@
 // Decides for every tracked frame whether it becomes a view, records those that do, and counts the reasons of
-// the others. In this order: what watches looks at the frame (its light, its error), deciding reads alone,
-// recording writes. With a still camera it asks for photographs instead (still_capture.h); without a subject
-// it decides by parallax (posed_photographs.h).
+// the others. First it measures the frame (light, error), then decides without changing anything, then
+// records. With a still camera it requests photographs instead (still_capture.h); without a subject it
+// decides by parallax (posed_photographs.h).
 #pragma once
 
 #include <array>
@@ -47,24 +47,24 @@ class CaptureRecorder {
 
   // `frame_period_s`: between the device's frames; 0 while it is not known.
   Decision Take(const Frame& frame, const tracking::Track& track, double frame_period_s);
-  // The frame as the tracker is to see it.
+  // Returns the frame as the tracker is to see it.
   Frame ForTracking(const Frame& frame) const { return bracket_ ? bracket_->ForTracking(frame) : frame; }
-  // Whether other exposures of the newest view are still to come.
+  // Returns whether other exposures of the newest view are still to come.
   bool AwaitsExposures() const { return bracket_ && bracket_->IsRunning(); }
   // Records a photograph, requested or not, or keeps it in unposed/.
   void TakeStill(const Frame& still);
-  // At the end: records the frame that waits to be compared with its neighbours.
+  // Records at the end the frame that waits to be compared with its neighbours.
   void RecordHeld();
-  // At the end, after everything else.
+  // Call it at the end, after everything else.
   void FinishBracket() {
     if (bracket_) bracket_->Finish();
   }
 
-  // Before a pause, records the frame that waits to be compared with its neighbours.
+  // Before a pause it records the frame that waits to be compared with its neighbours.
   void SetRecording(bool on);
   bool IsRecording() const { return recording_; }
 
-  // The view that was recorded since ForgetNewestId().
+  // Returns the view that was recorded since ForgetNewestId().
   std::optional<int> newest_id() const { return newest_id_; }
   void ForgetNewestId() { newest_id_.reset(); }
   std::shared_ptr<const RecordedFrame> newest_view() const { return newest_view_; }  // null: none yet
@@ -78,8 +78,8 @@ class CaptureRecorder {
  private:
   Decision TakeOnWalk(const FrameToDecide& input);
   Decision TakeOnSubject(FrameToDecide input);
-  // Measures what the frame shows of the error, where it shows the whole subject: the coverage map may
-  // follow.
+  // Measures the light field's error at a frame that shows the whole subject, which may change the coverage
+  // map.
   void Measure(const FrameToDecide& input);
   // Records the frame, or asks for a photograph in its place; what came of it.
   Reason RecordOrAsk(const FrameToDecide& input, const Decision& decision);

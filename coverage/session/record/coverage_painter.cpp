@@ -7,9 +7,9 @@
 namespace ulf::coverage {
 
 void CoveragePainter::PaintAnew(const Subject& subject, const ErrorMap* errors) {
-  auto map = std::make_shared<CoverageMap>(subject, ForErrors(options_.map, options_.cover),
+  auto map = std::make_shared<CoverageMap>(subject, WithAdaptiveThreshold(options_.map, options_.cover),
                                            views_.ForCriterion(lens_.recorded(), options_.coverage_width_px));
-  if (errors) FollowErrors(*errors, options_.cover, *map);
+  if (errors) AdaptThresholds(*errors, options_.cover, *map);
   map_ = std::move(map);
   painted_ = StateOf(views_);
 }
@@ -43,9 +43,9 @@ void CoveragePainter::DropCoveredAgain() {
   });
 }
 
-void CoveragePainter::FollowErrorsNow(const ErrorMap& errors) {
+void CoveragePainter::AdaptToErrors(const ErrorMap& errors) {
   auto map = std::make_shared<CoverageMap>(*map_);
-  FollowErrors(errors, options_.cover, *map);
+  AdaptThresholds(errors, options_.cover, *map);
   map_ = std::move(map);
 }
 

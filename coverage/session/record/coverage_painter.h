@@ -1,5 +1,5 @@
-// The coverage map of a running capture: painted from the recorded views and their poses as they are now, and
-// the directions that a correction of poses, or a view that was taken back, has opened again.
+// Paints the coverage map of a running capture from the recorded views with their present poses, and finds
+// the directions that a correction of poses, or a view that was taken back, has reopened.
 //
 // The map is an immutable snapshot. A new view and corrected poses make a new one; whoever holds the old one
 // keeps it as it was.
@@ -21,13 +21,13 @@
 
 namespace ulf::coverage {
 
-// Was covered and is not any more.
+// A direction that was covered and no longer is.
 struct ReopenedDirection {
   Eigen::Vector3d direction;
   double share = 0;  // of the cap; without one, of what was covered
 };
 
-class CoveragePainter final : public RecordedViews::Follower {
+class CoveragePainter final : public RecordedViews::Observer {
  public:
   struct Options {
     int coverage_width_px = kCoverageWidthPx;
@@ -41,20 +41,20 @@ class CoveragePainter final : public RecordedViews::Follower {
   const std::shared_ptr<const CoverageMap>& map() const { return map_; }  // null without a subject
   const std::vector<ReopenedDirection>& reopened() const { return reopened_; }
 
-  // `errors`, which the map's thresholds follow: null where nothing is measured.
+  // `errors` adapt the map's thresholds; null where nothing is measured.
   void PaintAnew(const Subject& subject, const ErrorMap* errors);
-  // Whether the map shows the views as they are now, each painted with the poses of all.
+  // Returns whether the map shows the views as they are now, each painted with the poses of all.
   bool IsPaintedAnew() const { return painted_ == StateOf(views_); }
-  // Another subject: nothing was covered before.
+  // Call it for another subject, of which nothing was covered before.
   void ForgetReopened() { reopened_.clear(); }
   // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of
   // what was covered). 0 without a map.
   double Repaint(const Subject& subject, const ErrorMap* errors);
-  // The map's thresholds by the errors so far.
-  void FollowErrorsNow(const ErrorMap& errors);
+  // Adapts the map's thresholds to the errors so far.
+  void AdaptToErrors(const ErrorMap& errors);
 
   void Added(const RecordedViews::Entry& view, const Image& image) override;
-  // Painted anew once all is changed: Repaint().
+  // Repaint() follows once everything has changed.
   void Removed(const RecordedViews::Entry& /*view*/) override {}
   void Moved(const RecordedViews& /*views*/) override {}
 

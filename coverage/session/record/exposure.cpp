@@ -25,11 +25,11 @@ constexpr double kMatchMostDeviation = 0.3;
 // Guessed.
 // Frames so far back are compared; longer waits longer after a change.
 constexpr double kExposureWindow_s = 0.3;
-// Exposure time times gain, log ratio: a settled camera's rounding, no more.
+// The log ratio of exposure time times gain that a settled camera's rounding reaches.
 constexpr double kExposureSameSetting = 0.03;
 // Log ratio; a third of what one step of an exposure dial changes.
 constexpr double kExposureSameLight = 0.08;
-// Of two degrees; farther apart other things are seen.
+// The cosine of two degrees: farther apart other things are seen.
 constexpr double kExposureSameDirectionCosine = 0.9994;
 
 constexpr int kSmallWidth = 48;
@@ -69,7 +69,7 @@ float Between(const cv::Mat& light, const Eigen::Vector2d& img) {
          down * ((1 - right) * light.at<float>(y + 1, x) + right * light.at<float>(y + 1, x + 1));
 }
 
-// KnownLight() at few pixels.
+// Returns KnownLight() at few pixels.
 cv::Mat SmallLight(const Image& image) {
   constexpr int kFiner =
       4;  // clipped pixels are looked for at so many times the size, before averaging hides them
@@ -116,8 +116,8 @@ bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const
   return settled;
 }
 
-// The logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before this
-// camera; none where they share too little of the plane, or the ratios of its parts do not agree.
+// Returns the logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before
+// this camera; none where they share too little of the plane, or the ratios of its parts do not agree.
 std::optional<double> ExposureMatch::LogLightRatio(const CameraModel& now_camera,
                                                    const Rigid3& now_from_world, const cv::Mat& before,
                                                    const CameraModel& before_camera,

@@ -1,4 +1,4 @@
-// The exposure of a capture's pictures, which must differ by viewpoint alone.
+// Keeps the exposure of a capture's pictures equal, because they must differ by viewpoint alone.
 //
 // Where a camera reports that it holds its exposure, or which exposure it takes, the capture waits until the
 // exposure and the light on the subject no longer change. A moving camera changes what it sees, too; so
@@ -28,11 +28,12 @@
 
 namespace ulf::coverage {
 
-// Whether exposure and light no longer change.
+// Watches whether exposure and light no longer change.
 class ExposureWatch {
  public:
-  // Every frame with a pose that sees the whole subject, in order. `held`: whether the camera's automatic is
-  // off, none where it does not tell (Device::Held). True: settled, as far as can be told.
+  // Call it, in order, for every frame with a pose that sees the whole subject. `held`: whether the camera's
+  // automatic is off, none where it does not tell (Device::Held). Returns true when they have settled, as far
+  // as can be told.
   bool Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
                const Subject& subject, std::optional<bool> held);
 
@@ -46,7 +47,7 @@ class ExposureWatch {
   std::deque<Seen> recent_;
 };
 
-// The relative light of views whose exposure is not known.
+// Estimates the relative light of views whose exposure is not known.
 class ExposureMatch {
  public:
   // Guessed.
@@ -55,12 +56,12 @@ class ExposureMatch {
   };
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
   explicit ExposureMatch(const LightField& resumed);
-  // This picture's light divided by the first view's; 1 for the first. `depth`: of the subject. `views`: the
-  // views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves them all when
-  // it closes a loop or changes its scale.
+  // Returns this picture's light divided by the first view's; 1 for the first. `depth`: of the subject.
+  // `views`: the views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves
+  // them all when it closes a loop or changes its scale.
   double GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                 const RecordedViews& views);
-  // The picture of the last GainOf() has become this view.
+  // Notes that the picture of the last GainOf() has become this view.
   void Keep(int id);
 
  private:

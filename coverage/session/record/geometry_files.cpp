@@ -36,10 +36,10 @@ std::string Replaced(const std::optional<render::GeometryState>& before, const f
       kept_maps ? fmt::format(", with its depth maps: {}", kept_maps->string()) : "", proxy_command);
 }
 
-// The views as they were when the mesh was made: those whose maps were taken out of `maps_then` to make
-// `maps`, because they were recorded with another pose, have the pose of the map.
-LightField AsThen(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then,
-                  const std::map<int, render::ViewDepthMap>& maps) {
+// Returns the views as they were when the mesh was made: those whose maps were taken out of `maps_then` to
+// make `maps`, because they were recorded with another pose, have the pose of the map.
+LightField AsWhenMeshed(LightField light_field, const FinishedGeometry& finished,
+                        const std::set<int>& maps_then, const std::map<int, render::ViewDepthMap>& maps) {
   for (View& view : light_field.views)
     if (maps_then.contains(view.id) && !maps.contains(view.id))
       if (const auto then = finished.map_poses.find(view.id); then != finished.map_poses.end())
@@ -47,8 +47,8 @@ LightField AsThen(LightField light_field, const FinishedGeometry& finished, cons
   return light_field;
 }
 
-// How many views the mesh was made without: they could not be read, or there was no time to look at them or
-// for their maps.
+// Returns how many views the mesh was made without: they could not be read, or there was no time to look at
+// them or for their maps.
 std::size_t ViewsLeftOut(const LightField& light_field, const FinishedGeometry& finished) {
   const auto left_out = std::ranges::count_if(light_field.views, [&](const View& view) {
     return finished.views_left_out.contains(view.id) || finished.unreadable_views.contains(view.id);
@@ -57,14 +57,14 @@ std::size_t ViewsLeftOut(const LightField& light_field, const FinishedGeometry& 
 }
 
 // The mesh and the depth maps that are there. Throws Error.
-struct ThatIsThere {
+struct ExistingGeometry {
   std::shared_ptr<const render::TriangleMesh> mesh;
   render::DepthMapReading maps;
 };
-ThatIsThere ReadThatIsThere(const LightField& light_field) {
-  ThatIsThere there{std::make_shared<const render::TriangleMesh>(
-                        render::ReadMeshFile(light_field.root / render::kMeshProxyFile).mesh),
-                    {}};
+ExistingGeometry ReadExistingGeometry(const LightField& light_field) {
+  ExistingGeometry there{std::make_shared<const render::TriangleMesh>(
+                             render::ReadMeshFile(light_field.root / render::kMeshProxyFile).mesh),
+                         {}};
   if (render::HasDepthMaps(light_field.root))
     there.maps = render::ReadDepthMaps(light_field.root, light_field, there.mesh);
   return there;
@@ -72,13 +72,13 @@ ThatIsThere ReadThatIsThere(const LightField& light_field) {
 
 int LongerSide(const CameraModel& camera) { return std::max(camera.width, camera.height); }
 
-// Where a view stands, as seen from the subject; a direction along its axis where there is none.
+// Returns where a view stands, as seen from the subject; a direction along its axis where there is none.
 Eigen::Vector3d SeenFromSubject(const LightField& light_field, const View& view) {
   return light_field.subject ? (view.CenterInWorld() - light_field.subject->center_in_world).normalized()
                              : view.cam_from_world.DirectionInSource(-Eigen::Vector3d::UnitZ());
 }
 
-// How many of the views that have a map in `before` have none in `now` near them.
+// Returns how many of the views that have a map in `before` have none in `now` near them.
 std::size_t WithoutMapNear(const LightField& light_field, const render::SoftProxy::Maps& before,
                            const std::map<int, render::ViewDepthMap>& now) {
   // A capture's own maps stand that far apart where there are many.
@@ -100,7 +100,7 @@ std::vector<KnownMap> ReadKnownMaps(const LightField& light_field) {
   std::vector<KnownMap> known;
   try {
     if (!render::HasDepthMaps(light_field.root)) return known;
-    const ThatIsThere there = ReadThatIsThere(light_field);
+    const ExistingGeometry there = ReadExistingGeometry(light_field);
     for (const View& view : light_field.views) {
       const auto found = there.maps.maps.find(view.id);
       if (found == there.maps.maps.end()) continue;
@@ -119,13 +119,13 @@ std::vector<KnownMap> ReadKnownMaps(const LightField& light_field) {
   return known;
 }
 
-std::string WhyThatStays(const fs::path& root, const FinishedGeometry& finished) {
+std::string WhyExistingIsBetter(const fs::path& root, const FinishedGeometry& finished) {
   LightField light_field;
-  ThatIsThere there;
+  ExistingGeometry there;
   try {
     if (!fs::exists(root / render::kMeshProxyFile)) return {};
     light_field = ReadLightField(root);
-    there = ReadThatIsThere(light_field);
+    there = ReadExistingGeometry(light_field);
   } catch (const std::exception&) {
     return {};
   }
@@ -155,7 +155,7 @@ std::string WhyThatStays(const fs::path& root, const FinishedGeometry& finished)
 void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& say) {
   const std::string command = render::ProxyCommand(root);
   try {
-    // As whoever renders reads it: mesh and maps are bound to these poses.
+    // It is read as renderers read it, because mesh and maps are bound to these poses.
     const LightField light_field = ReadLightField(root);
     const std::optional<render::GeometryState> before = render::GeometryStateOf(light_field);
     std::set<int> maps_then;
@@ -165,7 +165,7 @@ void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& 
     const auto maps = std::exchange(finished.maps_for_rendering, {});
     const std::string ply = render::MeshPlyBytes(
         *finished.mesh->mesh,
-        render::OriginComments("ulf capture", AsThen(light_field, finished, maps_then, maps),
+        render::OriginComments("ulf capture", AsWhenMeshed(light_field, finished, maps_then, maps),
                                ViewsLeftOut(light_field, finished)));
     render::KeptGeometry kept;
     try {

@@ -1,5 +1,5 @@
-// How the geometry that a capture has made becomes its light field's: mesh and depth maps together. What was
-// there is kept, and one line says where.
+// Writes the geometry that a capture has made into its light field: mesh and depth maps together. Replaced
+// files are kept, and one line says where.
 #pragma once
 
 #include <filesystem>
@@ -12,19 +12,20 @@
 
 namespace ulf::coverage {
 
-// The depth maps that the light field has and that fit its views, as far as they show the mesh: what they
-// have beside it was filled in, or nothing confirmed it. Empty where there are none, or they cannot be read.
+// Returns the depth maps that the light field has and that fit its views, as far as they show the mesh: what
+// they have beside it was filled in, or nothing confirmed it. It is empty where there are none, or they
+// cannot be read.
 std::vector<KnownMap> ReadKnownMaps(const LightField& light_field);
 
-// Why the mesh and the depth maps that are there are better than those that a capture has made, in words:
-// made of more maps, or of larger ones, or where the new ones have none; of a mesh without maps: finer.
-// Empty: the new ones are at least as good, or what is there cannot be read or is of other poses. `finished`
-// has a mesh.
-std::string WhyThatStays(const std::filesystem::path& root, const FinishedGeometry& finished);
+// Returns why the mesh and the depth maps that are there are better than those that a capture has made, in
+// words: made of more maps, or of larger ones, or where the new ones have none; of a mesh without maps:
+// finer. It is empty when the new ones are at least as good, or what is there cannot be read or is of other
+// poses. `finished` has a mesh.
+std::string WhyExistingIsBetter(const std::filesystem::path& root, const FinishedGeometry& finished);
 
-// Of a closed light field. `finished` has a mesh; takes its maps and sets written_maps. Throws nothing: what
-// cannot be written goes to `say`, in words, and the light field has the mesh of before (then `finished` has
-// none), or no maps.
+// Writes into a closed light field. `finished` has a mesh; takes its maps and sets written_maps. Throws
+// nothing: `say` gets what cannot be written, and the light field keeps its former mesh (then `finished` has
+// none), or has no maps.
 void WriteGeometry(const std::filesystem::path& root, FinishedGeometry& finished,
                    const std::function<void(const std::string&)>& say);
 

@@ -21,7 +21,7 @@ fs::path FolderBeside(const fs::path& light_field) {
   return named.string() + ".photographs";
 }
 
-// The camera's own files, or the pixels where it gave none, under the next free number.
+// Writes the camera's own files, or the pixels where it gave none, under the next free number.
 void KeepBeside(const fs::path& folder, const Frame& frame) {
   std::vector<ViewFile> files;
   for (const auto* file : {&frame.encoded, &frame.raw})
@@ -48,8 +48,8 @@ void KeepBeside(const fs::path& folder, const Frame& frame) {
 
 }  // namespace
 
-std::optional<fs::path> KeepAnywhere(LightFieldWriter* writer, const fs::path& light_field,
-                                     const Frame& frame, std::string& problem) {
+std::optional<fs::path> SavePhotograph(LightFieldWriter* writer, const fs::path& light_field,
+                                       const Frame& frame, std::string& problem) {
   try {
     if (writer) {
       writer->KeepUnposed(frame);

@@ -1,4 +1,4 @@
-// Where photographs go when the light field does not exist yet or cannot be written: the folder
+// Saves photographs for which the light field does not exist yet or cannot be written: in the folder
 // "NAME.photographs" beside the light field NAME. Existing files there are never replaced.
 #pragma once
 
@@ -13,8 +13,8 @@ namespace ulf::coverage {
 
 // Keeps a frame in the light field's unposed/ through `writer` (null: there is none), or else beside it.
 // Returns the folder; none: neither could be written, and `problem` says why.
-std::optional<std::filesystem::path> KeepAnywhere(LightFieldWriter* writer,
-                                                  const std::filesystem::path& light_field,
-                                                  const Frame& frame, std::string& problem);
+std::optional<std::filesystem::path> SavePhotograph(LightFieldWriter* writer,
+                                                    const std::filesystem::path& light_field,
+                                                    const Frame& frame, std::string& problem);
 
 }  // namespace ulf::coverage

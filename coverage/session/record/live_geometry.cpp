@@ -48,7 +48,7 @@ LiveGeometry::~LiveGeometry() {
 
 void LiveGeometry::EndThread(double most_s) {
   if (!thread_.joinable()) return;
-  // Before the lock is taken: the thread may hold it.
+  // This precedes the lock, which the thread may hold.
   SetPolicy(thread_, SCHED_OTHER);
   given_up_ = true;
   MutexLock lock(mutex_);
@@ -58,20 +58,20 @@ void LiveGeometry::EndThread(double most_s) {
                     [this]() ULF_REQUIRES(mutex_) { return ended_; });
 }
 
-void LiveGeometry::Do(Coming coming) {
+void LiveGeometry::Do(PendingChange coming) {
   if (options_.threaded) {
     to_hand_over_.push_back(std::move(coming));
-    HandOver();
-  } else if (const Change change = MadeReady(coming, maker_)) {
+    PassToThread();
+  } else if (const Change change = Prepare(coming, maker_)) {
     change(world_);
   }
 }
 
 void LiveGeometry::Do(Change change) {
-  Do(Coming{std::nullopt, [change = std::move(change)](render::StereoViewMaker&) { return change; }});
+  Do(PendingChange{std::nullopt, [change = std::move(change)](render::StereoViewMaker&) { return change; }});
 }
 
-void LiveGeometry::TakeOver() {
+void LiveGeometry::AcceptChanges() {
   if (!over_) std::ranges::move(to_hand_over_, std::back_inserter(changes_));
   to_hand_over_.clear();
   seen_ = state_;
@@ -80,9 +80,9 @@ void LiveGeometry::TakeOver() {
   if (problem_) problem_seen_ = std::exchange(problem_, std::nullopt);
 }
 
-void LiveGeometry::HandOver() {
+void LiveGeometry::PassToThread() {
   if (!mutex_.try_lock()) return;
-  TakeOver();
+  AcceptChanges();
   mutex_.unlock();
   changed_.notify_all();
 }
@@ -112,11 +112,11 @@ void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camer
     }
     held_.push_back(shared);
   }
-  Do(Coming{id, [id, shared, camera, cam_from_world](render::StereoViewMaker& maker) -> Change {
-              auto view =
-                  std::make_shared<render::StereoView>(maker.Make((*shared)(), camera, cam_from_world));
-              return [id, view](World& world) { world.growing.AddView(id, std::move(*view)); };
-            }});
+  Do(PendingChange{id, [id, shared, camera, cam_from_world](render::StereoViewMaker& maker) -> Change {
+                     auto view = std::make_shared<render::StereoView>(
+                         maker.Make((*shared)(), camera, cam_from_world));
+                     return [id, view](World& world) { world.growing.AddView(id, std::move(*view)); };
+                   }});
 }
 
 void LiveGeometry::RemoveView(int id) {
@@ -137,12 +137,12 @@ void LiveGeometry::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
 }
 
 void LiveGeometry::AddMaps(std::function<std::vector<KnownMap>()> read) {
-  Do(Coming{{}, [read = std::move(read)](render::StereoViewMaker&) -> Change {
-              return [maps = read()](World& world) {
-                for (const KnownMap& map : maps)
-                  world.growing.TakeMap(map.view_id, map.camera, map.depth, map.plane_step);
-              };
-            }});
+  Do(PendingChange{{}, [read = std::move(read)](render::StereoViewMaker&) -> Change {
+                     return [maps = read()](World& world) {
+                       for (const KnownMap& map : maps)
+                         world.growing.TakeMap(map.view_id, map.camera, map.depth, map.plane_step);
+                     };
+                   }});
 }
 
 void LiveGeometry::StartAgain() {
@@ -157,7 +157,7 @@ void LiveGeometry::StartAgain() {
 }
 
 const LiveGeometryState& LiveGeometry::State() {
-  HandOver();
+  PassToThread();
   return seen_;
 }
 
@@ -180,7 +180,7 @@ void LiveGeometry::LeaveOut(int id, const std::string& why) {
 }
 
 std::optional<std::string> LiveGeometry::TakeProblem() {
-  HandOver();
+  PassToThread();
   const std::optional<Problem> problem = std::exchange(problem_seen_, std::nullopt);
   if (!problem) return std::nullopt;
   if (!problem->view || !removed_.contains(*problem->view)) return problem->words;
@@ -188,10 +188,10 @@ std::optional<std::string> LiveGeometry::TakeProblem() {
   return std::nullopt;
 }
 
-// Empty where the view is left out, or geometry has failed.
-LiveGeometry::Change LiveGeometry::MadeReady(const Coming& coming, render::StereoViewMaker& maker) {
+// It is empty where the view is left out, or geometry has failed.
+LiveGeometry::Change LiveGeometry::Prepare(const PendingChange& coming, render::StereoViewMaker& maker) {
   try {
-    return coming.make_ready(maker);
+    return coming.prepare(maker);
   } catch (const std::exception& error) {
     if (coming.view)
       LeaveOut(*coming.view, error.what());
@@ -251,7 +251,7 @@ bool LiveGeometry::KeepMap(render::GrowingGeometry::NewMap map) {
   return true;
 }
 
-// One map, or one mesh. False: there is nothing to make.
+// Makes one map or one mesh. Returns false when there is nothing to make.
 bool LiveGeometry::Work() {
   if (IsMeshDue()) return KeepMesh(MakeMesh(world_, MeshFor::kNow));
   auto map = world_.growing.NextMap(false, &given_up_);
@@ -273,9 +273,10 @@ void LiveGeometry::Loop() {
   MutexLock lock(mutex_);
   while (!over_) {
     if (!changes_.empty()) {
-      const Coming coming = changes_.front();  // stays there until it is done: Finish() may have to do it
+      const PendingChange coming =
+          changes_.front();  // stays there until it is done: Finish() may have to do it
       lock.unlock();
-      const Change change = MadeReady(coming, maker_);
+      const Change change = Prepare(coming, maker_);
       lock.lock();
       if (over_) break;
       changes_.pop_front();
@@ -332,7 +333,7 @@ FinishedGeometry LiveGeometry::Finish() {
   EndThread(kWaitForThread_s);
   FinishedGeometry finished;
   finished.views_left_out = left_out_views_;
-  std::deque<Coming> rest;
+  std::deque<PendingChange> rest;
   World world;
   {
     const MutexLock lock(mutex_);
@@ -352,7 +353,7 @@ FinishedGeometry LiveGeometry::Finish() {
         return;
       }
       render::StereoViewMaker maker(options_.growing.size_px);
-      changes[i] = MadeReady(rest[i], maker);
+      changes[i] = Prepare(rest[i], maker);
     });
     for (std::size_t i = 0; i < rest.size(); ++i)
       if (no_time[i]) finished.views_left_out.insert(*rest[i].view);

@@ -1,12 +1,11 @@
-// Geometry while shooting: as views are recorded, a thread that gives way to everything else makes their
-// depth maps and, now and then, a mesh of them (render/stereo/growing_geometry.h). It keeps to a share of one
-// processor. The mesh serves review and measurement while the capture goes on; at the end the maps that are
-// still missing are made on all processors, and the mesh and the maps become the light field's.
+// Makes geometry during a capture: as views are recorded, a thread of lowest priority makes their depth maps
+// and, now and then, a mesh of them (render/stereo/growing_geometry.h). It keeps to a share of one processor.
+// The mesh serves review and measurement while the capture goes on; at the end the maps that are still
+// missing are made on all processors, and the mesh and the maps become the light field's.
 //
-// A capture never waits for it, but at its end; what fails here is said and fails alone. The thread runs only
-// when a processor has nothing else to do (SCHED_IDLE), so that it may be kept from running while it holds
-// the lock: whoever owns this class tries the lock and never waits for it; what could not be handed over
-// waits for the next call.
+// A capture waits for it only at its end, and a failure here is reported and ends geometry alone. The thread
+// runs only when a processor is idle (SCHED_IDLE), so that it may be preempted while it holds the lock: the
+// caller tries the lock and never waits for it; changes that could not be passed wait for the next call.
 //
 // The end is bounded even where other programs keep all processors busy. Finish() makes the thread an
 // ordinary one (if the kernel lets it: an unprivileged process needs RLIMIT_NICE for that), has it give up
@@ -41,7 +40,7 @@
 
 namespace ulf::coverage {
 
-// The mesh of the maps that were there at some moment.
+// A mesh of the depth maps at some moment.
 struct LiveMesh {
   Subject subject;
   std::shared_ptr<const render::TriangleMesh> mesh;
@@ -68,7 +67,7 @@ struct KnownMap {
 struct FinishedGeometry {
   std::shared_ptr<const LiveMesh> mesh;  // null: the views agree on no surface, or there is no subject
   int maps = 0, missing_maps = 0;        // missing: there was no time for them
-  // Of the mesh's maps, under the views' last poses, for the renderer; by View::id. Empty without a mesh.
+  // The mesh's depth maps under the views' last poses, for the renderer, by View::id; empty without a mesh.
   std::map<int, render::ViewDepthMap> maps_for_rendering;
   std::map<int, Rigid3> map_poses;  // these last poses
   int written_maps = 0;             // of these; by whoever owns the light field
@@ -84,23 +83,24 @@ class LiveGeometry {
     double processor_share = 0.4;  // of one processor, while the capture goes on. Guessed.
     int first_mesh_maps = 6;       // that make the first mesh. Guessed.
     double more_maps = 1.35;       // a new mesh when there are so many times as many maps. Guessed.
-    // Corrected poses, or a view that was taken back, make a new mesh at once where a view has moved by more
-    // than this, pixels of geometry's pictures; but none sooner than so long after the last one. Guessed.
+    // A correction that moves a view by more than `moved_px` pixels of geometry's pictures, or a view that
+    // was taken back, makes a new mesh at once, but not sooner than `between_meshes_s` after the last one.
+    // Guessed.
     double moved_px = 0.5;
     double between_meshes_s = 4;
-    // Pictures in memory that may wait to be reduced; views that come on top are left out. Guessed: 24
-    // megapixels take 72 MB.
+    // So many pictures in memory may wait to be reduced; further views are left out. Guessed: 24 megapixels
+    // take 72 MB.
     std::size_t most_waiting = 8;
-    // At the end, for missing maps and the pictures that wait, which get half of it at most. Guessed: the
-    // whole then takes ten seconds.
+    // The time at the end for missing maps and for waiting pictures, which get half of it at most. Guessed:
+    // the whole then takes ten seconds.
     double finish_s = 6;
     bool gives_way = true;  // false: competes with other programs, which is for tests that wait for it
     std::filesystem::path light_field;  // for messages: 'ulf proxy' of it makes what is missing here
     bool threaded = true;  // false: nothing is made before Finish(), or by WorkNow(), and nothing is left out
   };
-  // A picture as geometry wants it, 8-bit sRGB; read in the geometry's thread.
+  // Reads a picture, 8-bit sRGB, in the geometry's thread.
   using ReadPicture = std::function<cv::Mat()>;
-  // Where a picture is until then: one that is held in memory must not wait in any number.
+  // Says where a picture is until it is reduced: one that is held in memory must not wait in any number.
   enum class Picture { kIsRead, kIsHeld };
 
   explicit LiveGeometry(const Options& options);
@@ -108,26 +108,26 @@ class LiveGeometry {
   LiveGeometry(const LiveGeometry&) = delete;
   LiveGeometry& operator=(const LiveGeometry&) = delete;
 
-  // These return at once. For one thread, which calls one of them at every frame.
+  // The following return at once. One thread calls them, at least one at every frame.
   void SetSubject(const Subject& subject);
   void AddView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world,
                Picture where = Picture::kIsRead);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
-  // Maps of views that were added, which an earlier session made under the poses that these have; read in the
+  // Adds depth maps that an earlier session made of the added views under their poses; `read` runs in the
   // geometry's thread.
   void AddMaps(std::function<std::vector<KnownMap>()> read);
-  // The lens has changed: forgets all views with their maps and the mesh, which are added again by the
-  // caller.
+  // Call it when the lens has changed: drops all views with their maps and the mesh; the caller adds the
+  // views again.
   void StartAgain();
   const LiveGeometryState& State();                // the newest that could be had
   bool HasFailed() const { return failed_; }       // there will be no mesh, or no other one
   bool IsCorrected() const { return corrected_; }  // a view was removed, moved or shown by another lens
-  // Why there will be no geometry, or none of some views, once each; none: nothing new. For the caller to
-  // say: the failure was in another thread.
+  // Returns why there will be no geometry, or none of some views, once each; none if nothing new. The caller
+  // reports it, because the failure was in another thread.
   std::optional<std::string> TakeProblem();
 
-  // Without a thread: makes the maps that are due, and a mesh.
+  // Makes the maps that are due, and a mesh, where there is no thread.
   void WorkNow();
 
   // Ends the thread, makes what is missing, the mesh of all, and the maps for rendering.
@@ -135,17 +135,17 @@ class LiveGeometry {
 
  private:
   using Clock = std::chrono::steady_clock;
-  // What geometry is made of.
+  // Holds what geometry is made of.
   struct World {
     render::GrowingGeometry growing;
     std::optional<Subject> subject;
     int lens = 0;
   };
   using Change = std::function<void(World&)>;
-  // A change that has yet to be made ready, which may take long: a picture is read and reduced.
-  struct Coming {
+  // A change that must be prepared, which may take long: a picture is read and reduced.
+  struct PendingChange {
     std::optional<int> view;  // that it adds
-    std::function<Change(render::StereoViewMaker&)> make_ready;
+    std::function<Change(render::StereoViewMaker&)> prepare;
   };
   struct Problem {
     std::optional<int> view;  // that is left out
@@ -157,29 +157,29 @@ class LiveGeometry {
   };
   enum class MeshFor { kNow, kEnd };
 
-  void Do(Coming coming);
+  void Do(PendingChange coming);
   void Do(Change change);
-  void HandOver();
-  void TakeOver() ULF_REQUIRES(mutex_);
-  Change MadeReady(const Coming& coming, render::StereoViewMaker& maker);
+  void PassToThread();
+  void AcceptChanges() ULF_REQUIRES(mutex_);
+  Change Prepare(const PendingChange& coming, render::StereoViewMaker& maker);
   void Loop();
   bool Work();
   bool IsMeshDue() const;
-  // Corrections want another mesh, and have to wait.
+  // Returns whether corrections require another mesh that is not due yet.
   bool WaitsForMesh() const;
   Meshed MakeMesh(const World& world, MeshFor what_for) const;
   bool KeepMesh(Meshed made);
   bool KeepMap(render::GrowingGeometry::NewMap map);
   void NoteWorld() ULF_REQUIRES(mutex_);
-  // Tells the thread that it is over, and waits for it: for so long at most.
+  // Ends the thread and waits for it, for so long at most.
   void EndThread(double most_s);
   void Fail(const std::string& what);
   void LeaveOut(int id, const std::string& why);
 
   const Options options_;
 
-  // The caller's own.
-  std::deque<Coming> to_hand_over_;
+  // Used by the caller alone.
+  std::deque<PendingChange> to_hand_over_;
   LiveGeometryState seen_;
   std::optional<Problem> problem_seen_;
   std::set<int> removed_;  // their pictures go, and may be gone before they are read
@@ -189,8 +189,8 @@ class LiveGeometry {
   bool corrected_ = false;
   int lens_ = 0;
 
-  // The thread's own. It changes the world only while it holds the lock and is not over; Finish() copies it
-  // then.
+  // Used by the thread alone, which changes `world_` only while it holds the lock and is not over; Finish()
+  // copies it then.
   World world_;
   render::StereoViewMaker maker_;
   std::optional<std::map<int, Rigid3>> poses_of_mesh_;  // none: no mesh has been made
@@ -201,7 +201,7 @@ class LiveGeometry {
 
   Mutex mutex_;
   ConditionVariable changed_;
-  std::deque<Coming> changes_ ULF_GUARDED_BY(mutex_);
+  std::deque<PendingChange> changes_ ULF_GUARDED_BY(mutex_);
   bool over_ ULF_GUARDED_BY(mutex_) = false;
   bool ended_ ULF_GUARDED_BY(mutex_) = false;  // the thread
   LiveGeometryState state_ ULF_GUARDED_BY(mutex_);

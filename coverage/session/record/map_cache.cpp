@@ -31,8 +31,7 @@ std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   return digest.Value();
 }
 
-// Says why the map is made again and, once the first views tell how long each takes, about how long that will
-// be.
+// Logs why the map is made again and, once the first views show how long each takes, the expected time.
 class MakingAgain {
  public:
   MakingAgain(std::string why, std::size_t views) : why_(std::move(why)), views_(views) {}
@@ -69,7 +68,7 @@ class MakingAgain {
   bool said_ = false;
 };
 
-// From views spread evenly over the capture.
+// Seeds the map from views spread evenly over the capture.
 void SeedFrom(const LightField& light_field, const CameraModel& tracked, const std::string& why,
               tracking::PoseSource& poses) {
   constexpr std::size_t kMostViews =
@@ -106,13 +105,14 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
   const std::filesystem::path file = MapCacheOf(light_field);
   std::string why = "the last session left no map";
   if (std::filesystem::exists(file)) {
-    why = poses.RestoreMap(file, KeyOf(light_field, tracked));
-    if (why.empty()) {
+    const auto refusal = poses.RestoreMap(file, KeyOf(light_field, tracked));
+    if (!refusal) {
       spdlog::info("the map of the last session was loaded in {:.2f} s", SecondsSince(start));
       return;
     }
-    if (why == tracking::MapOfOthers() && !light_field.taken_back.empty())
-      why = "views were taken back, or poses changed";
+    const bool are_taken_back =
+        refusal->problem == tracking::MapProblem::kOtherViews && !light_field.taken_back.empty();
+    why = are_taken_back ? "views were taken back, or poses changed" : refusal->words;
   }
   SeedFrom(light_field, tracked, why, poses);
 }

@@ -1,5 +1,5 @@
-// The tracker's map when a capture is resumed: from the file that the last session left under the light
-// field's cache/, or rebuilt from the recorded views with their poses. The file is a cache: one that is
+// Restores the tracker's map when a capture is resumed: from the file that the last session left under the
+// light field's cache/, or from the recorded views with their poses. The file is a cache: one that is
 // missing, damaged, of another version, or of other views or poses is not used.
 #pragma once
 
@@ -10,7 +10,7 @@ namespace ulf::coverage {
 
 std::filesystem::path MapCacheOf(const LightField& light_field);
 
-// Throws Error when the views show too little in common. Says when the map is made again, why, and about how
+// Throws Error when the views show too little in common. Logs when the map is made again, why, and about how
 // long that takes.
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses);
 

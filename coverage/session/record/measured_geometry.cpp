@@ -44,7 +44,7 @@ std::unique_ptr<LiveGeometry> MakeGeometry(std::optional<LiveGeometry::Options> 
 
 // Says of a mesh that is there that it stays, and what is wrong with it. The session before may have ended
 // without a mesh of its views.
-std::string ThatItStays(const std::filesystem::path& root, bool is_corrected) {
+std::string ExistingMeshStays(const std::filesystem::path& root, bool is_corrected) {
   std::optional<render::GeometryState> state;
   try {
     state = render::GeometryStateOf(ReadLightField(root));
@@ -71,7 +71,7 @@ MeasuredGeometry::MeasuredGeometry(const LightField& earlier, const CaptureLens&
     : lens_(lens),
       options_(options),
       say_(std::move(say)),
-      earlier_measured_(StandingErrors(earlier).value_or(MeasuredErrors{})),
+      earlier_measured_(ValidErrors(earlier).value_or(MeasuredErrors{})),
       frames_measured_(earlier_measured_.frames),
       geometry_(MakeGeometry(options.geometry, earlier.root)),
       geometry_lens_(lens.recorded()),
@@ -215,7 +215,7 @@ std::optional<FinishedGeometry> MeasuredGeometry::Finish(
     const OpenedFolder& folder, const std::filesystem::path& root, bool has_new_views,
     const std::function<void(const std::string&)>& closing) {
   if (!has_new_views && std::filesystem::exists(root / render::kMeshProxyFile)) {
-    say_(ThatItStays(root, geometry_->IsCorrected()));
+    say_(ExistingMeshStays(root, geometry_->IsCorrected()));
     return std::nullopt;
   }
   closing("depth maps and the mesh");
@@ -227,7 +227,7 @@ std::optional<FinishedGeometry> MeasuredGeometry::Finish(
     say_(fmt::format("geometry: there was no time to look at {}; '{}' makes a mesh of all",
                      Counted(finished.views_left_out.size(), "view"), render::ProxyCommand(root)));
   if (finished.mesh) {
-    if (const std::string why = WhyThatStays(root, finished); !why.empty()) {
+    if (const std::string why = WhyExistingIsBetter(root, finished); !why.empty()) {
       say_(
           fmt::format("views were added: the mesh that is there stays, because a new one would not be as "
                       "good everywhere ({}); '{}' makes one of all views",

@@ -1,6 +1,5 @@
-// The geometry of the recorded views while a capture goes on, and the errors that are measured over it:
-// follows the recorded views and the subject's sphere, and begins again under another lens where that moves
-// the pictures.
+// Keeps the geometry of the recorded views during a capture, and the errors measured over it: observes the
+// recorded views and the subject's sphere, and begins again under another lens where that moves the pictures.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +24,7 @@
 
 namespace ulf::coverage {
 
-class MeasuredGeometry final : public RecordedViews::Follower {
+class MeasuredGeometry final : public RecordedViews::Observer {
  public:
   struct Options {
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
@@ -33,16 +32,16 @@ class MeasuredGeometry final : public RecordedViews::Follower {
     bool deterministic = false;
     bool lens_may_change = false;
   };
-  // Goes on with the views, the depth maps and the errors of `earlier` sessions. `lens` outlives it.
+  // Continues with the views, the depth maps and the errors of `earlier` sessions. `lens` outlives it.
   MeasuredGeometry(const LightField& earlier, const CaptureLens& lens, const Options& options,
                    std::function<void(const std::string&)> say);
 
   void Added(const RecordedViews::Entry& view, const Image& image) override;
   void Removed(const RecordedViews::Entry& view) override;
   void Moved(const RecordedViews& views) override;
-  // Another subject. `goes_on`: it is the one of the earlier session, about which that one measured.
+  // Sets another subject. `goes_on`: it is that of the earlier session, whose errors remain valid.
   void SetSubject(const Subject& subject, bool goes_on);
-  // The same one elsewhere: what was measured stays.
+  // Moves the same subject: measured errors stay.
   void MoveSubject(const Subject& subject);
 
   enum class Attempt {
@@ -54,19 +53,19 @@ class MeasuredGeometry final : public RecordedViews::Follower {
     Attempt attempt = Attempt::kNotPossible;
     std::optional<MeasuredFrame> frame;  // none: there was no time
   };
-  // What a frame whose pose is known shows of the error: noted in errors().
+  // Returns what a frame whose pose is known shows of the error: noted in errors().
   Measurement Measure(const Frame& frame, const CameraModel& camera, const tracking::Track& track);
 
   bool IsMade() const { return geometry_ != nullptr; }
   bool MeshMayCome() const { return geometry_ && !geometry_->HasFailed(); }
   bool IsMeasured() const { return meter_ != nullptr; }
-  // The newest mesh; null: none yet, or none is made.
+  // Returns the newest mesh; null if there is none yet, or none is made.
   std::shared_ptr<const LiveMesh> mesh() const { return geometry_ ? geometry_->State().mesh : nullptr; }
   const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
-  // For the light field; none: nothing has been measured, in this session and before.
+  // Returns the errors for the light field; none: nothing has been measured, in this session and before.
   std::optional<MeasuredErrors> ForLightField() const;
-  // At the end, for a light field that is closed: makes the mesh of all views with their depth maps and
-  // writes them. None: the mesh that is there stays. `closing` hears what is done, step by step.
+  // Makes at the end the mesh of all views with their depth maps and writes them into the closed light field.
+  // Returns none when the mesh that is there stays. `closing` hears what is done, step by step.
   std::optional<FinishedGeometry> Finish(const OpenedFolder& folder, const std::filesystem::path& root,
                                          bool has_new_views,
                                          const std::function<void(const std::string&)>& closing);

@@ -11,7 +11,7 @@
 namespace ulf::coverage {
 namespace {
 
-// Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first
+// The sharpest of neighbouring frames is recorded: those within this share of the spacing from their first
 // one, and at most so many. Guessed.
 constexpr double kWalkNeighbourShare = 0.4;
 constexpr int kWalkMostNeighbours = 6;

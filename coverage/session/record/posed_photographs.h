@@ -1,5 +1,5 @@
-// Decides which frames of a walk become photographs when there is no subject: those that no recorded view
-// shows already, judged by parallax and overlap; among neighbouring frames the sharpest.
+// Decides which frames become posed photographs when there is no subject: those that no recorded view shows
+// already, judged by parallax and overlap; among neighbouring frames the sharpest.
 //
 // A recorded view shows the same as a frame while it contains most of the frame's tracked points, seen from
 // nearly the same direction. All recorded views are compared, not only the last: a place that is visited
@@ -23,7 +23,7 @@ struct PhotographSpacing {
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
 };
 
-// Whether a view at `before_from_world` shows the same as the frame that shows `points` from
+// Returns whether a view at `before_from_world` shows the same as the frame that shows `points` from
 // `cam_from_world`.
 bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
                    const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
@@ -39,7 +39,7 @@ class PosedPhotographs {
  public:
   explicit PosedPhotographs(const PhotographSpacing& spacing) : spacing_(spacing) {}
 
-  // What is to be done about a frame.
+  // Describes what is to be done about a frame.
   struct Step {
     Decision decision;       // of this frame; kRecorded: it is to be held
     bool located = false;    // its pose is known, by points enough
@@ -47,17 +47,17 @@ class PosedPhotographs {
     bool replaces = false;   // the frame that is held is less sharp and is to be dropped
     double depth = 1;        // median, of what was tracked in it
   };
-  // Reads alone.
+  // Decides about a frame without changing anything.
   Step Decide(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
               const RecordedViews& views, const DecisionLimits& limits) const;
-  // Does what Decide() said of the same frame. Returns the frame that is to be recorded: the sharpest of its
-  // neighbours.
+  // Carries out Decide()'s step for the same frame. Returns the frame that is to be recorded: the sharpest of
+  // its neighbours.
   std::optional<HeldFrame> Take(const Step& step, const FrameToDecide& input);
-  // At the end: the frame that is still held.
+  // Returns at the end the frame that is still held.
   std::optional<HeldFrame> TakeHeld();
 
  private:
-  // `about_to_be_recorded`: besides `views`; null: none.
+  // `about_to_be_recorded` counts like one of `views`; null: none.
   Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& sample,
                  const RecordedViews& views, const HeldFrame* about_to_be_recorded,
                  const DecisionLimits& limits) const;

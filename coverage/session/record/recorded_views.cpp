@@ -12,7 +12,7 @@ RecordedViews::RecordedViews(const LightField& recorded_before) {
 
 void RecordedViews::Add(const Entry& view, const Image& image) {
   views_.push_back(view);
-  for (Follower* follower : followers_) follower->Added(view, image);
+  for (Observer* observer : observers_) observer->Added(view, image);
 }
 
 bool RecordedViews::Remove(int id) {
@@ -21,7 +21,7 @@ bool RecordedViews::Remove(int id) {
   const Entry removed = std::move(*found);
   views_.erase(found);
   ++revision_;
-  for (Follower* follower : followers_) follower->Removed(removed);
+  for (Observer* observer : observers_) observer->Removed(removed);
   return true;
 }
 
@@ -54,8 +54,9 @@ double RecordedViews::LargestMove(const std::map<int, Rigid3>& poses, const Subj
   return largest;
 }
 
-void RecordedViews::FindAnew(const tracking::PoseSource& poses, double lens_change, const Subject* subject) {
-  // Radians as seen from the subject. Guessed: about what one frame's own points leave open.
+void RecordedViews::ReestimatePoses(const tracking::PoseSource& poses, double lens_change,
+                                    const Subject* subject) {
+  // An error, radians as seen from the subject. Guessed: about what one frame's own points leave open.
   constexpr double kWorthFinding = 5e-4;
   for (Entry& view : views_) {
     if (!view.anchor || !view.track) continue;
@@ -74,10 +75,10 @@ void RecordedViews::FindAnew(const tracking::PoseSource& poses, double lens_chan
   }
 }
 
-void RecordedViews::MoveTo(const std::map<int, Rigid3>& poses) {
+void RecordedViews::SetPoses(const std::map<int, Rigid3>& poses) {
   for (Entry& view : views_) view.cam_from_world = poses.at(view.id);
   ++revision_;
-  for (Follower* follower : followers_) follower->Moved(*this);
+  for (Observer* observer : observers_) observer->Moved(*this);
 }
 
 std::vector<CriterionView> RecordedViews::ForCriterion(const CameraModel& of_capture,

@@ -1,7 +1,7 @@
-// The one owner of what a running capture knows of its recorded views: the id that each has on disk, the
-// keyframe of the tracker's map that it is anchored to, and the pose that follows from it, as of the last
-// correction. Whoever needs a pose asks here, or hears of every change as a Follower. The disk comes first:
-// the spool gives a view its number and accepts corrected poses, and only what it accepted is changed here.
+// Owns what a running capture knows of its recorded views: the id that each has on disk, the keyframe of the
+// tracker's map to which it is anchored, and the pose that follows, as of the last correction. All others
+// take poses from here, or hear of every change as an Observer. The disk comes first: the spool gives a view
+// its id and accepts corrected poses, and only accepted changes are made here.
 #pragma once
 
 #include <cstdint>
@@ -29,25 +29,25 @@ class RecordedViews {
     std::optional<CameraModel> camera = {};  // none: the capture's own, which may change (capture_lens.h)
     const CameraModel& CameraOr(const CameraModel& of_capture) const { return camera ? *camera : of_capture; }
   };
-  // Hears of every change after it was made here; in the order of subscription.
-  class Follower {
+  // Is notified of every change after it was made, in the order of subscription.
+  class Observer {
    public:
-    virtual ~Follower() = default;
+    virtual ~Observer() = default;
     virtual void Added(const Entry& view, const Image& image) = 0;
     virtual void Removed(const Entry& view) = 0;
-    // All views have the poses of now; the capture's lens may have changed with them.
+    // All poses are updated; the capture's lens may have changed with them.
     virtual void Moved(const RecordedViews& views) = 0;
   };
-  // The views of earlier sessions, of which followers are told nothing.
+  // Begins with the views of earlier sessions, of which observers are not notified.
   explicit RecordedViews(const LightField& recorded_before);
-  // `follower` outlives this, or at least all changes.
-  void Subscribe(Follower& follower) { followers_.push_back(&follower); }
+  // `observer` outlives all changes.
+  void Subscribe(Observer& observer) { observers_.push_back(&observer); }
 
-  // `image`: what it shows, for the followers.
+  // `image`: the view's picture, for the observers.
   void Add(const Entry& view, const Image& image = {});
-  // False: there is none with this id.
+  // Returns false when there is none with this id.
   bool Remove(int id);
-  // Another one when views that were there have been moved or removed. Views that are added stand at the end.
+  // Changes when views have been moved or removed; added views are appended.
   std::uint64_t revision() const { return revision_; }
   bool empty() const { return views_.empty(); }
   std::size_t size() const { return views_.size(); }
@@ -55,24 +55,25 @@ class RecordedViews {
   const std::vector<Entry>& views() const { return views_; }
   std::map<int, Rigid3> Poses() const;  // by id
 
-  // What the anchors mean in the tracker's map of now, by id.
+  // Returns the poses of the anchors in the tracker's present map, by id.
   std::map<int, Rigid3> PosesNow(const tracking::PoseSource& poses) const;
-  // The largest change of any view from its pose here to the one in `poses`, radians as seen from the subject
-  // (without one, from a distance of 1 world unit).
+  // Returns the largest change of any view from its pose here to the one in `poses`, radians as seen from the
+  // subject (without one, from a distance of 1 world unit).
   double LargestMove(const std::map<int, Rigid3>& poses, const Subject* subject) const;
-  // Under another lens, which shows things elsewhere by this share of their distance from the picture's
-  // middle: how a view lies to its keyframe is as wrong as that. Where it matters, as seen from the subject
-  // (without one, from a distance of 1 world unit), it is found anew from the points that its frame showed.
-  void FindAnew(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
+  // Corrects anchors after the lens was replaced by one that displaces image points by `lens_change` of their
+  // distance from the middle: a view's pose relative to its keyframe is wrong by that share. Where the error
+  // matters, as seen from the subject (without one, from a distance of 1 world unit), the pose is estimated
+  // again from the points that the view's frame showed.
+  void ReestimatePoses(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
   // `poses` has every view.
-  void MoveTo(const std::map<int, Rigid3>& poses);
+  void SetPoses(const std::map<int, Rigid3>& poses);
 
   // `of_capture`: the camera of the views of this session.
   std::vector<CriterionView> ForCriterion(const CameraModel& of_capture, int coverage_width_px) const;
 
  private:
   std::vector<Entry> views_;
-  std::vector<Follower*> followers_;
+  std::vector<Observer*> observers_;
   std::uint64_t revision_ = 0;
 };
 

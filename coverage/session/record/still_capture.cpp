@@ -23,16 +23,16 @@ constexpr double kStillLongestLag_s = 5;        // no shutter takes longer
 // Over which the hand's speed is measured: single arrival times of live view are irregular.
 constexpr std::size_t kStillSpeedFrames = 8;
 
-// When the trajectory passed `cam_from_world`, interpolated between its poses. Poses are compared by the
-// angle that a subject `distance` away would have moved in the image. None where the pose fits two times that
-// are more than 50 ms apart (the hand stood still, or passed twice), or where it lies before or after all
-// poses.
+// Finds when the trajectory passed `cam_from_world`, interpolated between its poses. Poses are compared by
+// the angle that a subject `distance` away would have moved in the image. None where the pose fits two times
+// that are more than 50 ms apart (the hand stood still, or passed twice), or where it lies before or after
+// all poses.
 constexpr double kSearchStep_s = 0.002;  // between the places that are looked at
 // A place this far from the nearest in time must be farther off by more than.
 constexpr double kSearchTellsApart_s = 0.05;
 constexpr double kSearchPoseError = 0.002;  // radians: a photograph's pose against live frames', guessed
 
-// How far apart two poses are, as an angle at a subject `distance` away.
+// Returns how far apart two poses are, as an angle at a subject `distance` away.
 double PoseAngle(const Rigid3& a, const Rigid3& b, double distance) {
   return std::hypot(RotationAngle(a.rotation * b.rotation.conjugate()),
                     (a.OriginInSource() - b.OriginInSource()).norm() / distance);
@@ -108,7 +108,7 @@ double StillCapture::ExpectedTime(const Frame& still) const {
   return contains_lag ? still.device_time_s : *still.requested_s + counts_.lag_s.value_or(0);
 }
 
-void StillCapture::Ask() {
+void StillCapture::RequestStill() {
   if (device_.RequestStill() == acquisition::StillRequest::kAsked) ++counts_.asked;
 }
 

@@ -1,11 +1,10 @@
-// Photographs of a tethered camera: live frames are tracked and never recorded; where coverage needs a view,
-// the capture requests a photograph, one at a time, and judges it when it arrives.
+// Takes photographs with a tethered camera: live frames are tracked and never recorded; where coverage needs
+// a view, the capture requests a photograph, one at a time, and judges it when it arrives.
 //
 // Between the request and the shutter the hand moves on. So the photograph gets a pose of its own against the
-// tracker's map, with the intrinsics of photographs, and passes the same tests as the live frame: does it
-// show the whole subject, does it show anything that no recorded view shows, is it well exposed and sharp. If
-// so it is recorded. Every other photograph, also one that was released on the camera's body, is kept in
-// unposed/.
+// tracker's map, with the intrinsics of photographs. It is recorded when it passes the tests of a live frame:
+// it shows the whole subject, shows something that no recorded view shows, and is well exposed and sharp.
+// Every other photograph, also one that was released on the camera's body, is kept in unposed/.
 //
 // No protocol reports the shutter's lag, from the request to the exposure. It is measured: the place on the
 // live trajectory that is nearest to the photograph's own pose tells when it was taken, on the clock of the
@@ -62,12 +61,12 @@ class StillCapture {
   const CameraModel& camera() const { return camera_; }
   const StillCounts& counts() const { return counts_; }
 
-  // Every live frame: the trajectory on which photographs are looked for.
+  // Call it for every live frame: photographs are searched on their trajectory.
   void Follow(const Frame& live, const tracking::Track& track);
   // Requests a photograph; ignored while one is on its way.
-  void Ask();
+  void RequestStill();
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
-  // Where the photograph was taken; none when that was not found. Counts it as arrived.
+  // Returns where the photograph was taken; none when that was not found. It then counts as arrived.
   std::optional<tracking::Track> Find(const Frame& still);
 
  private:
@@ -95,13 +94,13 @@ class StillCapture {
   StillCounts counts_;
 };
 
-// The intrinsics of a device's photographs: the mode "still" of the calibration that is named or stored for
-// the camera. Throws Error that says how to make it.
+// Returns the intrinsics of a device's photographs: the mode "still" of the calibration that is named or
+// stored for the camera. Throws Error that says how to make it.
 acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
                                                     const acquisition::IntrinsicsArgs& args);
 
 // Resamples a photograph as another camera at the same pose would have taken it; outside of what it shows,
-// its edge is repeated. For building live view's map from photographs.
+// its edge is repeated. It serves to build live view's map from photographs.
 Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera);
 
 }  // namespace ulf::coverage

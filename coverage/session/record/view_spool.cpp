@@ -18,7 +18,7 @@
 namespace ulf::coverage {
 namespace {
 
-// For the journal's next lines and the derived files of a light field.
+// Room for the journal's next lines and the derived files of a light field.
 constexpr std::uint64_t kClosingBytes = 256 << 10;
 constexpr std::uint64_t kClosingBytesPerView = 2 << 10;
 constexpr std::uint64_t kClosingBytesPerSeenPoint = 64;  // of a view, in points.ulf and COLMAP's text
@@ -35,7 +35,7 @@ bool Differ(const Rigid3& a, const Rigid3& b) {
          b_from_a.translation.norm() > 1e-5 * (1 + a.translation.norm());
 }
 
-// Upper bounds: of the photograph, and of the photograph with its master.
+// Return upper bounds of the photograph, and of the photograph with its master.
 std::uint64_t PictureBytes(const Frame& frame) { return 3 * frame.image.pixels.total(); }
 std::uint64_t BytesInMemory(const Frame& frame) {
   return PictureBytes(frame) + frame.image.pixels.elemSize() * frame.image.pixels.total() +
@@ -90,8 +90,8 @@ ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write, std::strin
   }
 }
 
-// One line, one frame for unposed/, or views. Where several views fail together, one of them may be the
-// cause: that is no failure yet.
+// Writes one line, one frame for unposed/, or views. Where several views fail together, one of them may be
+// the cause: that is no failure yet.
 ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
   const Task& first = tasks.front();
   std::string problem;
@@ -128,11 +128,11 @@ void ViewSpool::WriteViews(std::span<const Task> tasks) {
     if (!added[i].files.image) pictures_.push_back(views[i]);
 }
 
-// After a failure: false when a frame found no place at all.
+// Keeps a frame after a failure; returns false when it found no place at all.
 bool ViewSpool::Rescue(const Task& task) {
   if (!task.IsFrame()) return true;
   std::string problem;  // the first one is the failure that is reported
-  const auto folder = KeepAnywhere(&writer_, root_, task.TheFrame(), problem);
+  const auto folder = SavePhotograph(&writer_, root_, task.TheFrame(), problem);
   if (!folder || (task.unposed && *folder == root_ / "unposed")) return folder.has_value();
   const MutexLock lock(mutex_);
   ++set_aside_[*folder];
@@ -147,7 +147,7 @@ void ViewSpool::RemoveFirst(bool written) {
   tasks_.pop_front();
 }
 
-// The number of first tasks that can be written together; 0: the first is still being encoded.
+// Returns the number of first tasks that can be written together; 0: the first is still being encoded.
 std::size_t ViewSpool::BatchSize(std::size_t most_views) const {
   if (!tasks_.empty() && !tasks_.front().view) return 1;
   std::size_t count = 0;
@@ -272,7 +272,7 @@ std::size_t ViewSpool::PicturesWaiting() const {
   return pictures_.size() + pictures_being_made_.size();
 }
 
-// Writes all tasks, in order. False: the last one had no room and was not accepted.
+// Returns false when the last one had no room and was not accepted.
 bool ViewSpool::WriteInCaller(bool only_if_room) {
   MutexLock lock(mutex_);
   while (!tasks_.empty()) {

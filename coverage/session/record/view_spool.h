@@ -1,12 +1,12 @@
-// Recorded views on their way to disk: a bounded queue, threads that encode, and one thread that writes.
+// Writes recorded views to disk: a bounded queue, threads that encode, and one thread that writes.
 //
 // The spool writes every accepted view, in the order of acceptance. It accepts no more while the disk is slow
 // (the queue is full) or full (no room for the waiting views and for closing); Pause() says which. A write
 // that fails for lack of room is tried again until there is room. The spool looks for room before it accepts
 // a view, so that accepted views normally fit. Any other error (permissions, a folder that is gone) is a
 // Failure(): the spool then records no more views and puts the accepted ones into unposed/, or else beside
-// the light field. It counts those that fit in neither place: Unwritten(). So it does where the folder was
-// moved or deleted: it makes none anew under the old name.
+// the light field. It counts those that fit in neither place: Unwritten(). It does the same where the folder
+// was moved or deleted, and never makes one under the old name.
 //
 // Views that wait together are written together (LightFieldWriter::AddViews). A view with a master is
 // recorded when its master and its journal line are on disk. Making its photograph in images/ takes ten times
@@ -41,7 +41,7 @@
 
 namespace ulf::coverage {
 
-// Why the spool accepts no view at the moment.
+// Describes why the spool accepts no view at the moment.
 struct SpoolPause {
   bool disk_is_full = false;  // false: the disk is slow
   std::string words;          // for people
@@ -55,16 +55,16 @@ class ViewSpool {
   ViewSpool(const ViewSpool&) = delete;
   ViewSpool& operator=(const ViewSpool&) = delete;
 
-  // The id that the writer has reserved for the view; none when there is no room.
+  // Returns the id that the writer has reserved for the view; none when there is no room.
   std::optional<int> TryAddView(const Frame& frame, const View& view);
   // Accepts the view although there is no room, and writes it when there is: for photographs, which come
   // seldom. Ask Pause() before asking the camera for one.
   int AddView(const Frame& frame, const View& view);
   void KeepUnposed(const Frame& frame, const std::string& problem = "");  // as LightFieldWriter's
-  // Another exposure of an added view: as LightFieldWriter::AddExposure(). Accepted although there may be no
-  // room, as photographs are.
+  // Adds another exposure of a view, as LightFieldWriter::AddExposure() does: even without room, as for
+  // photographs.
   void AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool pose_is_between);
-  // An added view shows so many points: keeps room for them in the files that closing writes.
+  // Reserves room in the files that closing writes for so many points of a view.
   void ExpectSeenPoints(std::size_t points) {
     most_seen_points_ = std::max<std::uint64_t>(most_seen_points_, points);
   }
@@ -74,30 +74,30 @@ class ViewSpool {
   // Journals those of the poses (by view id) that differ from what is on disk. Returns false when the queue
   // is full: try again later.
   bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
-  // The same with the lens under which these are the poses, and where it is from: one line for all, before
-  // any view that is added later. Waits in the queue where that is full.
+  // Journals the poses together with their lens and its source: in one line, before any view that is added
+  // later. Waits in the queue where that is full.
   void UpdateLens(const CameraModel& camera, const std::string& source, std::map<int, Rigid3> cam_from_world);
   void SetSubject(const Subject& subject);
   void NoteGap(double from_s, double to_s, const std::string& reason);
 
-  // None: the spool accepts views.
+  // Returns none when the spool accepts views.
   std::optional<SpoolPause> Pause();
-  // The error that ended recording, if there was one.
+  // Returns the error that ended recording, if there was one.
   std::optional<std::string> Failure() const;
-  // Accepted and not yet recorded.
+  // Returns the number of views accepted and not yet recorded.
   std::size_t ViewsWaiting() const;
-  // Photographs in images/ that are still to be made from their masters.
+  // Returns the number of photographs in images/ that are still to be made from their masters.
   std::size_t PicturesWaiting() const;
   // Writes the rest without waiting for room, and returns the writer. Failure() then says why something did
   // not fit; a missing photograph in images/ is made when the light field is next opened for writing.
   LightFieldWriter Finish();
-  // Upper bound of what a view of this frame takes on disk.
+  // Returns an upper bound of the bytes that a view of this frame takes on disk.
   static std::uint64_t MostBytes(const Frame& frame);
-  // After Finish(): accepted frames that are nowhere on disk.
+  // Returns, after Finish(), the number of accepted frames that are nowhere on disk.
   std::size_t Unwritten() const;
-  // After Finish(): accepted frames that were written to other folders, by folder.
+  // Returns, after Finish(), the number of accepted frames written to other folders, by folder.
   std::map<std::filesystem::path, std::size_t> SetAside() const;
-  // The light field's.
+  // Returns the light field's folder.
   const OpenedFolder& Folder() const { return folder_; }
 
  private:

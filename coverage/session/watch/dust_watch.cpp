@@ -12,7 +12,7 @@ constexpr int kDustFewestLooks = 10;
 constexpr double kDustLeastKeptOff = 0.04;
 constexpr double kDustMostLooks = 0.85;  // share of the looks that must show it
 
-// Logarithm of the light against that around: of spots from one to three hundredths of the width.
+// Returns the logarithm of the light over that around, for spots from one to three hundredths of the width.
 cv::Mat SpotContrast(const cv::Mat& log_light) {
   const double width = log_light.cols;
   const auto odd = [](double px) { return 2 * static_cast<int>(0.5 * px) + 1; };
@@ -31,7 +31,8 @@ cv::Rect DustWatch::Area(int row, int column) const {
           cv::Point((column + 1) * size.width / kColumns, (row + 1) * size.height / kRows)};
 }
 
-void DustWatch::Look(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell) {
+void DustWatch::CompareCell(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast,
+                            Cell& cell) {
   if (cell.contrast.empty()) return;
   // Where this piece of the scene was in the look before: near where its points say.
   const int search = std::max(2, log_light.cols / 100);
@@ -59,7 +60,7 @@ void DustWatch::Look(const cv::Rect& area, const cv::Mat& log_light, const cv::M
   ++cell.looks;
 }
 
-void DustWatch::After(const PicturePair& pair) {
+void DustWatch::Update(const PicturePair& pair) {
   const cv::Size size = pair.log_light.size();
   if (sum_.size() != size) {
     sum_ = cv::Mat::zeros(size, CV_32F);
@@ -69,7 +70,7 @@ void DustWatch::After(const PicturePair& pair) {
     candidates_.clear();
     spots_.clear();
   }
-  // Of the points in each cell and around it; where there is none, of all.
+  // The motion of the points in and around each cell or, where there is none, of all.
   std::vector<cv::Point2f> motion(kColumns * kRows);
   std::vector<int> points(kColumns * kRows);
   for (const PictureTrack& track : pair.tracks) {
@@ -90,7 +91,7 @@ void DustWatch::After(const PicturePair& pair) {
       const bool is_first = cell.contrast.empty();
       if (!is_first && std::hypot(cell.moved.x, cell.moved.y) < options_.moved * size.width) continue;
       if (contrast.empty()) contrast = SpotContrast(pair.log_light);
-      Look(Area(row, column), pair.log_light, contrast, cell);
+      CompareCell(Area(row, column), pair.log_light, contrast, cell);
       cell.log_light = pair.log_light;
       cell.contrast = contrast;
       cell.moved = {};

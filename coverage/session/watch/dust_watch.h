@@ -1,9 +1,9 @@
-// Dust on the lens: dark spots that stay where they are in the picture while the scene moves on beneath them.
+// Detects dust on the lens: dark spots that stay in place while the scene moves across the picture.
 //
-// A place of the picture is looked at again when what it showed has moved away (by the points that are
-// followed nearby, picture_tracks.h). What it shows now is compared with the same piece of the scene in the
-// look before, where that was seen elsewhere: the scene cancels, a spot here stays. Spots are small, round
-// and there in almost every look.
+// A cell of the picture is compared again when the scene in it has moved away (by the tracks nearby,
+// picture_tracks.h). Its content is compared with the same piece of the scene in the earlier picture, where
+// that was elsewhere: the scene cancels out, a spot remains. Spots are small, round and present in almost
+// every comparison.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -32,7 +32,7 @@ class DustWatch {
   DustWatch() = default;
   explicit DustWatch(const Options& options) : options_(options) {}
 
-  void After(const PicturePair& pair);
+  void Update(const PicturePair& pair);
   const std::vector<DustSpot>& spots() const { return spots_; }
 
  private:
@@ -44,7 +44,7 @@ class DustWatch {
     int looks = 0;
   };
   cv::Rect Area(int row, int column) const;
-  void Look(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell);
+  void CompareCell(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell);
   void LookForSpots();
 
   Options options_;

@@ -17,7 +17,7 @@ constexpr double kFocusWithin_s = 8;
 
 }  // namespace
 
-void FocusWatch::After(const PicturePair& pair) {
+void FocusWatch::Update(const PicturePair& pair) {
   if (pair.tracks.size() < options_.fewest ||
       (!moments_.empty() && moments_.back().time_s != pair.before_s)) {
     moments_.clear();

@@ -1,8 +1,8 @@
-// An automatic focus that goes to and fro: pictures of the same things that are sharp, soft, and sharp again.
+// Detects a hunting autofocus: pictures of the same things that are sharp, soft, and sharp again.
 //
-// By points that are followed from picture to picture (picture_tracks.h), across the motion, so that neither
-// what the camera looks at nor its motion counts. A hand that shakes blurs single pictures, a focus that
-// moves all of them: the sharpest of some neighbouring pictures decide.
+// It compares points that are tracked from picture to picture (picture_tracks.h), across the motion, so that
+// neither the scene nor the motion counts. A shaking hand blurs single pictures, a moving focus all of them:
+// the sharpest of some neighbouring pictures decide.
 #pragma once
 
 #include <deque>
@@ -21,13 +21,13 @@ class FocusWatch {
   FocusWatch() = default;
   explicit FocusWatch(const Options& options) : options_(options) {}
 
-  // A pair that does not follow on the last one begins anew.
-  void After(const PicturePair& pair);
-  // How far it swings: the sharpest picture's fine detail over the softest one's. None: it does not go to and
-  // fro.
-  std::optional<double> Hunts() const { return hunts_; }
-  // When a swing of such a focus was seen last.
-  double LastSwing_s() const { return last_swing_s_; }
+  // A pair that does not continue the last one restarts the watch.
+  void Update(const PicturePair& pair);
+  // Returns the amplitude: the sharpest picture's fine detail over the softest one's; none when the focus
+  // does not hunt.
+  std::optional<double> HuntingAmplitude() const { return hunts_; }
+  // Returns when a swing was last seen.
+  double LastSwingS() const { return last_swing_s_; }
 
  private:
   struct Moment {

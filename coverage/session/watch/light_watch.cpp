@@ -32,7 +32,7 @@ struct Deviation {
   double height, value;  // share of the picture's height
 };
 
-// By how much a wave with so many periods over the height brings down the sum of squares.
+// Returns by how much a wave with so many periods over the height brings down the sum of squares.
 double ExplainedByWave(const std::vector<Deviation>& deviations, double periods) {
   double cc = 0, cs = 0, ss = 0, cv = 0, sv = 0, c1 = 0, s1 = 0, v1 = 0;
   for (const Deviation& d : deviations) {
@@ -55,7 +55,7 @@ double Mean(const std::vector<double>& values) {
 
 }  // namespace
 
-const LightFinding& LightWatch::After(const PicturePair& pair, double told) {
+const LightFinding& LightWatch::Update(const PicturePair& pair, double told) {
   std::vector<double> changes;
   for (const PictureTrack& track : pair.tracks)
     if (track.log_light) changes.push_back(*track.log_light);
@@ -143,7 +143,8 @@ void LightWatch::LookForFlicker() {
   const double step = std::abs(moments_.back().log_light - moments_.front().log_light) /
                       static_cast<double>(moments_.size() - 1);
   const double n = static_cast<double>(quick.size());
-  // Cycles from one picture to the next. Slower ones are no flicker to the eye, nor to this measure.
+  // Frequencies in cycles from one picture to the next. Slower ones are no flicker to the eye, nor to this
+  // measure.
   constexpr double kSlowest = 0.08, kStep = 0.01;
   double best = 0, best_cycles = 0;
   for (double cycles = kSlowest; cycles <= 0.5 + 1e-9; cycles += kStep) {

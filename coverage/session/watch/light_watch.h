@@ -1,11 +1,10 @@
-// Whether the light of the pictures changes though the scene's does not: an automatic exposure, and lamps
-// that flicker.
+// Detects changes of the pictures' light that are not the scene's: automatic exposure, and flickering lamps.
 //
-// By points that are followed from picture to picture (picture_tracks.h): what is common to all of them is
-// the exposure or the lamps, whatever the camera looks at. A camera that reports its exposure is taken at its
-// word first. A slow change is an automatic, or a lamp; one that goes up and down at one frequency is a lamp
-// on an alternating current, seen at the frame rate. Under a rolling shutter each row sees another moment of
-// the lamp, and bands run over the picture.
+// It compares points that are tracked from picture to picture (picture_tracks.h): a change common to all of
+// them is the exposure or the lamps, whatever the camera looks at. Where a camera reports its exposure, that
+// is divided out first. A slow change is an automatic, or a lamp; one that goes up and down at one frequency
+// is a lamp on an alternating current, seen at the frame rate. Under a rolling shutter each row sees another
+// moment of the lamp, and bands run over the picture.
 #pragma once
 
 #include <deque>
@@ -17,9 +16,8 @@
 namespace ulf::coverage {
 
 struct LightFinding {
-  // Largest so far: the light of the same things, over what the camera reports of its exposure, at the end of
-  // kLightApart_s over that at its begin; natural logarithm. Smaller ones than kLightLeastChange:
-  // none.
+  // The largest change so far of the light of the same things within kLightApart_s, relative to the reported
+  // exposure; natural logarithm. None below kLightLeastChange.
   std::optional<double> changed;
   // The largest flicker so far, amplitude as a share of the light; none: not seen.
   std::optional<double> flickers;
@@ -37,9 +35,9 @@ class LightWatch {
   LightWatch() = default;
   explicit LightWatch(const Options& options) : options_(options) {}
 
-  // `told`: logarithm of the exposure now over that before, exposure time and gain, as the camera reports it;
-  // 0 where it does not. A pair that does not follow on the last one begins anew.
-  const LightFinding& After(const PicturePair& pair, double told);
+  // `told`: logarithm of the present exposure over that before, exposure time and gain, as the camera reports
+  // it; 0 where it does not. A pair that does not continue the last one restarts the watch.
+  const LightFinding& Update(const PicturePair& pair, double told);
 
  private:
   struct Moment {

@@ -66,7 +66,7 @@ std::string NoticedMistake::InWords() const {
   return fmt::format("{}: {}. {}", Name(mistake), finding, cure);
 }
 
-const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed) {
+const NoticedMistake* MistakeForReason(Reason reason, const std::vector<NoticedMistake>& noticed) {
   using enum Mistake;
   const auto stands_behind = [reason](Mistake mistake) {
     switch (reason) {
@@ -84,22 +84,22 @@ const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& n
   return found == noticed.end() ? nullptr : &*found;
 }
 
-// What soft pictures, and a focus that goes to and fro, look like: corners move, edges darken and brighten.
-bool MistakeWatch::ComesFromSoftPictures(Mistake mistake) {
+// Returns what soft pictures, and a focus that goes to and fro, look like: corners move, edges darken and
+// brighten.
+bool MistakeWatch::IsExplainedByBlur(Mistake mistake) {
   return mistake == Mistake::kDust || mistake == Mistake::kUnsteadyLight || mistake == Mistake::kWrongLens ||
          mistake == Mistake::kRollingShutter;
 }
 
-void MistakeWatch::DoubtWhatComesFromSoftPictures() {
+void MistakeWatch::SuspendMistakesOfBlur() {
   constexpr double kAfterwards_s = 5;  // guessed
   if (!soft_until_s_)
-    std::erase_if(noticed_,
-                  [](const NoticedMistake& noticed) { return ComesFromSoftPictures(noticed.mistake); });
+    std::erase_if(noticed_, [](const NoticedMistake& noticed) { return IsExplainedByBlur(noticed.mistake); });
   soft_until_s_ = now_s_ + kAfterwards_s;
 }
 
 void MistakeWatch::Note(Mistake mistake, std::string finding, bool compensated) {
-  if (ComesFromSoftPictures(mistake) && soft_until_s_ && now_s_ < *soft_until_s_) return;
+  if (IsExplainedByBlur(mistake) && soft_until_s_ && now_s_ < *soft_until_s_) return;
   const auto known = std::ranges::find(noticed_, mistake, &NoticedMistake::mistake);
   if (known != noticed_.end()) {
     known->last_s = now_s_;
@@ -114,27 +114,28 @@ void MistakeWatch::Note(Mistake mistake, std::string finding, bool compensated) 
 }
 
 void MistakeWatch::NoteHunting(double factor) {
-  DoubtWhatComesFromSoftPictures();
+  SuspendMistakesOfBlur();
   Note(Mistake::kFocusHunts, fmt::format("pictures of the same things turn soft and sharp again and again, "
                                          "their detail by a factor of {:.1f}",
                                          factor));
 }
 
-std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const MistakeSigns& signs) {
+std::vector<NoticedMistake> MistakeWatch::Update(const Frame& frame, const MistakeSigns& signs) {
   fresh_.clear();
   if (!first_frame_s_) first_frame_s_ = frame.device_time_s;
   now_s_ = frame.device_time_s - *first_frame_s_;
-  NoteTold(frame, signs.held);
+  NoteReportedExposure(frame, signs.held);
   NoteFocus(signs);
-  if (const auto pair = tracks_.After(frame.device_time_s, frame.image); pair && !signs.badly_exposed) {
-    const double told =
-        told_.size() > 1 && told_.back().time_s == pair->now_s && told_.rbegin()[1].time_s == pair->before_s
-            ? told_.back().log_exposure - told_.rbegin()[1].log_exposure
-            : 0;
-    NoteLight(light_.After(*pair, told), signs.held);
-    focus_.After(*pair);
-    if (!signs.subject_turns) dust_.After(*pair);
-    if (focus_.Hunts() && focus_.LastSwing_s() + 1 > frame.device_time_s) NoteHunting(*focus_.Hunts());
+  if (const auto pair = tracks_.Update(frame.device_time_s, frame.image); pair && !signs.badly_exposed) {
+    const double told = reported_.size() > 1 && reported_.back().time_s == pair->now_s &&
+                                reported_.rbegin()[1].time_s == pair->before_s
+                            ? reported_.back().log_exposure - reported_.rbegin()[1].log_exposure
+                            : 0;
+    NoteLight(light_.Update(*pair, told), signs.held);
+    focus_.Update(*pair);
+    if (!signs.subject_turns) dust_.Update(*pair);
+    if (focus_.HuntingAmplitude() && focus_.LastSwingS() + 1 > frame.device_time_s)
+      NoteHunting(*focus_.HuntingAmplitude());
     if (const std::vector<DustSpot>& spots = dust_.spots(); !spots.empty()) {
       const DustSpot& darkest = *std::ranges::max_element(spots, {}, &DustSpot::kept_off);
       Note(Mistake::kDust,
@@ -148,22 +149,22 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
   if (signs.lens_contradicted)
     NoteLens(*signs.lens_contradicted);
   else
-    TakeBackLens();
+    WithdrawLens();
   return fresh_;
 }
 
-void MistakeWatch::AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
-                            const std::optional<tracking::Readout>& rolling_shutter) {
+void MistakeWatch::Finish(const std::optional<tracking::CalibrationCheck>& lens,
+                          const std::optional<tracking::Readout>& rolling_shutter) {
   if (soft_until_s_) return;  // what is said now rests on all pictures, the soft ones, too
   if (rolling_shutter) NoteShutter(*rolling_shutter);
   if (lens && lens->Wrong())
     NoteLens(*lens);
   else if (lens)
-    TakeBackLens();
+    WithdrawLens();
 }
 
 // Rows of a rolling shutter look like another lens until they are known.
-void MistakeWatch::TakeBackLens() {
+void MistakeWatch::WithdrawLens() {
   std::erase_if(noticed_,
                 [](const NoticedMistake& noticed) { return noticed.mistake == Mistake::kWrongLens; });
 }
@@ -189,8 +190,9 @@ void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
        rolling_shutter.compensated && !contradicted);
 }
 
-// A camera's own word. Automatics that only settle, and a hand on the dial, are no mistake.
-void MistakeWatch::NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held) {
+// Notes changes of exposure that the camera itself reports. Automatics that only settle, and a hand on the
+// dial, are no mistake.
+void MistakeWatch::NoteReportedExposure(const Frame& frame, const acquisition::HeldAutomatics& held) {
   constexpr double kSettles_s = 3, kWindow_s = 5, kLeastStep = 0.01, kLeastRange = 0.12;
   constexpr int kFewestSteps = 8;
   if (held.exposure != false)
@@ -200,12 +202,12 @@ void MistakeWatch::NoteTold(const Frame& frame, const acquisition::HeldAutomatic
   if (automatic_since_s_ && now_s_ - *automatic_since_s_ >= kSettles_s)
     Note(Mistake::kAutoExposure, "the camera's auto exposure is on");
   if (frame.exposure_s <= 0 || frame.gain <= 0) return;
-  told_.push_back({frame.device_time_s, std::log(frame.exposure_s * frame.gain)});
-  while (std::abs(frame.device_time_s - told_.front().time_s) > kWindow_s) told_.pop_front();
+  reported_.push_back({frame.device_time_s, std::log(frame.exposure_s * frame.gain)});
+  while (std::abs(frame.device_time_s - reported_.front().time_s) > kWindow_s) reported_.pop_front();
   int steps = 0;
-  for (std::size_t i = 1; i < told_.size(); ++i)
-    steps += std::abs(told_[i].log_exposure - told_[i - 1].log_exposure) > kLeastStep;
-  const auto [shortest, longest] = std::ranges::minmax(told_, {}, &Told::log_exposure);
+  for (std::size_t i = 1; i < reported_.size(); ++i)
+    steps += std::abs(reported_[i].log_exposure - reported_[i - 1].log_exposure) > kLeastStep;
+  const auto [shortest, longest] = std::ranges::minmax(reported_, {}, &ReportedExposure::log_exposure);
   if (steps >= kFewestSteps && longest.log_exposure - shortest.log_exposure > kLeastRange &&
       now_s_ > kSettles_s + kWindow_s)
     Note(Mistake::kAutoExposure,
@@ -239,7 +241,7 @@ void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   }
   if (!blurred_since_s_) blurred_since_s_ = now_s_;
   if (now_s_ - *blurred_since_s_ < kStays_s) return;
-  DoubtWhatComesFromSoftPictures();
+  SuspendMistakesOfBlur();
   Note(Mistake::kOutOfFocus,
        fmt::format("the pictures are blurred, fine detail is {:.2f} of the coarser where {:g} are needed",
                    *signs.fine_detail, signs.least_fine_detail));

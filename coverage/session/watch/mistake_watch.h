@@ -1,8 +1,8 @@
-// The mistakes that spoil a capture without stopping it, each named with its cure (docs/capture.md#mistakes).
+// Detects the mistakes that spoil a capture without stopping it, each with its remedy
+// (docs/capture.md#mistakes).
 //
-// One owner of what was noticed: from the pictures themselves (light_watch.h, focus_watch.h, dust_watch.h),
-// from what the preflight and the tracker have found about the same frame, and from what the camera says of
-// its automatics.
+// It collects the evidence of the pictures themselves (light_watch.h, focus_watch.h, dust_watch.h), of the
+// preflight and the tracker, and the camera's report of its automatics.
 #pragma once
 
 #include <array>
@@ -37,9 +37,8 @@ inline constexpr std::array kMistakes{
     Mistake::kOutOfFocus, Mistake::kAutoExposure,  Mistake::kFocusHunts, Mistake::kRollingShutter,
     Mistake::kFlicker,    Mistake::kUnsteadyLight, Mistake::kDust,       Mistake::kWrongLens};
 const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in reports for programs
-// What to do about it, by what can still be changed about the pictures; what only the next ones can be spared
-// begins with "The next time". Sentences, without the last full stop. `compensated`: the rows of a rolling
-// shutter.
+// Returns the remedy in sentences, without the last full stop; what can be changed for later captures only
+// begins with "The next time". `compensated`: a rolling shutter is.
 std::string CureOf(Mistake mistake, FrameSource source, bool compensated = false);
 
 struct NoticedMistake {
@@ -48,24 +47,23 @@ struct NoticedMistake {
   double first_s = 0, last_s = 0;  // by the device's clock, since the first frame
   // "flickering lamps: the lamps' light goes up and down by 25 %. Expose for ..."
   std::string InWords() const;
-  // Whether it is seen still, or was so lately.
+  // Returns whether it is still seen, or was lately.
   bool IsSeenAt(double seconds) const { return seconds - last_s < 15; }  // guessed
 };
 
-// The mistake that frames are refused for, where this is the reason: it says what to do. Null: it is not
-// that.
-const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed);
+// Returns the mistake that explains why frames are refused for this reason. Returns null when none does.
+const NoticedMistake* MistakeForReason(Reason reason, const std::vector<NoticedMistake>& noticed);
 
-// What others know of a frame.
+// Describes what others know of a frame.
 struct MistakeSigns {
   acquisition::HeldAutomatics held = {};
   std::optional<double> fine_detail = {};  // of the best of the last frames (light_and_focus.h)
   double least_fine_detail = 0.8;
-  // By IsBadlyExposed(): what clips or is lost in the dark tells nothing of light, lens and dust.
+  // IsBadlyExposed(): clipped or black pictures show nothing of light, lens and dust.
   bool badly_exposed = false;
   std::optional<tracking::CalibrationCheck> lens_contradicted = {};
   std::optional<tracking::Readout> rolling_shutter = {};
-  // The camera stands and the subject turns: what stays where it is in the picture is no dust.
+  // The camera is fixed and the subject turns: what stays in place in the picture is no dust.
   bool subject_turns = false;
 };
 
@@ -73,34 +71,34 @@ class MistakeWatch {
  public:
   explicit MistakeWatch(FrameSource source) : source_(source) {}
 
-  // After each complete live frame. Returns those that were not noticed before.
-  std::vector<NoticedMistake> After(const Frame& frame, const MistakeSigns& signs);
-  // What is known only when the last frame has come.
-  void AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
-                const std::optional<tracking::Readout>& rolling_shutter);
+  // Call it after each complete live frame. Returns the mistakes that were not noticed before.
+  std::vector<NoticedMistake> Update(const Frame& frame, const MistakeSigns& signs);
+  // Adds what is known only after the last frame.
+  void Finish(const std::optional<tracking::CalibrationCheck>& lens,
+              const std::optional<tracking::Readout>& rolling_shutter);
   const std::vector<NoticedMistake>& noticed() const { return noticed_; }
 
  private:
-  static bool ComesFromSoftPictures(Mistake mistake);
-  void DoubtWhatComesFromSoftPictures();
+  static bool IsExplainedByBlur(Mistake mistake);
+  void SuspendMistakesOfBlur();
   void Note(Mistake mistake, std::string finding, bool compensated = false);
   void NoteHunting(double factor);
   void NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held);
   void NoteFocus(const MistakeSigns& signs);
-  void TakeBackLens();
+  void WithdrawLens();
   void NoteLens(const tracking::CalibrationCheck& lens);
   void NoteShutter(const tracking::Readout& rolling_shutter);
-  void NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held);
+  void NoteReportedExposure(const Frame& frame, const acquisition::HeldAutomatics& held);
 
   const FrameSource source_;
   PictureTracks tracks_;
   LightWatch light_;
   FocusWatch focus_;
   DustWatch dust_;
-  struct Told {
+  struct ReportedExposure {
     double time_s = 0, log_exposure = 0;
   };
-  std::deque<Told> told_;  // of late, by frames whose exposure is known
+  std::deque<ReportedExposure> reported_;  // of late, by frames whose exposure is known
   std::optional<double> first_frame_s_, blurred_since_s_, automatic_since_s_;
   double now_s_ = 0;                             // since the first frame
   std::vector<NoticedMistake> noticed_, fresh_;  // fresh: in the last frame for the first time

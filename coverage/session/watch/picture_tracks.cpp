@@ -18,7 +18,7 @@ constexpr double kTracksApart_px = 9;
 
 constexpr int kWindow = 15, kLevels = 3;
 constexpr int kPatch = 4;  // pixels from a point that its detail is taken from
-// Of display-encoded values: beyond them light is clipped, or noise and black level. Guessed.
+// Beyond these display-encoded values light is clipped, or noise and black level dominate. Guessed.
 constexpr float kDarkest = 0.08f, kBrightest = 0.96f;
 
 const cv::Mat& LogLightTable() {
@@ -44,7 +44,7 @@ bool IsKnown(float log_light) {
   return log_light > low && log_light < high;
 }
 
-// The energy of `detail` around a point across a direction.
+// Returns the energy of `detail` around a point across a direction.
 float EnergyAcross(const cv::Mat& detail, cv::Point2f at, cv::Point2f along) {
   const int x = static_cast<int>(std::lround(at.x)), y = static_cast<int>(std::lround(at.y));
   const cv::Point2f across(-along.y, along.x);
@@ -98,7 +98,7 @@ void PictureTracks::FillUp() {
   points_.insert(points_.end(), corners.begin(), corners.end());
 }
 
-std::optional<PicturePair> PictureTracks::After(double time_s, const Image& image) {
+std::optional<PicturePair> PictureTracks::Update(double time_s, const Image& image) {
   if (image.empty()) return std::nullopt;
   Reduced now = Reduce(time_s, image);
   const std::optional<Reduced> before = std::exchange(last_, now);

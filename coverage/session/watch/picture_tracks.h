@@ -1,11 +1,9 @@
-// Points of the scene, followed from one live picture to the next by their pixels alone: how bright and how
-// sharp the same things are in both. What the watches on light, focus and dust know of the pictures comes
-// from here, whatever poses come from, and before there are any.
+// Tracks points from one live picture to the next by their pixels alone, and measures how bright and how
+// sharp they are in both. The watches on light, focus and dust use these measurements, which need no poses.
 //
-// Pictures are reduced, and followed (Lucas and Kanade, in pyramids) by the logarithm of their light without
-// its slow changes over the picture, so that neither exposure nor bands of light move a point. Along the
-// motion a moving camera blurs them, across it a lens that is out of focus does, too: detail is compared
-// across.
+// Points are tracked in reduced pictures (Lucas and Kanade, in pyramids) by the logarithm of their light
+// without its slow changes over the picture, so that neither exposure nor bands of light move a point. A
+// moving camera blurs along the motion, a lens out of focus also across it: detail is compared across.
 #pragma once
 
 #include <cstddef>
@@ -44,8 +42,8 @@ class PictureTracks {
   PictureTracks() = default;
   explicit PictureTracks(const Options& options) : options_(options) {}
 
-  // After each live frame. None: it is the first one, or one after a gap.
-  std::optional<PicturePair> After(double time_s, const Image& image);
+  // Call it after each live frame. Returns none for the first frame, and for one after a gap.
+  std::optional<PicturePair> Update(double time_s, const Image& image);
 
  private:
   struct Reduced {

@@ -171,15 +171,15 @@ TEST_F(AravisDevice, NoCameraIsAnErrorThatSaysWhatToDo) {
   EXPECT_THAT(ErrorOf("aravis:"), AllOf(HasSubstr("GigE Vision"), HasSubstr("sim:studio")));
   EXPECT_THAT(ErrorOf(""), AllOf(HasSubstr("GigE Vision"), HasSubstr("sim:studio")));
   EXPECT_THAT(ErrorOf("aravis:127.0.0.1"), HasSubstr("127.0.0.1"));
-  EXPECT_EQ(AskGigeControl("127.0.0.1", 20ms), GigeControl::kNoAnswer);
+  EXPECT_EQ(QueryGigeControl("127.0.0.1", 20ms), GigeControl::kNoAnswer);
 }
 
 TEST_F(AravisDevice, ASecondControllerIsRefused) {
   StartCamera();
-  EXPECT_EQ(AskGigeControl("127.0.0.1"), GigeControl::kFree);
+  EXPECT_EQ(QueryGigeControl("127.0.0.1"), GigeControl::kFree);
   auto first = OpenDevice(kSmall);
   first->Start();
-  EXPECT_EQ(AskGigeControl("127.0.0.1"), GigeControl::kControlled);
+  EXPECT_EQ(QueryGigeControl("127.0.0.1"), GigeControl::kControlled);
   EXPECT_THAT(ErrorOf(kSmall), HasSubstr("another program"));
   const auto devices = ListDevices();
   EXPECT_FALSE(devices.at(0).available);

@@ -377,6 +377,7 @@ TEST_F(Intrinsics, AGuessIsTheLastResortAndSaysSo) {
   const ResolvedCalibration guess = ResolveCalibration(StillDevice("unknown"), guessed, 640, 480);
   EXPECT_DOUBLE_EQ(guess.camera.fx, 500);
   EXPECT_EQ(guess.source, kFocalLengthGuessed);
+  EXPECT_EQ(guess.origin, LensOrigin::kGuessed);
   EXPECT_THAT(guess.warnings, ::testing::ElementsAre(HasSubstr("500 px is guessed")));
   EXPECT_DOUBLE_EQ(
       ResolveIntrinsics(StillDevice("unknown"), {.focal_px = 600, .guessed_focal_px = 500}, 640, 480).fx,

@@ -1,8 +1,8 @@
 // Tests: acquisition/gphoto2/gphoto_device, acquisition/gphoto2/gphoto_camera,
 // acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
 // acquisition/gphoto2/camera_settings, acquisition/gphoto2/photograph_downloads,
-// acquisition/gphoto2/left_photographs, acquisition/gphoto2/ptpip_descriptors,
-// acquisition/gphoto2/left_fetch, acquisition/gphoto2/camera_watch,
+// acquisition/gphoto2/unfetched_photographs, acquisition/gphoto2/ptpip_descriptors,
+// acquisition/gphoto2/photograph_recovery, acquisition/gphoto2/camera_watch,
 // acquisition/device/photograph_inbox.
 //
 // A tethered camera over the stock ptp2 driver, on loopback.
@@ -14,8 +14,8 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
 #include "acquisition/gphoto2/camera_settings.h"
-#include "acquisition/gphoto2/left_photographs.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
+#include "acquisition/gphoto2/unfetched_photographs.h"
 #include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
@@ -589,16 +589,17 @@ TEST_F(GphotoTest, OlderPhotographsStayOnTheCard) {
 }
 
 TEST(LeftPhotographsTest, AreThoseAfterTheLastAnnounced) {
-  LeftPhotographs photographs;
+  UnfetchedPhotographs photographs;
   photographs.Announced({"/card", "DSC_0009.JPG"});
   EXPECT_FALSE(photographs.Take()) << "the link was not lost";
   photographs.Lost({.waiting = {}, .released_s = 7, .lost_s = 9});
   const auto left = photographs.Take();
   ASSERT_TRUE(left);
   EXPECT_FALSE(photographs.Take()) << "once";
-  const auto files = LeftPhotographs::CameSince(
-      *left, photographs.After(*left, {"DSC_0011.JPG", "DSC_0008.JPG", "DSC_0010.NEF", "DSC_0009.JPG",
-                                       "DSC_0010.JPG", "DSC_0009.NEF", "DSC_0010.MOV"}));
+  const auto files = UnfetchedPhotographs::CameSince(
+      *left,
+      photographs.PhotographsAfter(*left, {"DSC_0011.JPG", "DSC_0008.JPG", "DSC_0010.NEF", "DSC_0009.JPG",
+                                           "DSC_0010.JPG", "DSC_0009.NEF", "DSC_0010.MOV"}));
   std::vector<std::string> names;
   for (const auto& [where, file] : files) {
     EXPECT_EQ(where.folder, "/card");
@@ -611,7 +612,7 @@ TEST(LeftPhotographsTest, AreThoseAfterTheLastAnnounced) {
   photographs.Announced({"/card", "DSC_0012.JPG"});
   photographs.Lost(*left);
   EXPECT_EQ(photographs.Take()->last->name, "DSC_0009.JPG") << "lost again before they were fetched";
-  EXPECT_THAT(LeftPhotographs().After({}, {"DSC_0001.JPG"}), ::testing::IsEmpty())
+  EXPECT_THAT(UnfetchedPhotographs().PhotographsAfter({}, {"DSC_0001.JPG"}), ::testing::IsEmpty())
       << "none was announced: nobody can tell which are new";
 }
 

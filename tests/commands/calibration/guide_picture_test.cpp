@@ -33,7 +33,7 @@ TEST(GuidePicture, ShowsWhatIsMissingAndWhatWasFound) {
   const BoardScene scene({.board = Board(), .camera = SimulatedLens("pinhole", 640, 480)});
   CalibrationGuide guide(Board(), 640, 480);
   const cv::Mat nothing(480, 640, CV_8UC1, cv::Scalar(90));
-  EXPECT_EQ(guide.Look(nothing, "none"), ViewVerdict::kNotSeen);
+  EXPECT_EQ(guide.JudgeFrame(nothing, "none"), ViewVerdict::kNotSeen);
   const cv::Mat before = DrawGuide(nothing, guide, ViewVerdict::kNotSeen);
   ASSERT_EQ(before.cols, 960);
   ASSERT_GT(before.rows, 720);
@@ -41,9 +41,9 @@ TEST(GuidePicture, ShowsWhatIsMissingAndWhatWasFound) {
     for (int column = 0; column < 5; ++column) EXPECT_GT(Tint(before, column, row), 30);
   // Held in the middle of the image, it covers that and no corner.
   const Rigid3 pose{Eigen::Quaterniond::Identity(), {-105, -75, 500}};
-  guide.Look(scene.Render(pose, 1), "1");
+  guide.JudgeFrame(scene.Render(pose, 1), "1");
   const cv::Mat picture = scene.Render(pose, 2);
-  ASSERT_EQ(guide.Look(picture, "2"), ViewVerdict::kTaken);
+  ASSERT_EQ(guide.JudgeFrame(picture, "2"), ViewVerdict::kTaken);
   const cv::Mat after = DrawGuide(picture, guide, ViewVerdict::kTaken);
   EXPECT_LT(Tint(after, 2, 1), 10);
   EXPECT_GT(Tint(after, 0, 0), 30);

@@ -172,8 +172,8 @@ TEST(Advice, OnATurntableFitsTheSource) {
         still("charuco:5x5:54:40:DICT_4X4_50", source);
     std::string said;
     for (double time_s = 0; time_s < 6; time_s += 0.1)
-      said +=
-          unseen.After(time_s, std::nullopt) + still.After(time_s, LookAt({0, 0, -2}, {0, 0, 0}, {0, -1, 0}));
+      said += unseen.Update(time_s, std::nullopt) +
+              still.Update(time_s, LookAt({0, 0, -2}, {0, 0, 0}, {0, -1, 0}));
     EXPECT_THAT(said, HasSubstr("is not seen"));
     EXPECT_THAT(said, HasSubstr("does not turn"));
     ExpectToFit(source, said);

@@ -291,11 +291,11 @@ TEST(GeometryCapture, FinerMeshStaysUntilANewOneIsAsGood) {
   const coverage::FinishedGeometry same = AsFinished(dir);
   const std::size_t maps = same.maps_for_rendering.size();
   ASSERT_GE(maps, 3u);
-  EXPECT_EQ(coverage::WhyThatStays(dir, same), "");
+  EXPECT_EQ(coverage::WhyExistingIsBetter(dir, same), "");
 
   coverage::FinishedGeometry fewer = same;
   fewer.maps_for_rendering.erase(fewer.maps_for_rendering.begin());
-  EXPECT_THAT(coverage::WhyThatStays(dir, fewer),
+  EXPECT_THAT(coverage::WhyExistingIsBetter(dir, fewer),
               HasSubstr(std::to_string(maps) + " depth maps of 320 px, and a new one would have " +
                         std::to_string(maps - 1) + " of 320 px"));
 
@@ -304,7 +304,7 @@ TEST(GeometryCapture, FinerMeshStaysUntilANewOneIsAsGood) {
     map.camera = map.camera.ScaledTo(160, 120);
     cv::resize(map.inverse_depth, map.inverse_depth, {160, 120}, 0, 0, cv::INTER_NEAREST);
   }
-  EXPECT_THAT(coverage::WhyThatStays(dir, coarser), HasSubstr("of 160 px"));
+  EXPECT_THAT(coverage::WhyExistingIsBetter(dir, coarser), HasSubstr("of 160 px"));
 
   // As many maps, all of one side of the subject.
   coverage::FinishedGeometry elsewhere = same;
@@ -312,21 +312,22 @@ TEST(GeometryCapture, FinerMeshStaysUntilANewOneIsAsGood) {
   for (int id = 1001; elsewhere.maps_for_rendering.size() < maps + 3; ++id)
     elsewhere.maps_for_rendering[id] = map;  // of views that are not there
   for (const auto& [id, of_view] : same.maps_for_rendering) elsewhere.maps_for_rendering.erase(id);
-  EXPECT_THAT(coverage::WhyThatStays(dir, elsewhere),
+  EXPECT_THAT(coverage::WhyExistingIsBetter(dir, elsewhere),
               HasSubstr("none of them near " + std::to_string(maps) + " views that had one"));
 
   // A mesh without maps is known by its triangles alone.
   fs::remove_all(dir / "depth");
-  EXPECT_EQ(coverage::WhyThatStays(dir, same), "");
+  EXPECT_EQ(coverage::WhyExistingIsBetter(dir, same), "");
   auto half = std::make_shared<TriangleMesh>(*same.mesh->mesh);
   half->triangles.resize(half->triangles.size() / 2);
   const auto half_mesh = std::make_shared<coverage::LiveMesh>();
   half_mesh->mesh = half;
   coverage::FinishedGeometry fewer_triangles = same;
   fewer_triangles.mesh = half_mesh;
-  EXPECT_THAT(coverage::WhyThatStays(dir, fewer_triangles), HasSubstr("triangles, and a new one would have"));
+  EXPECT_THAT(coverage::WhyExistingIsBetter(dir, fewer_triangles),
+              HasSubstr("triangles, and a new one would have"));
   std::ofstream(dir / "proxy.ply") << "nothing that can be read";
-  EXPECT_EQ(coverage::WhyThatStays(dir, fewer_triangles), "");
+  EXPECT_EQ(coverage::WhyExistingIsBetter(dir, fewer_triangles), "");
 }
 
 TEST(GeometryCapture, ResumeGoesOnFromExistingMaps) {

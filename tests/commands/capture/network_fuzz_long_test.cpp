@@ -160,7 +160,7 @@ TEST_F(NetworkFuzz, NeitherEndFalls) {
   EXPECT_GT(report["device"]["transport"]["packets refused"], 1000);
   EXPECT_GE(report["recorded"], 1);
   EXPECT_GE(ReadLightField(scratch_ / "lf").views.size(), 1u);
-  EXPECT_TRUE(AskGigeCamera(kCamera, std::chrono::seconds(5)));
+  EXPECT_TRUE(QueryGigeCamera(kCamera, std::chrono::seconds(5)));
   simulator_->Signal(SIGINT);
   EXPECT_EQ(simulator_->Wait(20), 0);
 }

@@ -33,7 +33,8 @@ struct Hand {
         ++views;
         covered_sr += kViewSr;
       }
-      pace.At(time_s, covered_sr, views, Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0), kRadius);
+      pace.Update(time_s, covered_sr, views, Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0),
+                  kRadius);
     }
     return Left();
   }

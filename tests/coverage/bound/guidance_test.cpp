@@ -74,7 +74,7 @@ struct Walk {
 
   const Guidance& At(double azimuth, double elevation) {
     time_s += kPeriodS;
-    said.push_back(guide.After(&map, ViewAt(azimuth, elevation), time_s));
+    said.push_back(guide.Update(&map, ViewAt(azimuth, elevation), time_s));
     return said.back();
   }
   const Guidance& Go(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double speed = 12 * kDegree) {
@@ -95,11 +95,11 @@ Vector3d DirectionOf(const CriterionView& view) {
 TEST(Guide, GivesTheDistanceFirstThenTheNextView) {
   CoverageMap map(kSubject, {.cap = kCap, .up_in_world = kUp, .threshold_px = 12});
   Guide guide;
-  const Guidance before = guide.After(&map, ViewAt(0, 0, 1.1), 0);
+  const Guidance before = guide.Update(&map, ViewAt(0, 0, 1.1), 0);
   EXPECT_FALSE(before.toward);
   EXPECT_NEAR(before.distance, 1.1, 1e-9);
   map.Add(ViewAt(0, 0, 1.1));
-  const Guidance after = guide.After(&map, ViewAt(0, 0, 1.1), kPeriodS);
+  const Guidance after = guide.Update(&map, ViewAt(0, 0, 1.1), kPeriodS);
   ASSERT_TRUE(after.toward);
   EXPECT_LT(map.At(*after.toward)->index, 0) << "what is painted is not asked for again";
   EXPECT_LT(Between(*after.toward, DirectionOf(ViewAt(0, 0))), 5 * after.disc_radius);
@@ -109,11 +109,11 @@ TEST(Guide, GivesTheDistanceFirstThenTheNextView) {
 
 TEST(Guide, WithoutSubjectOrPoseItInventsNothing) {
   Guide guide;
-  EXPECT_FALSE(guide.After(nullptr, ViewAt(0, 0), 0).toward);
-  EXPECT_EQ(guide.After(nullptr, std::nullopt, 1).distance, 0);
+  EXPECT_FALSE(guide.Update(nullptr, ViewAt(0, 0), 0).toward);
+  EXPECT_EQ(guide.Update(nullptr, std::nullopt, 1).distance, 0);
   const CoverageMap map = MapOf({ViewAt(0, 0)});
-  const Guidance seen = guide.After(&map, ViewAt(0, 0), 2);
-  const Guidance lost = guide.After(&map, std::nullopt, 2.1);
+  const Guidance seen = guide.Update(&map, ViewAt(0, 0), 2);
+  const Guidance lost = guide.Update(&map, std::nullopt, 2.1);
   EXPECT_EQ(*lost.toward, *seen.toward) << "a lost camera's goal stays where it was";
 }
 
@@ -229,7 +229,7 @@ TEST(Guide, TheDistanceToKeepIsTheMedianOfViewsAtSeveral) {
   for (int i = 0; i < 21; ++i) views.push_back(ViewAt(i * kRadius, 0, i < 14 ? 1 : 1.3));
   const CoverageMap map = MapOf(views);
   Guide guide;
-  const Guidance said = guide.After(&map, ViewAt(0, 0, 1.3), 0);
+  const Guidance said = guide.Update(&map, ViewAt(0, 0, 1.3), 0);
   EXPECT_NEAR(said.distance, 1, 0.011);
   EXPECT_TRUE(said.toward);
 }
@@ -288,7 +288,7 @@ struct Obedient {
     view = view.AimedAt(kSubject.center_in_world, kSubject.center_in_world + dot, kUp);
     if (!map.Covers(view)) map.Add(view);
     time_s += kPeriodS;
-    said = guide.After(&map, view, time_s);
+    said = guide.Update(&map, view, time_s);
     if (!said.toward) return false;
     if (before && Between(*before, *said.toward) > 4 * said.disc_radius) ++jumps;
     before = said.toward;
@@ -358,7 +358,7 @@ TEST(Guide, TheExpectedEndIsSteady) {
     while (person.map.CoveredShare() < 0.5 && person.Step()) look(person.said);
     const CriterionView here = person.map.views().back();
     for (double rested_s = 0; rested_s < rest_s; rested_s += kPeriodS)
-      look(person.guide.After(&person.map, here, person.time_s += kPeriodS));
+      look(person.guide.Update(&person.map, here, person.time_s += kPeriodS));
     while (person.map.CoveredShare() < 0.98 && person.Step()) look(person.said);
     ASSERT_GT(ends_s.size(), 300u);
     const auto [first, last] = std::ranges::minmax(ends_s);
@@ -370,7 +370,7 @@ TEST(Guide, TheExpectedEndIsSteady) {
 TEST(Guide, ExpectsTheTimeThatItThenTakes) {
   Obedient person{MapOf({})};
   while (person.map.CoveredShare() < 0.3 && person.Step()) continue;
-  const Guidance said = person.guide.After(&person.map, std::nullopt, person.time_s + kPeriodS);
+  const Guidance said = person.guide.Update(&person.map, std::nullopt, person.time_s + kPeriodS);
   ASSERT_TRUE(said.seconds_left && said.views_left);
   const double then_s = person.time_s;
   const std::size_t then = person.map.views().size();

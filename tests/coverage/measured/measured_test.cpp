@@ -113,21 +113,21 @@ TEST(ErrorMap, DropsMeasurementsOfRemovedViews) {
     View& view = light_field.views.emplace_back();
     view.cam_from_world.translation = -(light_field.subject->center_in_world + 2 * Direction(azimuth_deg));
   }
-  EXPECT_FALSE(StandingErrors(light_field)) << "nothing was measured";
+  EXPECT_FALSE(ValidErrors(light_field)) << "nothing was measured";
   light_field.measured = MeasuredErrors{};
   for (const double azimuth_deg : {0.0, 21.0})
     light_field.measured->directions.push_back({.direction = Direction(azimuth_deg),
                                                 .nearest_view_angle = Radians(1),
                                                 .db = 40,
                                                 .cause = Name(render::ErrorCause::kNone)});
-  ASSERT_TRUE(StandingErrors(light_field));
-  EXPECT_EQ(StandingErrors(light_field)->directions.size(), 2u);
+  ASSERT_TRUE(ValidErrors(light_field));
+  EXPECT_EQ(ValidErrors(light_field)->directions.size(), 2u);
   light_field.views.pop_back();
-  ASSERT_TRUE(StandingErrors(light_field));
-  ASSERT_EQ(StandingErrors(light_field)->directions.size(), 1u);
-  EXPECT_EQ(StandingErrors(light_field)->directions[0].direction, Direction(0));
+  ASSERT_TRUE(ValidErrors(light_field));
+  ASSERT_EQ(ValidErrors(light_field)->directions.size(), 1u);
+  EXPECT_EQ(ValidErrors(light_field)->directions[0].direction, Direction(0));
   light_field.views.clear();
-  EXPECT_FALSE(StandingErrors(light_field));
+  EXPECT_FALSE(ValidErrors(light_field));
 }
 
 TEST(ErrorMap, GoodFrameBelowAHigherGoalIsDetail) {
@@ -393,8 +393,8 @@ TEST(ThresholdByErrors, MapFollows) {
   const auto map_by = [&](CoverBy by) {
     CoverageMap map(
         subject,
-        ForErrors({.cap = Cap::ParseDegrees("60x20"), .up_in_world = Vector3d::UnitZ(), .threshold_px = 12},
-                  {by}));
+        WithAdaptiveThreshold(
+            {.cap = Cap::ParseDegrees("60x20"), .up_in_world = Vector3d::UnitZ(), .threshold_px = 12}, {by}));
     map.Add(view_at(0));
     return map;
   };
@@ -404,7 +404,7 @@ TEST(ThresholdByErrors, MapFollows) {
   EXPECT_NEAR(map_by(CoverBy::kBound).CoveredShare(), by_bound, 0.004) << "until something is measured";
   MeasuredFrame good = UsualFrame(0, 30);
   good.nearest_view_angle = map.DiscRadius();
-  FollowErrors(FramesAround(0, good), {CoverBy::kMeasured}, map);
+  AdaptThresholds(FramesAround(0, good), {CoverBy::kMeasured}, map);
   const double wide = map.CoveredShare();
   EXPECT_GT(wide, 4 * by_bound);
   EXPECT_EQ(map.At(Direction(2 * radius_deg))->index, 0);
@@ -417,13 +417,13 @@ TEST(ThresholdByErrors, MapFollows) {
   EXPECT_GT(map.CoveredShare(), 0.5 * wide);
   MeasuredFrame bad = UsualFrame(0, -30);
   bad.nearest_view_angle = map.DiscRadius();
-  FollowErrors(FramesAround(0, bad), {CoverBy::kMeasured}, map);
+  AdaptThresholds(FramesAround(0, bad), {CoverBy::kMeasured}, map);
   EXPECT_LT(map.CoveredShare(), by_bound);
   EXPECT_LT(map.At(Direction(0.8 * radius_deg))->index, 0);
   EXPECT_FALSE(map.Covers(view_at(0.8 * radius_deg)));
   // One view after the other, or all at once, painted before or after the thresholds are known: the same map.
   CoverageMap anew = map_by(CoverBy::kMeasured);
-  FollowErrors(FramesAround(0, bad), {CoverBy::kMeasured}, anew);
+  AdaptThresholds(FramesAround(0, bad), {CoverBy::kMeasured}, anew);
   anew.Add(view_at(0, 2.4));
   anew.SetThresholdFactor(map.threshold_factor());
   EXPECT_NEAR(anew.CoveredShare(), map.CoveredShare(), 1e-9);

@@ -370,7 +370,7 @@ TEST(Overlay, InstructionsComeInOrderOfUrgency) {
   EXPECT_EQ(InWords(InstructionFor(*state), *state), "come 20 % nearer");
   state->metric = true;
   EXPECT_EQ(InWords(InstructionFor(*state), *state), "come 20 cm nearer");
-  EXPECT_EQ(InstructionFor(*state).to_do, ToDo::kComeNearer);
+  EXPECT_EQ(InstructionFor(*state).kind, InstructionKind::kComeNearer);
   EXPECT_NEAR(InstructionFor(*state).length->ShareOf(1), 0.2, 1e-12) << "as the words say it";
   state->metric = false;
   state->guidance.distance = 1.3;

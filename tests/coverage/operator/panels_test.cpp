@@ -161,7 +161,7 @@ TEST(TrackingTitle, NamesTheStateAndTheWayBack) {
   state.turned = CameraTurn{now.rotation * then.rotation.conjugate(), true};
   EXPECT_EQ(TrackingTitle(state).line, TurnBackInWords(*state.turned));
   EXPECT_THAT(TrackingTitle(state).line, ::testing::HasSubstr("left"));
-  state.turned->now_from_then.setIdentity();
+  state.turned->now_from_reference.setIdentity();
   EXPECT_EQ(TrackingTitle(state).line, "go back to where it was");
   state.tracking = TrackState::kApart;
   EXPECT_EQ(TrackingTitle(state).title, "APART");

@@ -95,7 +95,7 @@ class Keyboard {
     Catch(1000, true);
     const bool recording = capture_.recording();
     if (!recording) {  // as it was
-      desk_.requests.Ask(SetRecording{true});
+      desk_.requests.Push(SetRecording{true});
       Catch(1000, true);
     }
     return recording;

@@ -45,7 +45,7 @@ struct Waiting {
     hooks.after_frame = [&](const SharedCaptureState& now) {
       states.push_back(now);
       const auto [from, to] = after.equal_range(now->frames);
-      for (auto request = from; request != to; ++request) requests.Ask(request->second);
+      for (auto request = from; request != to; ++request) requests.Push(request->second);
     };
     return Capture(scratch / "lf", shots, options, {}, hooks);
   }
@@ -96,7 +96,7 @@ TEST(Beginning, RequestWaitsForASubject) {
   PlanarDevice device(Sweep(10, 4, 0.8));
   device.Start();
   CaptureRequests requests;
-  requests.Ask(SetRecording{true});
+  requests.Push(SetRecording{true});
   CaptureHooks hooks;
   hooks.requests = &requests;
   std::vector<std::string> said;
@@ -124,7 +124,7 @@ TEST(Beginning, RedItemsAreSaidOnRequestBeforeASubject) {
   std::vector<std::string> said;
   hooks.say = [&](const std::string& line) { said.push_back(line); };
   hooks.after_frame = [&](const SharedCaptureState& now) {
-    if (now->frames == 5) requests.Ask(SetRecording{true});
+    if (now->frames == 5) requests.Push(SetRecording{true});
   };
   EXPECT_EQ(RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), options, hooks).recorded, 0u);
   EXPECT_THAT(said, Contains(AllOf(HasSubstr("as soon as the subject is found"), HasSubstr("too dark"))));
@@ -316,7 +316,7 @@ TEST(LightAndFocusCheck, FindsOnlyBlurredScenesUnsharp) {
       LightAndFocusCheck check;
       PreflightInput input;
       for (const double time_s : {0.0, 0.5, 1.0, 1.5})
-        input.picture = check.After(time_s, image, camera.camera(), pose, scene.subject());
+        input.picture = check.Update(time_s, image, camera.camera(), pose, scene.subject());
       printf("%-8s %s: fine detail %.2f, brightest tenth %.2f\n", name.c_str(),
              is_sharp ? "sharp" : "blurred", input.picture.fine_detail.value_or(-1),
              input.picture.light->brightest_tenth);
@@ -410,7 +410,7 @@ TEST(Beginning, RecordsNothingOnASphereOfALostMap) {
     hooks.requests = &requests;
     hooks.say = [&](const std::string& line) { said.push_back(line); };
     hooks.after_frame = [&](const SharedCaptureState& now) {
-      if (now->frames == asked_after) requests.Ask(SetRecording{.on = true, .although_checks_fail = true});
+      if (now->frames == asked_after) requests.Push(SetRecording{.on = true, .although_checks_fail = true});
       if (now->frames <= kFirstMap + 1) return;
       if (now->subject && !found_at) found_at = now->frames;
       if (found_at) return;
@@ -444,8 +444,8 @@ TEST(SubjectProposer, ProposesTheSizeThatTwoMeshesShow) {
   for (const double ratio : {0.5, 0.9, 1.1, 1.6}) {
     SubjectProposer proposer = Proposer();
     const Subject seen{kSubject.center_in_world, ratio * kSubject.radius};
-    EXPECT_FALSE(proposer.After(MeshThatShows(seen), kSubject, 1)) << "one mesh may err";
-    const auto proposal = proposer.After(MeshThatShows(seen), kSubject, 1);
+    EXPECT_FALSE(proposer.Update(MeshThatShows(seen), kSubject, 1)) << "one mesh may err";
+    const auto proposal = proposer.Update(MeshThatShows(seen), kSubject, 1);
     ASSERT_EQ(proposal.has_value(), ratio < 0.65 || ratio > 1.33) << ratio;
     if (!proposal) continue;
     EXPECT_EQ(proposal->subject, seen);
@@ -454,9 +454,9 @@ TEST(SubjectProposer, ProposesTheSizeThatTwoMeshesShow) {
         << "a smaller sphere takes fewer views";
     EXPECT_THAT(InWords(*proposal, kSubject),
                 AllOf(HasSubstr(ratio < 1 ? "smaller" : "larger"), HasSubstr("views")));
-    EXPECT_FALSE(proposer.After(MeshThatShows(seen), kSubject, 1)) << "said once";
+    EXPECT_FALSE(proposer.Update(MeshThatShows(seen), kSubject, 1)) << "said once";
     EXPECT_TRUE(proposer.proposal());
-    proposer.After(MeshThatShows(seen), seen, 1);  // somebody has placed it
+    proposer.Update(MeshThatShows(seen), seen, 1);  // somebody has placed it
     EXPECT_FALSE(proposer.proposal());
   }
 }
@@ -467,9 +467,9 @@ TEST(SubjectProposer, IsSilentOnDisagreeingOrPoorMeshes) {
   SubjectProposer proposer = Proposer();
   for (const auto& mesh : {MeshThatShows(small), MeshThatShows(smaller), MeshThatShows({}),
                            MeshThatShows(small), MeshThatShows(smaller), std::shared_ptr<const LiveMesh>()})
-    EXPECT_FALSE(proposer.After(mesh, kSubject, 1));
+    EXPECT_FALSE(proposer.Update(mesh, kSubject, 1));
   for (int i = 0; i < 3; ++i)
-    EXPECT_FALSE(proposer.After(MeshThatShows(small, 4), kSubject, 1)) << "few maps";
+    EXPECT_FALSE(proposer.Update(MeshThatShows(small, 4), kSubject, 1)) << "few maps";
   EXPECT_FALSE(proposer.proposal());
 }
 
@@ -479,17 +479,17 @@ TEST(SubjectProposer, OffCentreSubjectLiesByItsSphere) {
     return Subject{kSubject.center_in_world + Vector3d(offset * kSubject.radius, 0, 0),
                    0.9 * kSubject.radius};
   };
-  EXPECT_FALSE(proposer.After(MeshThatShows(seen(0.5)), kSubject, 1));
-  EXPECT_FALSE(proposer.After(MeshThatShows(seen(0.8)), kSubject, 1))
+  EXPECT_FALSE(proposer.Update(MeshThatShows(seen(0.5)), kSubject, 1));
+  EXPECT_FALSE(proposer.Update(MeshThatShows(seen(0.8)), kSubject, 1))
       << "two meshes disagree about its place";
-  const auto proposal = proposer.After(MeshThatShows(seen(0.8)), kSubject, 1);
+  const auto proposal = proposer.Update(MeshThatShows(seen(0.8)), kSubject, 1);
   ASSERT_TRUE(proposal);
   EXPECT_THAT(InWords(*proposal, kSubject), AllOf(HasSubstr("beside"), HasSubstr("80 %"),
                                                   HasSubstr("sticks out"), Not(HasSubstr("smaller"))));
-  proposer.After(MeshThatShows(seen(0.5)), kSubject, 1);
-  EXPECT_TRUE(proposer.After(MeshThatShows(seen(0.5)), kSubject, 1)) << "elsewhere is another proposal";
+  proposer.Update(MeshThatShows(seen(0.5)), kSubject, 1);
+  EXPECT_TRUE(proposer.Update(MeshThatShows(seen(0.5)), kSubject, 1)) << "elsewhere is another proposal";
   const Subject moved{seen(0.5).center_in_world, kSubject.radius};
-  EXPECT_FALSE(proposer.After(MeshThatShows(seen(0.5)), moved, 1));
+  EXPECT_FALSE(proposer.Update(MeshThatShows(seen(0.5)), moved, 1));
   EXPECT_FALSE(proposer.proposal()) << "somebody has placed the sphere there";
 }
 

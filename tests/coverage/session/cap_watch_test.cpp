@@ -72,7 +72,7 @@ TEST(CapWatch, SaysOnceThatNothingIsGainedAndWhatIsThere) {
   for (int turn = 0; turn < 40; ++turn)
     for (int azimuth = -15; azimuth < 15; ++azimuth, ++way_deg)
       if (const auto words =
-              watch.After(map, ViewAt(turn % 2 ? -azimuth : azimuth, 0).center_in_world, true)) {
+              watch.Update(map, ViewAt(turn % 2 ? -azimuth : azimuth, 0).center_in_world, true)) {
         said.push_back(*words);
         EXPECT_GT(way_deg, 150) << "too early";
         EXPECT_LT(way_deg, 300);
@@ -86,7 +86,7 @@ TEST(CapWatch, SaysOnceThatNothingIsGainedAndWhatIsThere) {
                            100 * (1 - map.CoveredShare()), there.Degrees().x(), there.Degrees().y())));
   // One more view there, and it begins anew.
   map.Add(ViewAt(25, 0));
-  EXPECT_FALSE(watch.After(map, ViewAt(25, 0).center_in_world, true));
+  EXPECT_FALSE(watch.Update(map, ViewAt(25, 0).center_in_world, true));
 }
 
 // A table turns on past what is asked for: only a whole turn that brings nothing says something.
@@ -96,7 +96,7 @@ TEST(CapWatch, WaitsForAWholeTurnOfATurntable) {
   CapWatch watch(0.98, true, FrameSource::kCamera);
   std::vector<std::string> said;
   for (int degree = 0; degree < 720; ++degree)
-    if (const auto words = watch.After(map, ViewAt(degree, 0).center_in_world, true)) {
+    if (const auto words = watch.Update(map, ViewAt(degree, 0).center_in_world, true)) {
       said.push_back(*words);
       EXPECT_GT(degree, 360);
       EXPECT_LT(degree, 440);
@@ -112,7 +112,7 @@ TEST(CapWatch, IsSilentWhileSomethingIsGained) {
   CapWatch watch(0.98, false, FrameSource::kCamera);
   for (double elevation = -18; elevation <= 18; elevation += 3)
     for (double azimuth = -27; azimuth <= 27; azimuth += 3) {
-      EXPECT_FALSE(watch.After(map, ViewAt(azimuth, elevation).center_in_world, true));
+      EXPECT_FALSE(watch.Update(map, ViewAt(azimuth, elevation).center_in_world, true));
       map.Add(ViewAt(azimuth, elevation));
     }
 }
@@ -124,9 +124,9 @@ TEST(CapWatch, IsSilentWhenPausedStillOrWithoutACap) {
   CapWatch trembling(0.98, false, FrameSource::kCamera), paused(0.98, false, FrameSource::kCamera),
       free(0.98, false, FrameSource::kCamera);
   for (int i = 0; i < 2000; ++i) {
-    EXPECT_FALSE(trembling.After(map, ViewAt(i % 2 ? 0.5 : -0.5, 0).center_in_world, true));
-    EXPECT_FALSE(paused.After(map, ViewAt(15 * std::sin(0.05 * i), 0).center_in_world, false));
-    EXPECT_FALSE(free.After(without, ViewAt(15 * std::sin(0.05 * i), 0).center_in_world, true));
+    EXPECT_FALSE(trembling.Update(map, ViewAt(i % 2 ? 0.5 : -0.5, 0).center_in_world, true));
+    EXPECT_FALSE(paused.Update(map, ViewAt(15 * std::sin(0.05 * i), 0).center_in_world, false));
+    EXPECT_FALSE(free.Update(without, ViewAt(15 * std::sin(0.05 * i), 0).center_in_world, true));
   }
 }
 
@@ -162,9 +162,9 @@ TEST(CapWatch, IsSilentWhileDiskOrLightBlocks) {
   Fill(map, 30, 20);
   CapWatch watch(0.98, false, FrameSource::kCamera);
   for (int i = 0; i < 4000; ++i)
-    EXPECT_FALSE(watch.After(map, ViewAt(15 * std::sin(0.05 * i), 0).center_in_world, false));
+    EXPECT_FALSE(watch.Update(map, ViewAt(15 * std::sin(0.05 * i), 0).center_in_world, false));
   // It goes on counting where it was, from where the camera now is.
-  EXPECT_FALSE(watch.After(map, ViewAt(14, 0).center_in_world, true));
+  EXPECT_FALSE(watch.Update(map, ViewAt(14, 0).center_in_world, true));
 }
 
 // All of it: the last cell ends the capture, whatever the sums over cells come to.

@@ -383,7 +383,7 @@ TEST(ExposureMatch, FindsNeighboursThatWereMoved) {
     views.Add({id, {}, *frame.known_cam_from_world});
     moved[id] = corrected(*frame.known_cam_from_world);
   }
-  views.MoveTo(moved);
+  views.SetPoses(moved);
   const Frame frame = next();
   Image darker{.pixels = {}, .transfer = frame.image.transfer};
   frame.image.pixels.convertTo(darker.pixels, -1, kLight);
@@ -466,7 +466,7 @@ TEST(SubjectMoved, IsSaidOnceAndShown) {
   hooks.say = [&](const std::string& line) { said.push_back(line); };
   hooks.after_frame = [&](const SharedCaptureState& now) {
     poses.subject_gone = now->frames >= 20 && now->frames < 50;
-    if (now->frames == 60) requests.Ask(coverage::PlaceSubject{kSubject});
+    if (now->frames == 60) requests.Push(coverage::PlaceSubject{kSubject});
     shown.push_back(now->subject_moved);
   };
   RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), Options(), hooks);

@@ -203,8 +203,8 @@ std::vector<Stage> Stages() {
                       CaptureRequests requests;
                       CaptureHooks hooks = Telling(said);
                       hooks.requests = &requests;
-                      requests.Ask(TakeBackViews{{2, 3}});
-                      requests.Ask(TakeBackLast{});
+                      requests.Push(TakeBackViews{{2, 3}});
+                      requests.Push(TakeBackLast{});
                       PlanarDevice device(Shots(6, 8));
                       Record(device, kCamera, dir, said, Options(), hooks);
                     },

@@ -56,7 +56,7 @@ struct Asked {
     hooks.say = [this](const std::string& line) { said.push_back(line); };
     hooks.after_frame = [this](const SharedCaptureState& now) {
       states.push_back(now);
-      if (const auto found = after.find(now->frames); found != after.end()) requests.Ask(found->second);
+      if (const auto found = after.find(now->frames); found != after.end()) requests.Push(found->second);
     };
     return hooks;
   }
@@ -168,8 +168,8 @@ TEST(CaptureRequests, EveryAnswerStandsInTheNextState) {
   hooks.after_frame = [&](const SharedCaptureState& now) {
     asked.states.push_back(now);
     if (now->frames != 3) return;
-    asked.requests.Ask(TakeBackViews{{77}});
-    asked.requests.Ask(TakeBackViews{{78}});
+    asked.requests.Push(TakeBackViews{{77}});
+    asked.requests.Push(TakeBackViews{{78}});
   };
   Capture(scratch / "lf", Steps(5), Options(), {}, hooks);
   EXPECT_EQ(asked.states[3]->times_said, asked.states[2]->times_said + 2);

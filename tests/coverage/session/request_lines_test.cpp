@@ -75,7 +75,7 @@ TEST(RequestLines, LinesComeWholeAndWrongOnesAreAnswered) {
   const std::string fifo = scratch / "requests";
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
   CaptureRequests requests;
-  const auto ask = [&](const std::string& line) { requests.Ask(ParseCaptureRequest(line)); };
+  const auto ask = [&](const std::string& line) { requests.Push(ParseCaptureRequest(line)); };
   RequestLines lines(fifo, ask);
   std::vector<std::string> said;
   const auto take = [&] {

@@ -100,7 +100,7 @@ TEST_F(ResumedLens, WithOtherNumbersIsASecondCamera) {
   EXPECT_EQ(lenses.live.camera, LensOf(51.5));
   EXPECT_EQ(lenses.recorded.camera, LensOf(51.5));
   EXPECT_EQ(writer.Contents().cameras.size(), 1u) << "nothing is written yet";
-  GoOnUnder(lenses.recorded, writer);
+  AddCameraInUse(lenses.recorded, writer);
   EXPECT_EQ(writer.AddView(first_, {}).camera, 1);
   EXPECT_FALSE(Choose(&writer, File("better.json")).is_new) << "the same again";
   EXPECT_TRUE(Choose(&writer, File("same.json")).is_new) << "back to the first one";

@@ -84,7 +84,7 @@ TEST(TurnBack, DrawsThePastPictureInThePresentOne) {
   const Rigid3 now = AimedAt(kThen, kMiddle + Vector2d(60, -30));
   // What the camera had in the corners of its picture, far away.
   std::vector<Vector2d> drawn;
-  for (const auto& line : PictureOfThen(Between(kThen, now), kCamera))
+  for (const auto& line : FormerFrameOutline(Between(kThen, now), kCamera))
     drawn.insert(drawn.end(), line.begin(), line.end());
   for (const Vector2d& corner : {Vector2d(0, 0), Vector2d(kCamera.width, 0),
                                  Vector2d(kCamera.width, kCamera.height), Vector2d(0, kCamera.height)}) {
@@ -95,7 +95,7 @@ TEST(TurnBack, DrawsThePastPictureInThePresentOne) {
     for (const Vector2d& at : drawn) nearest = std::min(nearest, (at - *img).norm());
     EXPECT_LT(nearest, 0.01);
   }
-  EXPECT_THAT(PictureOfThen(Between(kThen, Turned(kThen, 180)), kCamera), IsEmpty()) << "behind";
+  EXPECT_THAT(FormerFrameOutline(Between(kThen, Turned(kThen, 180)), kCamera), IsEmpty()) << "behind";
 }
 
 // A source that is lost after some frames and knows how the camera is turned.
@@ -139,7 +139,7 @@ TEST(TurnBack, LostCaptureTellsItInWordsAndPicture) {
   const auto states = StatesOf(poses, {{PoseAt(0, 0)}, {PoseAt(2, 0)}, {PoseAt(4, 0)}, {PoseAt(5, 0)}});
   EXPECT_FALSE(states[2]->turned);
   const CaptureState& lost = *states[3];
-  ASSERT_TRUE(lost.turned && lost.turned->from_a_pose);
+  ASSERT_TRUE(lost.turned && lost.turned->reference_has_pose);
   EXPECT_THAT(lost.tracking_words,
               AllOf(StartsWith("position lost"), HasSubstr("° left to where it looked last")));
   EXPECT_EQ(InWords(InstructionFor(lost), lost), lost.tracking_words);
@@ -157,9 +157,9 @@ TEST(TurnBack, TurningWithoutAMapAsksToMoveSideways) {
   const auto states = StatesOf(poses, {{PoseAt(0, 0)}, {PoseAt(0, 0)}});
   const CaptureState& start = *states.back();
   ASSERT_TRUE(start.turned);
-  EXPECT_FALSE(start.turned->from_a_pose);
+  EXPECT_FALSE(start.turned->reference_has_pose);
   EXPECT_EQ(start.tracking_words, "the camera only turns: move it sideways");
-  EXPECT_TRUE(OnlyTurns(start.tracking, start.start, start.turned));
+  EXPECT_TRUE(IsPureRotation(start.tracking, start.start, start.turned));
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ template <typename PoseOf>
 std::vector<std::string> SaidBy(TurntableWatch& watch, double from_s, double until_s, const PoseOf& pose_of) {
   std::vector<std::string> said;
   for (double t = from_s; t < until_s; t += 0.1)
-    if (const std::string words = watch.After(t, pose_of(t)); !words.empty()) said.push_back(words);
+    if (const std::string words = watch.Update(t, pose_of(t)); !words.empty()) said.push_back(words);
   return said;
 }
 

@@ -224,7 +224,7 @@ TEST(RollingShutter, ContinuedMapSuspectsNone) {
     TrackerOptions options{.deterministic = true};
     if (told) options.readout.readout_s = 0;
     Tracker tracker(camera, options);
-    ASSERT_EQ(tracker.RestoreMap(scratch / "map.ulf", 1), "");
+    ASSERT_FALSE(tracker.RestoreMap(scratch / "map.ulf", 1));
     tracker.Step(frames[57]);
     tracker.Step(frames[58]);
     quality[told] = tracker.Step(frames[59]).quality;

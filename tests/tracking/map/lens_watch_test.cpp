@@ -67,17 +67,17 @@ TEST(LensWatch, DistortionCountsWhereFocalLengthsDiffer) {
 
 TEST(LensWatch, AGuessIsSoughtAgainUntilItSettles) {
   LensWatch watch;
-  EXPECT_FALSE(watch.IsSought(19));
-  ASSERT_TRUE(watch.IsSought(20));
-  watch.NoteSought(20, 500, 520);
-  EXPECT_FALSE(watch.IsSought(31));
-  ASSERT_TRUE(watch.IsSought(32));
-  watch.NoteSought(32, 520, 521);
-  EXPECT_FALSE(watch.IsSought(1000)) << "it has settled";
+  EXPECT_FALSE(watch.IsSearchDue(19));
+  ASSERT_TRUE(watch.IsSearchDue(20));
+  watch.SearchDone(20, 500, 520);
+  EXPECT_FALSE(watch.IsSearchDue(31));
+  ASSERT_TRUE(watch.IsSearchDue(32));
+  watch.SearchDone(32, 520, 521);
+  EXPECT_FALSE(watch.IsSearchDue(1000)) << "it has settled";
   watch.Reset();
-  EXPECT_TRUE(watch.IsSought(20)) << "another map";
-  watch.NoteSought(9, 500, 500);
-  EXPECT_TRUE(watch.IsSought(20)) << "a young map does not settle it";
+  EXPECT_TRUE(watch.IsSearchDue(20)) << "another map";
+  watch.SearchDone(9, 500, 500);
+  EXPECT_TRUE(watch.IsSearchDue(20)) << "a young map does not settle it";
 }
 
 TEST(LensWatch, UnfittingLensIsSaidWithoutAValue) {

@@ -122,7 +122,7 @@ TEST(MapFileTest, ComesBackAsItWas) {
   World world(5);
   const std::string bytes = SavedWorld(world);
   Map back(world.camera);
-  ASSERT_EQ(MapFromBytes(bytes, 77, world.camera, back), "");
+  ASSERT_FALSE(MapFromBytes(bytes, 77, world.camera, back));
   EXPECT_EQ(back.LivingPoints(), world.map.LivingPoints());
   EXPECT_EQ(back.LivingKeyframes(), 4);
   EXPECT_LT((back.PoseOf(2).Matrix() - world.map.PoseOf(2).Matrix()).norm(), 1e-12);
@@ -153,7 +153,7 @@ int AddSecondPart(World& world) {
     const int copy = map.AddPoint(point.position, part);
     for (Observation o : point.observations) {
       o.keyframe += keyframes;
-      map.Observe(copy, o);
+      map.AddObservation(copy, o);
     }
     map.Update(copy);
   }
@@ -177,7 +177,7 @@ TEST(MapParts, AreSeenAndSavedApartUntilTheyAreJoined) {
 
   // Of the main part alone, under the numbers that keyframes have.
   Map back(world.camera);
-  ASSERT_EQ(MapFromBytes(MapToBytes(map, 77), 77, world.camera, back), "");
+  ASSERT_FALSE(MapFromBytes(MapToBytes(map, 77), 77, world.camera, back));
   EXPECT_EQ(back.LivingKeyframes(), alone.map.LivingKeyframes());
   EXPECT_EQ(back.LivingPoints(), alone.map.LivingPoints());
 
@@ -230,9 +230,10 @@ TEST(MapParts, AdjustingBothKeepsEachWhereItIs) {
 TEST(MapFileTest, RefusesInconsistentContent) {
   World world(4);
   const std::string bytes = SavedWorld(world);
-  const auto problem = [&](const std::string& file, std::uint64_t key = 77) {
+  const auto problem = [&](const std::string& file, std::uint64_t key = 77) -> std::string {
     Map map(world.camera);
-    return MapFromBytes(file, key, world.camera, map);
+    const auto refusal = MapFromBytes(file, key, world.camera, map);
+    return refusal ? refusal->words : "";
   };
   EXPECT_EQ(problem(bytes), "");
   EXPECT_NE(problem(bytes, 78).find("views, poses"), std::string::npos);
@@ -281,9 +282,9 @@ TEST(MapTest, ALongRunNeedsNoMoreRoomThanWhatLives) {
       const std::size_t slot = static_cast<std::size_t>(i);
       if (step % 2 == 0) {
         points.push_back(map.AddPoint({0.1 * step, 0, 3}));
-        map.Observe(points.back(), {id, i, features[slot].img, 1});
+        map.AddObservation(points.back(), {id, i, features[slot].img, 1});
       } else {
-        map.Observe(points[points.size() - kPointsEach + slot], {id, i, features[slot].img, 1});
+        map.AddObservation(points[points.size() - kPointsEach + slot], {id, i, features[slot].img, 1});
       }
     }
     if (step >= kAlive) map.RemoveKeyframe(map.FirstKeyframe(0));
@@ -310,7 +311,7 @@ TEST(MapTest, APointsNumberRestsBeforeItIsGivenAgain) {
   };
   const int victim = world.map.keyframe(1).point_of_feature[3];
   world.map.RemovePoint(victim);
-  for (int k = 0; k < Map::kPointRest; ++k) {
+  for (int k = 0; k < Map::kPointReuseKeyframes; ++k) {
     EXPECT_NE(world.map.AddPoint({0, 0, 3}), victim) << k;
     EXPECT_EQ(world.map.Resolve(victim), -1);
     next_keyframe();
@@ -378,7 +379,7 @@ TEST(MapTest, AdjustingAMapOfATurningCameraDoesNotTurnIt) {
     keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
     const int id = map.AddKeyframe(std::move(keyframe));
     for (std::size_t i = 0; i < seen.size(); ++i)
-      map.Observe(seen[i], {id, static_cast<int>(i), features[i].img, 1});
+      map.AddObservation(seen[i], {id, static_cast<int>(i), features[i].img, 1});
   }
   for (const int point : points) map.Update(point);
   OwnedMap owned(map);

@@ -53,7 +53,7 @@ TEST(MapperTest, DuplicatesMerge) {
     const int copy = world.map.AddPoint(world.map.point(id).position + Eigen::Vector3d(1e-3, 0, 0));
     for (std::size_t i = 2; i < seen.size(); ++i) {
       world.map.RemoveObservation(id, seen[i].keyframe);
-      ASSERT_TRUE(world.map.Observe(copy, seen[i]));
+      ASSERT_TRUE(world.map.AddObservation(copy, seen[i]));
     }
     world.map.Update(id);
     world.map.Update(copy);

@@ -56,7 +56,8 @@ struct MappedWall {
       keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
       const int id = map.AddKeyframe(std::move(keyframe));
       for (int i = 0; i < static_cast<int>(seen.size()); ++i)
-        map.Observe(seen[static_cast<std::size_t>(i)], {id, i, features[static_cast<std::size_t>(i)].img, 1});
+        map.AddObservation(seen[static_cast<std::size_t>(i)],
+                           {id, i, features[static_cast<std::size_t>(i)].img, 1});
     }
     for (const int point : points) map.Update(point);
   }

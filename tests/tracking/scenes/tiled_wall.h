@@ -53,7 +53,7 @@ class TiledWall {
         int& point = point_of[static_cast<std::size_t>(seen[static_cast<std::size_t>(i)])];
         if (point < 0)
           point = map.AddPoint(dots_[static_cast<std::size_t>(seen[static_cast<std::size_t>(i)])].place);
-        map.Observe(point, {id, i, (*features)[i].img, 1});
+        map.AddObservation(point, {id, i, (*features)[i].img, 1});
       }
       for (const int dot : seen) map.Update(point_of[static_cast<std::size_t>(dot)]);
       index_.Add(map.keyframe(id));

@@ -113,20 +113,20 @@ bool Eventually(const Condition& condition) {
 TEST(PoseHistory, InterpolatesPosesAndKnowsGaps) {
   PoseHistory history(0.2);
   Rigid3 pose;
-  EXPECT_EQ(history.At(0, &pose), PoseAnswer::kAfter);
+  EXPECT_EQ(history.At(0, &pose), PoseLookup::kAfter);
   const auto turned = [](double angle) {
     return Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ())), {angle, 0, 0}};
   };
   history.Add(1.1, turned(0.2));
   history.Add(1.0, turned(0));  // late
   history.Add(2.0, turned(1));
-  ASSERT_EQ(history.At(1.05, &pose), PoseAnswer::kFound);
+  ASSERT_EQ(history.At(1.05, &pose), PoseLookup::kFound);
   EXPECT_NEAR(pose.translation.x(), 0.1, 1e-12);
   EXPECT_NEAR(RotationAngle(pose.rotation), 0.1, 1e-12);
-  EXPECT_EQ(history.At(1.0, &pose), PoseAnswer::kFound);
-  EXPECT_EQ(history.At(0.9, &pose), PoseAnswer::kBefore);
-  EXPECT_EQ(history.At(1.5, &pose), PoseAnswer::kGap);
-  EXPECT_EQ(history.At(2.1, &pose), PoseAnswer::kAfter);
+  EXPECT_EQ(history.At(1.0, &pose), PoseLookup::kFound);
+  EXPECT_EQ(history.At(0.9, &pose), PoseLookup::kBefore);
+  EXPECT_EQ(history.At(1.5, &pose), PoseLookup::kGap);
+  EXPECT_EQ(history.At(2.1, &pose), PoseLookup::kAfter);
 }
 
 // A file on another clock, of the tool and not the camera, with half a second missing.

@@ -199,10 +199,13 @@ TEST_F(EnlargedRoom, RelocalisesAtTheMapsOwnSize) {
   first.SaveMap(scratch / "map.ulf", 5);
   TrackerOptions other = options;
   other.max_side_px = 480;
-  EXPECT_THAT(Tracker(camera, other).RestoreMap(scratch / "map.ulf", 5), testing::HasSubstr("tracking_side"));
+  const auto refusal = Tracker(camera, other).RestoreMap(scratch / "map.ulf", 5);
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->problem, MapProblem::kOtherViews);
+  EXPECT_THAT(refusal->words, testing::HasSubstr("tracking_side"));
 
   Tracker restored(camera, options), seeded(camera, options);
-  ASSERT_EQ(restored.RestoreMap(scratch / "map.ulf", 5), "");
+  ASSERT_FALSE(restored.RestoreMap(scratch / "map.ulf", 5));
   ASSERT_TRUE(seeded.SeedMap(seeds));
   const Rigid3 expected = first.PoseOf(*first.Step(frame_at(45)).anchor);
   for (Tracker* tracker : {&restored, &seeded}) {

@@ -36,7 +36,7 @@ class GigeRelayed : public CameraInNamespace {
 
 // Empty: nobody answers.
 std::string SerialAt(const std::string& address, std::chrono::milliseconds timeout) {
-  const auto camera = AskGigeCamera(address, timeout);
+  const auto camera = QueryGigeCamera(address, timeout);
   return camera ? camera->serial : "";
 }
 

@@ -358,7 +358,7 @@ TEST_F(GigeSimulator, TakesOverOrRemovesStaleAddresses) {
   next = serve("127.0.0.23");
   EXPECT_FALSE(LoopbackHas("127.0.0.22")) << "removed by another";
   EXPECT_TRUE(LoopbackHas("127.0.0.21")) << "somebody lives there";
-  EXPECT_TRUE(AskGigeCamera("127.0.0.21", std::chrono::seconds(2)));
+  EXPECT_TRUE(QueryGigeCamera("127.0.0.21", std::chrono::seconds(2)));
 }
 
 TEST_F(GigeSimulator, NextRunRemovesAStaleAddress) {
@@ -379,7 +379,7 @@ TEST_F(GigeSimulator, NextRunRemovesAStaleAddress) {
   ASSERT_TRUE(is_there("127.0.0.21")) << "nothing was left: the test shows nothing";
   {
     const auto again = serve("127.0.0.21");
-    EXPECT_TRUE(AskGigeCamera("127.0.0.21", 2s)) << "the address that was left serves";
+    EXPECT_TRUE(QueryGigeCamera("127.0.0.21", 2s)) << "the address that was left serves";
     again->Signal(SIGINT);
     EXPECT_EQ(again->Wait(20), 0);
     EXPECT_FALSE(is_there("127.0.0.21")) << "and is its own to take away";
@@ -390,8 +390,8 @@ TEST_F(GigeSimulator, NextRunRemovesAStaleAddress) {
   EXPECT_FALSE(is_there("127.0.0.21")) << "of one that is gone";
   const auto beside = serve("127.0.0.23");
   EXPECT_TRUE(is_there("127.0.0.22")) << "of one that lives";
-  EXPECT_TRUE(AskGigeCamera("127.0.0.22", 2s));
-  EXPECT_TRUE(AskGigeCamera("127.0.0.23", 2s));
+  EXPECT_TRUE(QueryGigeCamera("127.0.0.22", 2s));
+  EXPECT_TRUE(QueryGigeCamera("127.0.0.23", 2s));
   for (const auto& process : {other.get(), beside.get()}) {
     process->Signal(SIGINT);
     EXPECT_EQ(process->Wait(20), 0);

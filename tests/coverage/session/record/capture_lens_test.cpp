@@ -186,7 +186,7 @@ TEST(CaptureLens, SphereThatDidNotFollowWouldLieDeeper) {
   poses.Step(*ninth.Next({}));
   EXPECT_GT((rigid.Now(poses)->center_in_world - kSubject.center_in_world).norm(), 0.3 * kSubject.radius);
   for (SubjectAnchors* anchors : {&all, &one}) {  // one camera alone goes by the focal length
-    const auto found = anchors->GoOverTo(kCamera, WithFocal(kTooLong, kCamera), poses);
+    const auto found = anchors->ReplaceLens(kCamera, WithFocal(kTooLong, kCamera), poses);
     ASSERT_TRUE(found);
     EXPECT_LT((found->center_in_world - kSubject.center_in_world).norm(), 1e-3 * kSubject.radius);
     EXPECT_NEAR(found->radius, kSubject.radius, 1e-3 * kSubject.radius);

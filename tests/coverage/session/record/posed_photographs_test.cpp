@@ -152,12 +152,12 @@ TEST(PosedPhotographs, PauseRecordsTheHeldFrame) {
     if (!held_s && now->decision.reason == Reason::kRecorded) {
       held_s = now->device_time_s;
       paused_after = now->frames;
-      requests.Ask(SetRecording{false});
+      requests.Push(SetRecording{false});
     } else if (held_s && !first_of_pause_s) {
       first_of_pause_s = now->device_time_s;
       seen_recorded = now->view_ids.size() == 1;
     }
-    if (held_s && now->frames == paused_after + 60) requests.Ask(SetRecording{true});
+    if (held_s && now->frames == paused_after + 60) requests.Push(SetRecording{true});
   };
   const Walked walked = CaptureWalk(scratch / "lf", Walk(-0.3, 0.3, 0.004), poses, hooks);
   ASSERT_TRUE(held_s && first_of_pause_s);
@@ -209,8 +209,8 @@ TEST(PosedPhotographs, AnswerSubjectRequestsInWords) {
   hooks.requests = &requests;
   hooks.say = [&](const std::string& line) { said.push_back(line); };
   hooks.after_frame = [&](const SharedCaptureState& now) {
-    if (now->frames == 20) requests.Ask(FindSubject{});
-    if (now->frames == 40) requests.Ask(TakeBackLast{});
+    if (now->frames == 20) requests.Push(FindSubject{});
+    if (now->frames == 40) requests.Push(TakeBackLast{});
     without_subject = now->without_subject;
   };
   const Walked walked = CaptureWalk(scratch / "lf", Walk(-0.5, 0.5, 0.01), poses, hooks);

@@ -46,7 +46,7 @@ TEST(RecordedViews, TrackersMapMovesOnlyItsOwnViews) {
   const std::map<int, Rigid3> now = views.PosesNow(poses);
   // One centimetre, as seen from a metre away.
   EXPECT_NEAR(views.LargestMove(now, &kSubject), 0.01, 1e-9);
-  views.MoveTo(now);
+  views.SetPoses(now);
   EXPECT_NEAR(views.LargestMove(now, &kSubject), 0, 1e-12);
   EXPECT_NEAR((views.views()[2].cam_from_world.OriginInSource() - PoseAt(20, 0).OriginInSource()).norm(),
               0.01, 1e-9);
@@ -76,13 +76,13 @@ TEST(RecordedViews, NewLensPlacesThemByTheirPoints) {
   for (const auto& [id, track] : {std::pair(8, before), {9, after}})
     views.Add({id, track.anchor, PoseAt(20, 0), std::make_shared<const Track>(track)});
   const OtherLens poses;
-  views.FindAnew(poses, 1e-6, &kSubject);
+  views.ReestimatePoses(poses, 1e-6, &kSubject);
   EXPECT_LT(
       (views.PosesNow(poses).at(8).OriginInSource() - poses.PoseOf(*before.anchor).OriginInSource()).norm(),
       1e-9)
       << "hardly another lens";
   for (int i = 0; i < 2; ++i) {
-    views.FindAnew(poses, 0.05, &kSubject);
+    views.ReestimatePoses(poses, 0.05, &kSubject);
     const std::map<int, Rigid3> now = views.PosesNow(poses);
     EXPECT_LT((now.at(8).OriginInSource() - PoseAt(21, 1).OriginInSource()).norm(), 1e-9);
     EXPECT_LT(now.at(8).rotation.angularDistance(PoseAt(21, 1).rotation), 1e-7);
@@ -100,7 +100,7 @@ TEST(RecordedViews, OneThatIsTakenBackIsGone) {
 
 // Who follows hears of each change once, after it was made; earlier sessions' views are there before.
 TEST(RecordedViews, TellsFollowersOfEveryChange) {
-  struct Noted : RecordedViews::Follower {
+  struct Noted : RecordedViews::Observer {
     std::vector<std::string> changes;
     void Added(const RecordedViews::Entry& view, const Image& /*image*/) override {
       changes.push_back(fmt::format("added {}", view.id));
@@ -118,7 +118,7 @@ TEST(RecordedViews, TellsFollowersOfEveryChange) {
   const std::uint64_t before = views.revision();
   views.Add({100, {}, Rigid3{}});
   EXPECT_EQ(views.revision(), before) << "views that were there stay as they are";
-  views.MoveTo(views.Poses());
+  views.SetPoses(views.Poses());
   EXPECT_NE(views.revision(), before);
   const std::uint64_t moved = views.revision();
   EXPECT_TRUE(views.Remove(100));
@@ -136,7 +136,7 @@ TEST(RecordedViews, MapAndJournalHaveTheSamePoses) {
   hooks.requests = &requests;
   hooks.after_frame = [&](const SharedCaptureState& state) {
     if (state->frames == 2) poses.Adjust(true);
-    if (state->frames == 3) requests.Ask(TakeBackViews{{2}});
+    if (state->frames == 3) requests.Push(TakeBackViews{{2}});
   };
   device.Start();
   const CaptureSummary summary =

@@ -33,11 +33,11 @@ std::vector<NoticedMistake> NoticedIn(const std::string& scene_and_faults, doubl
   for (int i = 0; i < frames; ++i) {
     const auto frame = device->Next(std::chrono::milliseconds(1000));
     if (!frame) throw std::runtime_error("no frame");
-    const PictureFinding& picture = light_and_focus.After(frame->device_time_s, frame->image,
-                                                          *device->Camera(), std::nullopt, std::nullopt);
-    watch.After(*frame, {.held = device->Held(),
-                         .fine_detail = picture.fine_detail,
-                         .badly_exposed = picture.light && IsBadlyExposed(*picture.light)});
+    const PictureFinding& picture = light_and_focus.Update(frame->device_time_s, frame->image,
+                                                           *device->Camera(), std::nullopt, std::nullopt);
+    watch.Update(*frame, {.held = device->Held(),
+                          .fine_detail = picture.fine_detail,
+                          .badly_exposed = picture.light && IsBadlyExposed(*picture.light)});
   }
   return watch.noticed();
 }
@@ -111,18 +111,18 @@ TEST(Mistakes, NamesLensAndShutterOnceUnlessGiven) {
   const tracking::Readout measured{.readout_s = 0.025, .sigma_s = 0.001}, given{.readout_s = 0.025};
   MistakeWatch watch(FrameSource::kCamera);
   Frame frame;
-  EXPECT_THAT(watch.After(frame, {.rolling_shutter = given}), IsEmpty());
-  EXPECT_THAT(Kinds(watch.After(frame, {.lens_contradicted = wrong, .rolling_shutter = measured})),
+  EXPECT_THAT(watch.Update(frame, {.rolling_shutter = given}), IsEmpty());
+  EXPECT_THAT(Kinds(watch.Update(frame, {.lens_contradicted = wrong, .rolling_shutter = measured})),
               ElementsAre(Mistake::kRollingShutter, Mistake::kWrongLens));
-  EXPECT_THAT(watch.After(frame, {.lens_contradicted = wrong, .rolling_shutter = measured}), IsEmpty());
-  watch.AtTheEnd(wrong, measured);
+  EXPECT_THAT(watch.Update(frame, {.lens_contradicted = wrong, .rolling_shutter = measured}), IsEmpty());
+  watch.Finish(wrong, measured);
   ASSERT_THAT(watch.noticed(), SizeIs(2));
   EXPECT_THAT(watch.noticed()[0].cure, HasSubstr("compensated"));
   EXPECT_THAT(watch.noticed()[1].finding, HasSubstr("500.0 px"));
   const tracking::Readout contradicted{
       .readout_s = 0, .compensated = false, .contradicted = tracking::Readout::Contradiction{0.025, 0.001}};
   MistakeWatch other(FrameSource::kCamera);
-  other.AtTheEnd(tracking::CalibrationCheck{}, contradicted);
+  other.Finish(tracking::CalibrationCheck{}, contradicted);
   ASSERT_THAT(Kinds(other.noticed()), ElementsAre(Mistake::kRollingShutter));
   EXPECT_THAT(other.noticed()[0].cure, HasSubstr("readout_ms auto"));
 }
@@ -131,12 +131,12 @@ TEST(Mistakes, ALensThatTheTrackerTakesBackIsNoMistake) {
   const tracking::CalibrationCheck wrong{
       .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
   MistakeWatch watch(FrameSource::kCamera);
-  EXPECT_THAT(Kinds(watch.After(Frame(), {.lens_contradicted = wrong})), ElementsAre(Mistake::kWrongLens));
-  watch.After(Frame(), {});
+  EXPECT_THAT(Kinds(watch.Update(Frame(), {.lens_contradicted = wrong})), ElementsAre(Mistake::kWrongLens));
+  watch.Update(Frame(), {});
   EXPECT_THAT(watch.noticed(), IsEmpty());
-  watch.AtTheEnd(wrong, {});
+  watch.Finish(wrong, {});
   EXPECT_THAT(Kinds(watch.noticed()), ElementsAre(Mistake::kWrongLens));
-  watch.AtTheEnd(tracking::CalibrationCheck{}, {});
+  watch.Finish(tracking::CalibrationCheck{}, {});
   EXPECT_THAT(watch.noticed(), IsEmpty());
 }
 
@@ -149,7 +149,7 @@ TEST(Mistakes, WhileAPictureIsOutOfFocusRowsAndLensWait) {
   const auto after = [&](double time_s, double fine_detail) {
     Frame frame;
     frame.device_time_s = time_s;
-    watch.After(frame, {.fine_detail = fine_detail, .lens_contradicted = wrong, .rolling_shutter = rows});
+    watch.Update(frame, {.fine_detail = fine_detail, .lens_contradicted = wrong, .rolling_shutter = rows});
     return Kinds(watch.noticed());
   };
   EXPECT_THAT(after(0, 0.4), ElementsAre(Mistake::kRollingShutter, Mistake::kWrongLens));
@@ -189,12 +189,12 @@ TEST(PictureTracks, AnotherSceneIsAGapAndNoChange) {
   PictureTracks tracks;
   for (int i = 0; i < 120; ++i) {
     const cv::Mat& shown = i / 20 % 2 ? other : texture;
-    const auto pair = tracks.After(i / 30.0, {.pixels = shown, .transfer = Transfer::kSrgb});
+    const auto pair = tracks.Update(i / 30.0, {.pixels = shown, .transfer = Transfer::kSrgb});
     if (!pair) continue;
-    ASSERT_FALSE(light.After(*pair, 0).changed) << i;
-    focus.After(*pair);
+    ASSERT_FALSE(light.Update(*pair, 0).changed) << i;
+    focus.Update(*pair);
   }
-  EXPECT_FALSE(focus.Hunts());
+  EXPECT_FALSE(focus.HuntingAmplitude());
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "acquisition/gphoto2/left_photographs.h"
+#include "acquisition/gphoto2/unfetched_photographs.h"
 
 #include <algorithm>
 
@@ -12,25 +12,26 @@ std::string PathInCamera(const GphotoFile& file) { return file.folder + "/" + fi
 
 }  // namespace
 
-void LeftPhotographs::Announced(const GphotoFile& file) {
+void UnfetchedPhotographs::Announced(const GphotoFile& file) {
   const MutexLock lock(mutex_);
   announced_.insert(PathInCamera(file));
   last_ = file;
 }
 
-void LeftPhotographs::Lost(Left left) {
+void UnfetchedPhotographs::Lost(Unfetched left) {
   const MutexLock lock(mutex_);
   if (!left.last) left.last = last_;
   fetched_ = announced_;
   left_ = std::move(left);
 }
 
-std::optional<LeftPhotographs::Left> LeftPhotographs::Take() {
+std::optional<UnfetchedPhotographs::Unfetched> UnfetchedPhotographs::Take() {
   const MutexLock lock(mutex_);
   return std::exchange(left_, std::nullopt);
 }
 
-std::vector<GphotoFile> LeftPhotographs::After(const Left& left, std::vector<std::string> names) const {
+std::vector<GphotoFile> UnfetchedPhotographs::PhotographsAfter(const Unfetched& left,
+                                                               std::vector<std::string> names) const {
   if (!left.last) return {};
   const MutexLock lock(mutex_);
   // The two files of a photograph share a stem.
@@ -45,7 +46,8 @@ std::vector<GphotoFile> LeftPhotographs::After(const Left& left, std::vector<std
   return files;
 }
 
-std::vector<FileInCamera> LeftPhotographs::CameSince(const Left& left, const std::vector<GphotoFile>& files) {
+std::vector<FileInCamera> UnfetchedPhotographs::CameSince(const Unfetched& left,
+                                                          const std::vector<GphotoFile>& files) {
   if (!left.last) return {};
   const std::string last = StemOf(left.last->name);
   const auto new_one =
@@ -67,14 +69,14 @@ std::vector<FileInCamera> LeftPhotographs::CameSince(const Left& left, const std
   return to_fetch;
 }
 
-void LeftPhotographs::Fetched(const GphotoFile& file) {
+void UnfetchedPhotographs::Fetched(const GphotoFile& file) {
   const MutexLock lock(mutex_);
   announced_.insert(PathInCamera(file));
   fetched_.insert(PathInCamera(file));
   last_ = file;
 }
 
-bool LeftPhotographs::WasFetched(const GphotoFile& file) const {
+bool UnfetchedPhotographs::WasFetched(const GphotoFile& file) const {
   const MutexLock lock(mutex_);
   return fetched_.contains(PathInCamera(file));
 }

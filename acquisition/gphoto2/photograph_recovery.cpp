@@ -1,4 +1,4 @@
-#include "acquisition/gphoto2/left_fetch.h"
+#include "acquisition/gphoto2/photograph_recovery.h"
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ std::string NamesOf(const std::vector<FileInCamera>& files) {
   return names;
 }
 
-std::optional<LeftFetch::Found> LeftFetch::Work() {
+std::optional<PhotographRecovery::Found> PhotographRecovery::Work() {
   if (!to_fetch_) return std::nullopt;
   Found found;
   std::vector<GphotoFile>& since = found.since;
@@ -37,7 +37,7 @@ std::optional<LeftFetch::Found> LeftFetch::Work() {
           "the camera does not say what it holds ({}): photographs taken while the link was gone are "
           "on its card",
           result.text));
-    since = left_.After(*to_fetch_, std::move(names));
+    since = left_.PhotographsAfter(*to_fetch_, std::move(names));
     if (!LeaveOlder(since)) return std::nullopt;
   } else if (to_fetch_->released_s > 0) {
     notice_(
@@ -47,7 +47,7 @@ std::optional<LeftFetch::Found> LeftFetch::Work() {
   std::vector<FileInCamera>& files = found.files;
   files = std::move(to_fetch_->waiting);
   found.counted = files.size();
-  std::ranges::move(LeftPhotographs::CameSince(*to_fetch_, since), std::back_inserter(files));
+  std::ranges::move(UnfetchedPhotographs::CameSince(*to_fetch_, since), std::back_inserter(files));
   to_fetch_.reset();
   if (!files.empty())
     notice_(fmt::format("{} that stayed in the camera when its link dropped: {}",
@@ -56,8 +56,9 @@ std::optional<LeftFetch::Found> LeftFetch::Work() {
 }
 
 // Leaves out what the camera wrote before the last file that it announced, by its own clock, whatever that
-// shows: a card may hold higher numbers from earlier sessions, and the same. False: the camera is gone.
-bool LeftFetch::LeaveOlder(std::vector<GphotoFile>& files) {
+// shows: a card may hold higher numbers from earlier sessions, and the same. Returns false when the camera is
+// gone.
+bool PhotographRecovery::LeaveOlder(std::vector<GphotoFile>& files) {
   constexpr double kOneAfterAnother_s =
       60;  // the two files of a photograph are written in either order; guessed
   std::optional<double> last_s;
