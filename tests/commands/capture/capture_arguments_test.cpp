@@ -49,7 +49,7 @@ TEST(CaptureArguments, OfATurntableBecomeAMarkerSource) {
           args.poses = PosesFrom(args);
           OptionsFrom(args);
         },
-        ThrowsMessage<UsageError>(HasSubstr(words)));
+        ThrowsMessage<Refusal>(HasSubstr(words)));
   };
   refused([](CaptureArgs& args) { args.poses_text = "known"; }, "leave out --poses");
   refused([](CaptureArgs& args) { args.no_subject = true; }, "leave out one of the two");
@@ -63,7 +63,7 @@ TEST(CaptureArguments, AreRefusedWhenContradictory) {
   const auto refused = [](const auto& change, const char* words) {
     CaptureArgs args;
     change(args);
-    EXPECT_THAT([&] { OptionsFrom(args); }, ThrowsMessage<UsageError>(HasSubstr(words)));
+    EXPECT_THAT([&] { OptionsFrom(args); }, ThrowsMessage<Refusal>(HasSubstr(words)));
   };
   refused([](CaptureArgs& args) { args.threshold_px = 2; }, "give more");
   refused([](CaptureArgs& args) { args.quality = "fast", args.threshold_px = 9; }, "give one");

@@ -79,7 +79,7 @@ class Resumed : public ::testing::Test {
   void Refused(const CaptureArgs& args, const std::string& option, const std::vector<std::string>& words) {
     for (const std::string& word : words)
       EXPECT_THAT([&] { RequireResumable(args, {option}); },
-                  ThrowsMessage<UsageError>(AllOf(HasSubstr(": --" + option), HasSubstr(word))));
+                  ThrowsMessage<Refusal>(AllOf(HasSubstr(": --" + option), HasSubstr(word))));
     EXPECT_NO_THROW(RequireResumable(args, {})) << "not given: " << option;
     ++refused_;
   }
