@@ -11,7 +11,7 @@ std::atomic<std::string (*)(std::string_view)> spelling{AsInTheApi};
 
 std::string Joined(const std::string& what, const std::string& value, const std::string& why,
                    const std::string& remedy) {
-  std::string text = value.empty() ? what : what + " " + value;
+  std::string text = what.empty() || value.empty() ? what : what + " " + value;
   if (!why.empty()) text += (text.empty() ? "" : ": ") + why;
   return remedy.empty() ? text : text + "; " + remedy;
 }

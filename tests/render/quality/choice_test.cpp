@@ -253,7 +253,7 @@ TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
   const auto scene = test::MakeScene(spec);
   const Choice choice = ChooseByName(
       *scene, kAuto, {}, ProxiesToTry(*scene, "plane", {}, {}, RendererKind::kGl), RendererKind::kGl);
-  ASSERT_EQ(choice.candidates.size(), 4u);
+  ASSERT_EQ(choice.candidates.size(), 3u);
   EXPECT_EQ(choice.field.kind, FieldKind::kLumigraph) << choice.why;
   for (const ModelCandidate& candidate : choice.explained.back().candidates)
     EXPECT_EQ(candidate.chosen, candidate.model == "lumigraph") << ToText(choice.explained.back());
