@@ -71,8 +71,10 @@ TEST(ViewsEstimate, HoldsForWhatPeopleTake) {
         EXPECT_LE(static_cast<double>(result.views), views.most) << what;
         EXPECT_LT(views.most / views.fewest, 2.5) << what;
         const TimeEstimate time = TimeEstimate::Of(views, result.disc_radius);
-        EXPECT_GE(result.seconds, time.least_s) << what << ", " << InWords(time);
-        EXPECT_LE(result.seconds, time.most_s) << what << ", " << InWords(time);
+        // A novice's way is chaotic: another rounding of a sum, and the same seed takes some seconds more or less.
+        constexpr double kRounding = 1.1;
+        EXPECT_GE(kRounding * result.seconds, time.least_s) << what << ", " << InWords(time);
+        EXPECT_LE(result.seconds, kRounding * time.most_s) << what << ", " << InWords(time);
         EXPECT_LT(time.most_s / time.least_s, 4) << what;
       }
 }
