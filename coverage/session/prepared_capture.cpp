@@ -91,7 +91,7 @@ std::optional<Subject> SubjectOfReplay(const std::string& uri) {
   return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
 }
 
-// What the light field tells and the caller does not.
+// Takes from the light field the options that the caller leaves open.
 void ResumeOptions(const SessionArgs& args, const LightField& light_field, CaptureOptions* options) {
   if (options->without_subject) return;
   if (!light_field.subject && !light_field.views.empty() && !options->subject)

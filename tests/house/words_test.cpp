@@ -107,7 +107,7 @@ TEST(Words, ANumberBeforeANounIsCounted) {
   std::vector<std::string> found;
   for (const fs::path& source : SourcesIn(kProduct)) {
     if (source.extension() != ".cpp") continue;
-    // What developers turn on for themselves may stay short.
+    // Debug messages may stay short.
     const std::string text =
         std::regex_replace(ReadWholeFile(source), std::regex(R"(spdlog::debug\(\s*"[^"]*")"), "");
     for (const std::string& line : BareCounts(text))

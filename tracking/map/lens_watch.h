@@ -28,7 +28,7 @@ class LensWatch {
   // Begins anew with another lens under the same map of so many keyframes.
   void Restart(int keyframes);
 
-  // Returns whether a better lens is to be searched for now, where the given one is a guess.
+  // Returns whether to search for a better lens at this number of keyframes, if the given lens is a guess.
   bool IsSearchDue(int keyframes) const { return keyframes >= sought_at_; }
   // Call it after a search for a better lens, with the focal length before and after.
   void SearchDone(int keyframes, double focal_px_before, double focal_px);

@@ -15,7 +15,7 @@
 
 namespace ulf::acquisition {
 
-// What a client sets and a picture depends on.
+// Holds the settings of a client on which a picture depends.
 struct GigeSettings {
   std::uint32_t exposure_us = 0, gain_tenths_db = 0;
   std::uint32_t format = 0;  // PFNC

@@ -134,7 +134,7 @@ void MeasuredGeometry::Removed(const RecordedViews::Entry& view) {
   if (geometry_) geometry_->RemoveView(view.id);
   if (meter_) meter_->RemoveView(view.id, view.cam_from_world);
   small_.erase(view.id);
-  // What was measured with the view's help.
+  // Errors that were measured with the view are no longer valid.
   if (errors_ && subject_)
     Note([&](ErrorMap& errors) {
       errors.RemoveView(view.cam_from_world.OriginInSource() - subject_->center_in_world,

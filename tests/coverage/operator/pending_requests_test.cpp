@@ -37,7 +37,8 @@ class LateCapture {
   void Answer(std::size_t count) {
     for (; count > 0 && !waiting_.empty(); --count, waiting_.pop_front(), ++usual_.requests_answered) {
       if (const auto* asked = std::get_if<SetRecording>(&waiting_.front())) usual_.recording = asked->on;
-      if (const auto* asked = std::get_if<coverage::PlaceSubject>(&waiting_.front())) usual_.subject = asked->subject;
+      if (const auto* asked = std::get_if<coverage::PlaceSubject>(&waiting_.front()))
+        usual_.subject = asked->subject;
     }
   }
   std::shared_ptr<const CaptureState> Now() const { return std::make_shared<CaptureState>(usual_); }
