@@ -71,7 +71,7 @@ TEST(ViewsEstimate, HoldsForWhatPeopleTake) {
         EXPECT_LE(static_cast<double>(result.views), views.most) << what;
         EXPECT_LT(views.most / views.fewest, 2.5) << what;
         const TimeEstimate time = TimeEstimate::Of(views, result.disc_radius);
-        // A novice's way is chaotic: another rounding of a sum, and the same seed takes some seconds more or less.
+        // A novice's way is chaotic: another rounding of a sum changes the time of the same seed by seconds.
         constexpr double kRounding = 1.1;
         EXPECT_GE(kRounding * result.seconds, time.least_s) << what << ", " << InWords(time);
         EXPECT_LE(result.seconds, kRounding * time.most_s) << what << ", " << InWords(time);
