@@ -1,7 +1,7 @@
 // Tests: core/light_field/folder/journal, core/light_field/exchange/read_posed_set,
 // core/image/files/exr_file, core/light_field/points/point_io, tracking/sources/pose_stream,
 // render/stereo/swept_maps, acquisition/gige_vision/gige_vision_probe,
-// acquisition/simulator/gige/gvcp_filter.
+// acquisition/simulator/gige/gvcp_server.
 //
 // Every file of the corpus, which the fuzzer has found or a person has written, through its door again.
 #include <gmock/gmock.h>

@@ -1,20 +1,13 @@
 #include "acquisition/simulator/gige/genicam_description.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/sensor.h"
-#include "core/base/error.h"
-#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -368,16 +361,5 @@ const std::string& GenicamDescription() {
       SequencerControl() + ChunkDataControl() + LastFrame() + TransportLayerControl() + kEnd;
   return description;
 }
-
-GenicamDescriptionFile::GenicamDescriptionFile() {
-  path_ = (std::filesystem::temp_directory_path() / "ulf_genicam_XXXXXX").string();
-  const FileDescriptor file(mkstemp(path_.data()));
-  const std::string& text = GenicamDescription();
-  const bool whole =
-      file.IsOpen() && write(file.Number(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  if (!whole) throw Error("{}: cannot be written: {}; free some space there", path_, std::strerror(errno));
-}
-
-GenicamDescriptionFile::~GenicamDescriptionFile() { unlink(path_.c_str()); }
 
 }  // namespace ulf::acquisition

@@ -70,25 +70,31 @@ constexpr char kLabelPrefix[] = "lo:ulf";
 
 }  // namespace
 
-void RequireFreeGigeAddress(const std::string& address) {
+FileDescriptor OpenUdpSocket(const std::string& address, int port) {
   sockaddr_in at{};
   at.sin_family = AF_INET;
-  at.sin_port = htons(kGvcpPort);
+  at.sin_port = htons(static_cast<std::uint16_t>(port));
   if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
     throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
-  const int failed = [&at] {
-    const FileDescriptor trial(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-    return bind(trial.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;
-  }();
+  FileDescriptor opened(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (bind(opened.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0) return opened;
+  const int failed = errno;
   if (failed == EADDRNOTAVAIL)
     throw Error("{} is not an address of this machine; give one of its own ('ip addr' lists them)", address);
   if (failed == EADDRINUSE) {
     const auto camera = QueryGigeCamera(address);
     throw Error("{}:{} is taken by {}; stop it, or serve on another address, for example 127.0.0.2", address,
-                kGvcpPort,
+                port,
                 camera ? "a GigE Vision camera with serial '" + camera->serial + "'" : "another program");
   }
-  if (failed != 0) throw Error("{}:{} cannot be opened: {}", address, kGvcpPort, std::strerror(failed));
+  throw Error("{}:{} cannot be opened: {}", address, port, std::strerror(failed));
+}
+
+std::uint16_t PortOf(const FileDescriptor& bound_socket) {
+  sockaddr_in at{};
+  socklen_t size = sizeof(at);
+  getsockname(bound_socket.Number(), reinterpret_cast<sockaddr*>(&at), &size);
+  return ntohs(at.sin_port);
 }
 
 LoopbackAddress::LoopbackAddress(const std::string& address) {

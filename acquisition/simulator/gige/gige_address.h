@@ -2,15 +2,18 @@
 // address; the loopback network has enough of them.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
-// Throws Refusal when `address` is no IPv4 address, Error when another program uses its GVCP port or it is
-// not an address of this machine.
-void RequireFreeGigeAddress(const std::string& address);
+// A UDP socket that is bound to address:port (0: any free port) and does not block. Throws Refusal when
+// `address` is no IPv4 address, Error when another program uses the port or it is not an address of this
+// machine.
+FileDescriptor OpenUdpSocket(const std::string& address, int port);
+std::uint16_t PortOf(const FileDescriptor& bound_socket);
 
 // Adds an address of the loopback network (127.x.x.x) to the interface for its lifetime. An address that
 // exists stays, except those that a killed simulator has left: this one is taken over, and the others are

@@ -1,6 +1,12 @@
 #include "acquisition/simulator/gige/gige_registers.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string>
+#include <utility>
 
 #include "acquisition/simulator/gige/gige_pictures.h"
 
@@ -8,12 +14,12 @@ namespace ulf::acquisition {
 namespace {
 
 // Addresses of the GenICam description.
-constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kPixelFormatAt = 0x128,
-                        kAcquisitionModeAt = 0x12C, kOffsetXAt = 0x130, kOffsetYAt = 0x134,
-                        kFramePeriodAt = 0x138, kTriggerModeAt = 0x300, kTriggerSoftwareAt = 0x30C;
+constexpr std::uint32_t kSensorHeightAt = 0x118, kSensorWidthAt = 0x11C, kAcquisitionModeAt = 0x12C;
 // Bootstrap registers of GigE Vision.
-constexpr std::uint32_t kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00, kUserNameAt = 0xE8,
-                        kUserNameBytes = 16;
+constexpr std::uint32_t kMakerAt = 0x48, kModelAt = 0x68, kVersionAt = 0x88, kInfoAt = 0xA8, kSerialAt = 0xD8,
+                        kUserNameAt = 0xE8, kUserNameBytes = 16, kInterfacesAt = 0x600,
+                        kStreamChannelsAt = 0x904, kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00;
+constexpr char kVersion[] = "0.8.26";  // the release of Aravis whose registers the camera has
 constexpr std::uint32_t kSmallestPacket = 100, kDoNotFragment = 1u << 30;
 
 WritableRegister Between(std::uint32_t address, std::uint32_t low, std::uint32_t high) {
@@ -27,6 +33,11 @@ WritableRegister AnyValue(std::uint32_t address) {
 std::uint32_t OfSet(std::uint32_t first, std::uint32_t set) {
   return first + 4 * std::min(set, kSequencerSets - 1);
 }
+
+// Aravis's fake camera has these registers, whose place in the simulated camera clients may know: binning,
+// the mode of the gain, the trigger's source and a value for tests. Nothing reads them.
+constexpr std::pair<std::uint32_t, std::uint32_t> kUnused[] = {
+    {0x108, 1}, {0x10C, 1}, {0x114, 1}, {0x304, 1}, {0x1F0, 0x12345678}};
 
 }  // namespace
 
@@ -78,19 +89,49 @@ std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulat
   return writable;
 }
 
+void WriteStartValues(const GigeStartValues& values, const SimulationOptions& simulation,
+                      RegisterMemory& memory) {
+  in_addr address{};
+  inet_pton(AF_INET, values.address.c_str(), &address);
+  memory.Write(kCurrentAddressAt, ntohl(address.s_addr));
+  for (const auto& [at, text] : std::initializer_list<std::pair<std::uint32_t, std::string>>{
+           {kMakerAt, "ULF"},
+           {kModelAt, "HandheldSimulator"},
+           {kVersionAt, kVersion},
+           {kInfoAt, "ulf simulate: ray-cast scenes"},
+           {kSerialAt, values.serial}})
+    memory.Write(at, text);
+  const auto set = [&](std::uint32_t at, double value) {
+    memory.Write(at, static_cast<std::uint32_t>(std::lround(value)));
+  };
+  for (const std::uint32_t at : {kWidthAt, kSensorWidthAt}) set(at, simulation.width);
+  for (const std::uint32_t at : {kHeightAt, kSensorHeightAt}) set(at, simulation.height);
+  set(kFramePeriodAt, 1e6 / simulation.fps);
+  set(kExposureAt, 1e6 * simulation.exposure_s);
+  set(kGainAt, 10 * simulation.gain_db);
+  set(kPixelFormatAt, PixelsOf(simulation.format).code);
+  set(kTriggerSourceAt, 1);  // Software
+  set(kLinePeriodAt, 1e6 / values.line_hz);
+  set(kThroughputLimitAt, 125e6);  // gigabit Ethernet
+  set(kTickFrequencyAt + 4, 1e9);  // the lower half: the clock counts nanoseconds
+  set(kHeartbeatTimeoutAt, 3000);
+  set(kPacketSizeAt, 1400);
+  for (const std::uint32_t at : {kAcquisitionModeAt, kInterfacesAt, kStreamChannelsAt}) set(at, 1);
+  for (const auto& [at, value] : kUnused) memory.Write(at, value);
+}
+
 void GigeSequencer::BeforeRequest(const GvcpAccess& access) {
   if (access.address != kSequencerSaveAt || access.written != 1u) return;
-  registers_.write(OfSet(kSequencerExposureAt, registers_.read(kSequencerSelectorAt)),
-                   registers_.read(kExposureAt));
+  memory_.Write(OfSet(kSequencerExposureAt, memory_.Read(kSequencerSelectorAt)), memory_.Read(kExposureAt));
 }
 
 std::uint32_t GigeSequencer::NextExposureUs(std::uint32_t otherwise) {
-  const bool runs = registers_.read(kSequencerModeAt) == 1 && registers_.read(kSequencerConfigurationAt) == 0;
-  if (runs && !runs_) set_ = registers_.read(kSequencerStartAt);
+  const bool runs = memory_.Read(kSequencerModeAt) == 1 && memory_.Read(kSequencerConfigurationAt) == 0;
+  if (runs && !runs_) set_ = memory_.Read(kSequencerStartAt);
   runs_ = runs;
   if (!runs) return otherwise;
-  const std::uint32_t exposure_us = registers_.read(OfSet(kSequencerExposureAt, set_));
-  set_ = registers_.read(OfSet(kSequencerNextAt, set_));
+  const std::uint32_t exposure_us = memory_.Read(OfSet(kSequencerExposureAt, set_));
+  set_ = memory_.Read(OfSet(kSequencerNextAt, set_));
   return exposure_us > 0 ? exposure_us : otherwise;
 }
 

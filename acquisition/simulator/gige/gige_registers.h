@@ -1,13 +1,13 @@
-// Registers of the simulated camera that Aravis does not define, and the values that clients may write.
+// The registers of the simulated camera: addresses, values at the start, and what clients may write.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <functional>
-#include <utility>
+#include <string>
 #include <vector>
 
-#include "acquisition/simulator/gige/gvcp_filter.h"
+#include "acquisition/simulator/gige/gvcp_server.h"
+#include "acquisition/simulator/gige/register_memory.h"
 #include "acquisition/simulator/simulated_camera.h"
 
 namespace ulf::acquisition {
@@ -22,8 +22,11 @@ inline constexpr std::uint32_t kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020,
                                kSequencerNextAt = 0x10C0,
                                kSequencerExposureAt = 0x1100;  // the last two of the first set
 inline constexpr std::uint32_t kSequencerSets = 16;
-// Of Aravis's own.
-inline constexpr std::uint32_t kExposureAt = 0x120, kAcquisitionAt = 0x124;
+// The addresses that Aravis's fake camera has, too.
+inline constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kExposureAt = 0x120,
+                               kAcquisitionAt = 0x124, kPixelFormatAt = 0x128, kOffsetXAt = 0x130,
+                               kOffsetYAt = 0x134, kFramePeriodAt = 0x138, kTriggerModeAt = 0x300,
+                               kTriggerSoftwareAt = 0x30C;
 // Bootstrap registers of GigE Vision.
 inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kTickFrequencyAt = 0x93C, kStreamPortAt = 0xD00,
                                kPacketSizeAt = 0xD04, kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18,
@@ -46,32 +49,32 @@ inline constexpr std::uint32_t kImageChunkId = 0x1000, kChunkValueBytes = 8;
 inline constexpr std::uint32_t kImageChunkBytes = 8, kChunkBytes = kChunkValueBytes + 8;
 inline constexpr std::uint32_t kLeastThroughput = 1'000'000, kMostThroughput = 2'000'000'000;
 
-// All registers that a client may write, with the ranges of the GenICam description. Aravis does not check
-// values, and computes with them.
+// All registers that a client may write, with the ranges of the GenICam description: the camera computes with
+// their values.
 std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation);
 
-// The camera's registers, as Aravis keeps them.
-struct RegisterAccess {
-  std::function<std::uint32_t(std::uint32_t address)> read;
-  std::function<void(std::uint32_t address, std::uint32_t value)> write;
+// What the registers of a camera at an IPv4 address hold before any client has written them. `line_hz`: pulses
+// a second on Line0.
+struct GigeStartValues {
+  std::string address, serial;
+  double line_hz = 10;
 };
+void WriteStartValues(const GigeStartValues& values, const SimulationOptions& simulation,
+                      RegisterMemory& memory);
 
 // The sequencer of the simulated camera (SFNC, "Sequencer Control"): sets of exposure times that the camera
 // goes through by itself, one a frame. A set is saved with the exposure time that the camera has then; each
-// names the next. While the sequencer runs, the register of the exposure time has no effect.
-//
-// All but BeforeRequest() belongs to the thread that takes frames; Aravis's camera answers requests in that
-// thread, too.
+// names the next. While the sequencer runs, the register of the exposure time has no effect. For one thread.
 class GigeSequencer {
  public:
-  explicit GigeSequencer(RegisterAccess registers) : registers_(std::move(registers)) {}
-  // Before Aravis gets a valid request.
+  explicit GigeSequencer(RegisterMemory& memory) : memory_(memory) {}
+  // Must be called before a valid request is carried out.
   void BeforeRequest(const GvcpAccess& access);
   // Of the next frame, in microseconds: the running set's, else `otherwise`.
   std::uint32_t NextExposureUs(std::uint32_t otherwise);
 
  private:
-  RegisterAccess registers_;
+  RegisterMemory& memory_;
   bool runs_ = false;
   std::uint32_t set_ = 0;  // of the next frame
 };

@@ -48,20 +48,11 @@ constexpr std::uint64_t kDecisions = 8;  // room for those that Draw() makes abo
 
 class Socket {
  public:
-  // Bound to address:port (0: any). Throws Error.
-  Socket(const std::string& address, int port) {
-    at_.sin_family = AF_INET;
-    at_.sin_port = htons(static_cast<std::uint16_t>(port));
-    if (inet_pton(AF_INET, address.c_str(), &at_.sin_addr) != 1)
-      throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
-    if (!descriptor_.IsOpen() || bind(fd(), reinterpret_cast<const sockaddr*>(&at_), sizeof(at_)) != 0)
-      throw Error("{}:{} cannot be opened: {}", address, port, std::strerror(errno));
-    socklen_t size = sizeof(at_);
-    getsockname(fd(), reinterpret_cast<sockaddr*>(&at_), &size);
-  }
+  // Bound to address:port (0: any). Throws as OpenUdpSocket() does.
+  Socket(const std::string& address, int port) : descriptor_(OpenUdpSocket(address, port)) {}
 
   int fd() const { return descriptor_.Number(); }
-  std::uint16_t Port() const { return ntohs(at_.sin_port); }
+  std::uint16_t Port() const { return PortOf(descriptor_); }
 
   void SendTo(const sockaddr_in& to, const std::uint8_t* bytes, std::size_t size) const {
     sendto(fd(), bytes, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof(to));
@@ -81,8 +72,7 @@ class Socket {
   }
 
  private:
-  FileDescriptor descriptor_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
-  sockaddr_in at_{};
+  const FileDescriptor descriptor_;
 };
 
 // A number from 0 to 1 for one decision about one packet (splitmix64's finisher over its coordinates).
@@ -111,7 +101,7 @@ struct StreamPacket {
 struct GigeRelay::State {
   explicit State(const GigeRelayOptions& o)
       : options(o),
-        public_control((RequireFreeGigeAddress(o.address), o.address), kGvcpPort),
+        public_control(o.address, kGvcpPort),
         public_stream(o.address, 0),
         camera_stream(o.camera, 0),
         wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {

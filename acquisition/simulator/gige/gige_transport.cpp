@@ -1,23 +1,16 @@
 #include "acquisition/simulator/gige/gige_transport.h"
 
 #include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <ctime>
 #include <iterator>
-#include <optional>
 #include <utility>
 
 #include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "core/base/error.h"
-#include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
@@ -39,27 +32,6 @@ std::uint64_t HostNs() {
 }
 double SecondsFrom(std::uint64_t host_ns) { return 1e-9 * static_cast<double>(HostNs() - host_ns); }
 
-// Takes packets and keeps none: the kernel drops what nobody reads.
-class BlackHole {
- public:
-  explicit BlackHole(const std::string& address) {
-    at_.sin_family = AF_INET;
-    inet_pton(AF_INET, address.c_str(), &at_.sin_addr);
-    const int least = 1;
-    socklen_t size = sizeof at_;
-    if (!socket_.IsOpen() || setsockopt(socket_.Number(), SOL_SOCKET, SO_RCVBUF, &least, sizeof least) != 0 ||
-        bind(socket_.Number(), reinterpret_cast<const sockaddr*>(&at_), size) != 0 ||
-        getsockname(socket_.Number(), reinterpret_cast<sockaddr*>(&at_), &size) != 0)
-      throw Error("{}: there is no socket for the simulated camera: {}", address, std::strerror(errno));
-  }
-  std::uint32_t Address() const { return ntohl(at_.sin_addr.s_addr); }
-  std::uint32_t Port() const { return ntohs(at_.sin_port); }
-
- private:
-  FileDescriptor socket_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
-  sockaddr_in at_{};
-};
-
 void AppendWord(std::vector<std::uint8_t>& bytes, std::uint32_t value) {
   bytes.resize(bytes.size() + 4);
   gvcp::PutWord(&bytes[bytes.size() - 4], value);
@@ -75,15 +47,9 @@ void AppendChunk(std::vector<std::uint8_t>& bytes, std::uint32_t id, std::uint64
 }  // namespace
 
 struct GigeTransport::State {
-  State(int stream_socket, const std::string& address, RegisterAccess r, const SimulatedClock& c)
-      : registers(std::move(r)),
-        clock(c),
-        nowhere(address),
-        sender(FileDescriptor(stream_socket)),
-        has_master(clock.ptp_lock_s >= 0) {}
+  State(FileDescriptor stream_socket, RegisterMemory& m, const SimulatedClock& c)
+      : memory(m), clock(c), sender(std::move(stream_socket)), has_master(clock.ptp_lock_s >= 0) {}
 
-  void Start();
-  void Stop();
   bool FollowsMaster() const ULF_REQUIRES(mutex) { return ptp_on && has_master; }
   bool IsSet() const ULF_REQUIRES(mutex) {
     return FollowsMaster() && SecondsFrom(follows_since_ns) >= clock.ptp_lock_s;
@@ -101,13 +67,10 @@ struct GigeTransport::State {
   // What decides whether the camera follows a master.
   void Switch(bool on, bool master) ULF_REQUIRES(mutex);
 
-  const RegisterAccess registers;
+  RegisterMemory& memory;
   const SimulatedClock clock;
-  const BlackHole nowhere;
   GvspSender sender;
   mutable Mutex mutex;
-  // The client, while frames are sent from here.
-  std::optional<sockaddr_in> client ULF_GUARDED_BY(mutex);
   bool ptp_on ULF_GUARDED_BY(mutex) = false, has_master ULF_GUARDED_BY(mutex);
   std::uint64_t follows_since_ns ULF_GUARDED_BY(mutex) = 0;  // of a camera that follows a master
   std::uint64_t drifts_since_ns ULF_GUARDED_BY(mutex) = 0;   // of a clock that was set; 0: it was not
@@ -121,50 +84,21 @@ void GigeTransport::State::Switch(bool on, bool master) {
   if (was_set && !IsSet()) drifts_since_ns = HostNs();
 }
 
-void GigeTransport::State::Start() {
-  Stop();
-  const auto on = [&](std::uint32_t address) { return registers.read(address) != 0; };
-  if (!on(kPacketDelayAt) && !on(kThroughputModeAt) && !on(kChunkModeAt) && !on(kPtpEnableAt) &&
-      clock.ahead_s == 0)
-    return;
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_addr.s_addr = htonl(registers.read(kStreamAddressAt));
-  to.sin_port = htons(static_cast<std::uint16_t>(registers.read(kStreamPortAt)));
-  registers.write(kStreamAddressAt, nowhere.Address());
-  registers.write(kStreamPortAt, nowhere.Port());
-  const MutexLock lock(mutex);
-  client = to;
-}
-
-void GigeTransport::State::Stop() {
-  const MutexLock lock(mutex);
-  if (!client) return;
-  // A client that came since has written its own.
-  if (registers.read(kStreamPortAt) == nowhere.Port()) {
-    registers.write(kStreamAddressAt, ntohl(client->sin_addr.s_addr));
-    registers.write(kStreamPortAt, ntohs(client->sin_port));
-  }
-  client.reset();
-}
-
-GigeTransport::GigeTransport(int stream_socket, const std::string& camera_address, RegisterAccess registers,
+GigeTransport::GigeTransport(FileDescriptor stream_socket, RegisterMemory& memory,
                              const SimulatedClock& clock)
-    : state_(std::make_unique<State>(stream_socket, camera_address, std::move(registers), clock)) {}
+    : state_(std::make_unique<State>(std::move(stream_socket), memory, clock)) {}
 GigeTransport::~GigeTransport() = default;
 
 void GigeTransport::BeforeRequest(const GvcpAccess& access) {
-  if (access.written && access.address == kAcquisitionAt)
-    return *access.written != 0 ? state_->Start() : state_->Stop();
   const MutexLock lock(state_->mutex);
   if (access.written && access.address == kPtpEnableAt)
     state_->Switch(*access.written != 0, state_->has_master);
   // They change without a request.
-  if (access.address == kPtpStatusAt) state_->registers.write(kPtpStatusAt, state_->PtpStatus());
+  if (access.address == kPtpStatusAt) state_->memory.Write(kPtpStatusAt, state_->PtpStatus());
   if (access.written && access.address == kPtpLatchAt)
-    state_->registers.write(kPtpOffsetAt,
-                            static_cast<std::uint32_t>(static_cast<std::int32_t>(
-                                std::clamp<std::int64_t>(state_->AheadNs(), INT32_MIN, INT32_MAX))));
+    state_->memory.Write(kPtpOffsetAt,
+                         static_cast<std::uint32_t>(static_cast<std::int32_t>(
+                             std::clamp<std::int64_t>(state_->AheadNs(), INT32_MIN, INT32_MAX))));
 }
 
 void GigeTransport::HearMaster(bool heard) {
@@ -181,19 +115,12 @@ void GigeTransport::WaitUntilSent(std::chrono::milliseconds patience) {
   state_->sender.WaitUntilSent(patience);
 }
 
-bool GigeTransport::Sends() const {
-  const MutexLock lock(state_->mutex);
-  return state_->client.has_value();
-}
-
 void GigeTransport::Send(GvspFrame frame, const ChunkValues& values) {
+  const auto read = [this](std::uint32_t address) { return state_->memory.Read(address); };
   GvspDestination to;
-  {
-    const MutexLock lock(state_->mutex);
-    if (!state_->client) return;
-    to.client = *state_->client;
-  }
-  const auto read = [this](std::uint32_t address) { return state_->registers.read(address); };
+  to.client.sin_family = AF_INET;
+  to.client.sin_addr.s_addr = htonl(read(kStreamAddressAt));
+  to.client.sin_port = htons(static_cast<std::uint16_t>(read(kStreamPortAt)));
   to.packet_bytes = read(kPacketSizeAt) & kPacketSizeMask;
   to.pause = std::chrono::nanoseconds(read(kPacketDelayAt));
   if (read(kThroughputModeAt) != 0) to.bytes_per_s = read(kThroughputLimitAt);

@@ -1,18 +1,17 @@
-// What Aravis's camera side lacks of a GigE Vision camera: the pause between packets (GevSCPD), a limit of
-// its own throughput (DeviceLinkThroughputLimit), chunk data, and a clock that IEEE 1588 sets.
-//
-// Aravis sends the stream itself as long as none of these is in use. Else, from AcquisitionStart to
-// AcquisitionStop, its stream goes to a socket that nobody reads, and the frames are sent from here.
+// The stream of the simulated camera: its frames go where the registers say, with the pause between packets
+// (GevSCPD), the throughput (DeviceLinkThroughputLimit) and the chunk data that a client has set, timed by a
+// clock that IEEE 1588 sets.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <string>
 
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gvcp_filter.h"
+#include "acquisition/simulator/gige/gvcp_server.h"
 #include "acquisition/simulator/gige/gvsp_sender.h"
+#include "acquisition/simulator/gige/register_memory.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
@@ -31,14 +30,13 @@ struct ChunkValues {
 
 class GigeTransport {
  public:
-  // `stream_socket`: Aravis's, bound to the camera's address; owned by this object.
-  GigeTransport(int stream_socket, const std::string& camera_address, RegisterAccess registers,
-                const SimulatedClock& clock);
+  // `stream_socket`: bound to the camera's address.
+  GigeTransport(FileDescriptor stream_socket, RegisterMemory& memory, const SimulatedClock& clock);
   ~GigeTransport();
   GigeTransport(const GigeTransport&) = delete;
   GigeTransport& operator=(const GigeTransport&) = delete;
 
-  // Before Aravis gets a request that was found valid.
+  // Must be called before a valid request is carried out.
   void BeforeRequest(const GvcpAccess& access);
   // Whether there is an IEEE 1588 master from now on. Without one a clock that was set drifts.
   void HearMaster(bool heard);
@@ -46,9 +44,7 @@ class GigeTransport {
   std::uint64_t ClockNs(std::uint64_t host_ns) const;
   // Before the camera takes the next frame: the last one must have left.
   void WaitUntilSent(std::chrono::milliseconds patience);
-  // Whether frames are sent from here, until the client stops the acquisition.
-  bool Sends() const;
-  // Sends the frame with the chunk data that are switched on, where Sends(). `timestamp_ns`: ClockNs().
+  // Sends the frame with the chunk data that are switched on. `timestamp_ns`: ClockNs().
   void Send(GvspFrame frame, const ChunkValues& chunks);
 
  private:

@@ -1,5 +1,5 @@
 // Sends frames as a GigE Vision stream (GVSP, 16-bit frame numbers): leader, payload, trailer, with the pause
-// between packets and the bytes a second that a client has set. For what Aravis's camera side cannot send.
+// between packets and the bytes a second that a client has set.
 #pragma once
 
 #include <netinet/in.h>

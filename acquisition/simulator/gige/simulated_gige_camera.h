@@ -1,10 +1,8 @@
-// The simulated camera as a GigE Vision device on a network address. Aravis's camera-side classes do
-// discovery, GenICam description, control and streaming; ulf renders the images. ExposureTime, Gain,
-// PixelFormat, Width, Height, offsets and AcquisitionFrameRate affect the image.
+// The simulated camera as a GigE Vision device on a network address. ExposureTime, Gain, PixelFormat, Width,
+// Height, offsets and AcquisitionFrameRate affect the image.
 //
 // Time is real: the hand moves while a client streams and rests otherwise. Frames are rendered ahead into a
-// ring, for the times at which the camera will fire (Aravis fires at multiples of the frame period of the
-// system clock). When rendering falls behind, the camera fires late and skips frames, as a real camera with
+// ring, for the times at which the camera will fire: multiples of the frame period of the system clock. When rendering falls behind, the camera fires late and skips frames, as a real camera with
 // too long an exposure does. A changed setting empties the ring. A loop of pictures that are rendered at the
 // start and played forwards and backwards (`loop`) reaches any frame rate.
 //
@@ -16,9 +14,9 @@
 // LastExposureTime, LastGain, LastHandTime. All five change together, before the first packet of the frame is
 // sent.
 //
-// Control requests reach Aravis through a filter (gvcp_filter.h). Aravis sends the stream, unless the client
-// asks for what it cannot do (gige_transport.h): a pause between packets, a limited throughput, chunk data,
-// an IEEE 1588 clock.
+// One thread answers control requests (gvcp_server.h) and takes frames: requests wait while a frame is
+// rendered, and registers that are read in one request describe one frame. Another one sends the frames
+// (gige_transport.h).
 //
 // Faults of the link and of time need a relay (gige_relay.h) at the camera's address; the camera itself then
 // has another one (gige_address.h).
@@ -60,7 +58,7 @@ struct GigeServerStatistics {
   std::uint64_t late = 0;    // of those, frames sent late because rendering fell behind
   double render_ms_mean = 0;
   double hand_s = 0;                  // time of the hand's motion
-  std::uint64_t refused = 0;          // requests that the filter refused
+  std::uint64_t refused = 0;          // requests that were not carried out
   std::uint64_t unwritten_poses = 0;  // of the frames that were sent
 };
 

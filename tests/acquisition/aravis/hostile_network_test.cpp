@@ -1,5 +1,5 @@
-// Tests: acquisition/aravis/stream_guard, acquisition/simulator/gige/gvcp_filter,
-// acquisition/gige_vision/gvcp, acquisition/simulator/gige/taken_sockets,
+// Tests: acquisition/aravis/stream_guard, acquisition/simulator/gige/gvcp_server,
+// acquisition/gige_vision/gvcp, acquisition/simulator/gige/register_memory,
 // acquisition/simulator/gige/gige_registers.
 //
 // Forged packets against both ends of a GigE Vision link, each just beyond what is allowed: a camera or a
@@ -7,7 +7,11 @@
 // guards refuse is counted. What the stream's guard does with each is in stream_guard_test.
 #include <gmock/gmock.h>
 
+#include <thread>
+
 #include "acquisition/device/features.h"
+#include "acquisition/simulator/gige/gvcp_server.h"
+#include "acquisition/simulator/gige/register_memory.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"
@@ -123,7 +127,7 @@ TEST_F(HostileNetwork, TheCameraAnswersJunkWithStatusCodes) {
       {"no request of the protocol", {.command = kDiscovery, .key = 0x11}, -1},
       {"no answer wanted", {.command = kReadRegister, .body = Words({0x102}), .flags = 0}, -1},
       {"one word more than may be written at once", {kWriteMemory, unused(540)}, kInvalidParameter},
-      {"one word more than the filter holds", {kWriteMemory, unused(2040)}, kInvalidHeader}};
+      {"one word more than the server holds", {kWriteMemory, unused(2040)}, kInvalidHeader}};
   const UdpSocket stranger;
   for (const auto& [what, request, status] : cases)
     EXPECT_EQ(StatusOf(Answer(stranger, request, status < 0 ? 50 : 2000)), status) << what;
@@ -150,6 +154,34 @@ TEST_F(HostileNetwork, TheCameraAnswersJunkWithStatusCodes) {
   EXPECT_EQ(StatusOf(Answer(stranger, {kWriteRegister, Words({0xA00, 2})}, 2000)), kAccessDenied)
       << "a stranger takes the camera";
   Take(*device, 3);
+}
+
+TEST(GvcpServer, SilentControllerLosesTheCamera) {
+  constexpr std::uint32_t kTimeoutMs = 0x938, kPrivilege = 0xA00;
+  RegisterMemory memory("");
+  memory.Write(kTimeoutMs, 60'000u);
+  GvcpServer server(memory, {{kPrivilege, [](std::uint32_t) { return true; }}});
+  sockaddr_in one{}, two{};
+  one.sin_port = 1;
+  two.sin_port = 2;
+  const auto status = [&](const sockaddr_in& client, const ControlRequest& request) {
+    const auto answer = server.Answer(Control(request), client, false);
+    return answer[0] << 8 | answer[1];
+  };
+  const ControlRequest take{kWriteRegister, Words({kPrivilege, 2})},
+      heartbeat{kReadRegister, Words({kPrivilege})};
+  EXPECT_EQ(status(one, take), 0);
+  std::this_thread::sleep_for(500ms);
+  EXPECT_EQ(status(one, heartbeat), 0);
+  memory.Write(kTimeoutMs, 450u);
+  EXPECT_EQ(status(two, take), kAccessDenied);
+  std::this_thread::sleep_for(500ms);
+  EXPECT_EQ(status(two, heartbeat), 0) << "another's";
+  EXPECT_FALSE(server.IsControlled());
+  EXPECT_EQ(memory.Read(kPrivilege), 0u);
+  memory.Write(kTimeoutMs, 60'000u);
+  EXPECT_EQ(status(two, take), 0);
+  EXPECT_EQ(status(one, take), kAccessDenied);
 }
 
 TEST_F(HostileNetwork, StreamSurvivesForgedPackets) {

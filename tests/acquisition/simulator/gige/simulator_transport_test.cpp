@@ -2,9 +2,9 @@
 // acquisition/simulator/gige/pose_file, acquisition/simulator/gige/genicam_description,
 // acquisition/aravis/aravis_clock, acquisition/aravis/aravis_link, acquisition/aravis/aravis_frames.
 //
-// What the simulated camera sends beyond what Aravis's camera side can: chunk data, packets with pauses
-// between them, a throughput of its own, times by a clock that IEEE 1588 sets. Opened by the Aravis device
-// like any other camera.
+// What the simulated camera sends beside its pictures: chunk data, packets with pauses between them, a
+// throughput of its own, times by a clock that IEEE 1588 sets. Opened by the Aravis device like any other
+// camera.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
