@@ -1,15 +1,10 @@
-#include "tests/charts/chart.h"
+#include "tests/measure/chart_file.h"
 
-#include <fmt/chrono.h>
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "core/base/error.h"
 
@@ -20,21 +15,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kColumns =
     "panel,series,name,cost,cost_low,cost_high,error,error_low,error_high,default,front";
-
-std::string OutputOf(const char* command) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command, "r"), pclose);
-  std::string text;
-  std::array<char, 256> buffer;
-  while (pipe && std::fgets(buffer.data(), buffer.size(), pipe.get())) text += buffer.data();
-  return text.substr(0, text.find('\n'));
-}
-
-std::string Processor() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown processor";
-}
 
 Json AxisJson(const ChartAxis& axis) {
   return {{"label", axis.label},
@@ -58,8 +38,9 @@ Json HeadJson(const Chart& chart) {
                       {"joined", panel.joined},
                       {"all_named", panel.all_named},
                       {"diagonal", panel.diagonal}});
-  return {{"name", chart.name},       {"title", chart.title}, {"about", chart.about},
-          {"caption", chart.caption}, {"panels", panels},     {"same_costs", chart.same_costs}};
+  return {{"name", chart.name},   {"title", chart.title},     {"about", chart.about},
+          {"found", chart.found}, {"caption", chart.caption}, {"same_costs", chart.same_costs},
+          {"panels", panels}};
 }
 
 std::string Quoted(const std::string& text) {
@@ -86,13 +67,6 @@ std::vector<std::string> Fields(const std::string& line) {
 
 }  // namespace
 
-std::string ChartCaption(const std::string& command) {
-  const std::string changed = OutputOf("git status --porcelain --untracked-files=no -- . ':!docs'");
-  return fmt::format("{}  ·  {} of {}  ·  {:%Y-%m-%d}  ·  {}{}", command, std::thread::hardware_concurrency(),
-                     Processor(), fmt::gmtime(std::time(nullptr)), OutputOf("git rev-parse --short HEAD"),
-                     changed.empty() ? "" : "+");
-}
-
 void WriteChart(const std::filesystem::path& table, const Chart& chart) {
   std::ofstream file(table);
   file << "# " << HeadJson(chart).dump() << "\n" << kColumns << "\n";
@@ -113,14 +87,14 @@ Chart ReadChart(const std::filesystem::path& table) {
   std::ifstream file(table);
   std::string line;
   if (!std::getline(file, line) || !line.starts_with("# {"))
-    throw Error("{}: not the table of a chart; draw it anew with ./run charts", table.string());
+    throw Error("{}: not the table of a chart; measure it anew", table.string());
   const Json head = Json::parse(line.substr(2));
-  Chart chart{head.at("name"),
-              head.at("title"),
-              head.at("about"),
-              head.at("caption"),
-              {},
-              head.value("same_costs", false)};
+  Chart chart{.name = head.at("name"),
+              .title = head.at("title"),
+              .about = head.at("about"),
+              .found = head.value("found", ""),
+              .caption = head.at("caption"),
+              .same_costs = head.value("same_costs", false)};
   for (const Json& panel : head.at("panels"))
     chart.panels.push_back({panel.at("title"),
                             AxisFrom(panel.at("cost")),

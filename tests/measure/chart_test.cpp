@@ -1,6 +1,6 @@
 // The room that draws: which rows are the front and which is ringed, that tables come back as they were, and
 // that names lie on nothing.
-#include "tests/charts/chart.h"
+#include "tests/measure/chart_file.h"
 
 #include <gmock/gmock.h>
 
@@ -10,8 +10,8 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "tests/charts/plot/chart_layout.h"
-#include "tests/charts/plot/gnuplot.h"
+#include "tests/measure/chart_layout.h"
+#include "tests/measure/gnuplot.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -52,7 +52,7 @@ TEST(ChartFront, RowsThatAreNoRivalsHaveNone) {
   EXPECT_THAT(ParetoFront(panel), IsEmpty());
 }
 
-TEST(ChartSpread, IsTheMedianWithTheLowestAndTheHighest) {
+TEST(Spread, IsTheMedianWithTheLowestAndTheHighest) {
   const Spread spread = Spread::Of({5, 1, 9, 2, 3});
   EXPECT_EQ(spread.median, 3);
   EXPECT_EQ(spread.low, 1);
@@ -61,7 +61,10 @@ TEST(ChartSpread, IsTheMedianWithTheLowestAndTheHighest) {
 }
 
 Chart Sample() {
-  Chart chart{"sample", "A title, with \"quotes\"", "Seeds 1 to 3", "./run charts sample", {}};
+  Chart chart{.name = "sample",
+              .title = "A title, with \"quotes\"",
+              .about = "Seeds 1 to 3",
+              .caption = "./run measure charts/sample"};
   chart.panels.push_back({"left, of two",
                           {"ms", true},
                           {"dB", false, true},
@@ -269,7 +272,8 @@ TEST(ChartDrawing, MakesBothPictures) {
     EXPECT_GT(std::filesystem::file_size(scratch / name), 1000u) << name;
   std::ifstream file(scratch / "sample.svg");
   const std::string svg(std::istreambuf_iterator<char>(file), {});
-  for (const char* text : {"left, of two", "c_d", "the default", "Pareto front", "./run charts sample"})
+  for (const char* text :
+       {"left, of two", "c_d", "the default", "Pareto front", "./run measure charts/sample"})
     EXPECT_THAT(svg, HasSubstr(text));
 }
 

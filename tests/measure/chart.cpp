@@ -1,6 +1,6 @@
 // The only gnuplot text of all charts.
 
-#include "tests/charts/plot/chart.h"
+#include "tests/measure/chart.h"
 
 #include <fmt/core.h>
 
@@ -10,8 +10,8 @@
 #include <limits>
 
 #include "core/base/quantile.h"
-#include "tests/charts/plot/chart_layout.h"
-#include "tests/charts/plot/gnuplot.h"
+#include "tests/measure/chart_layout.h"
+#include "tests/measure/gnuplot.h"
 
 namespace ulf::test {
 namespace {
@@ -141,7 +141,7 @@ void ChartScript::Data(const std::string& name, const std::vector<ChartRow>& poi
 void ChartScript::Panel(std::size_t index, const std::vector<std::string>& series) {
   const ChartPanel& panel = chart_.panels[index];
   const ChartBox& box = layout_.panels[index];
-  std::vector<ChartSpread> costs, errors;
+  std::vector<Spread> costs, errors;
   for (const ChartRow& point : panel.points) {
     if (!std::isfinite(point.cost.median)) continue;
     const bool drawn = std::isfinite(point.error.median);
@@ -198,7 +198,7 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
 
 }  // namespace
 
-ChartSpread ChartSpread::Of(const std::vector<double>& values) {
+Spread Spread::Of(const std::vector<double>& values) {
   if (values.empty()) return Exactly(std::numeric_limits<double>::quiet_NaN());
   const auto [lowest, highest] = std::ranges::minmax(values);
   return {Median(values), lowest, highest};
@@ -226,7 +226,7 @@ ChartPicture PictureOf(const Chart& chart) {
   const std::vector<std::string> series = SeriesOf(chart);
   const double width = LayoutOf(chart, 1, 1).width;
   const auto legend = Broken(LegendOf(chart, series), width - 40);
-  auto notes = Lines(chart.about, static_cast<std::size_t>(width / 6.7));
+  auto notes = Lines(chart.about + " " + chart.found, static_cast<std::size_t>(width / 6.7));
   const auto caption = Lines(chart.caption, static_cast<std::size_t>(width / 6.7));
   notes.insert(notes.end(), caption.begin(), caption.end());
   const ChartLayout layout = LayoutOf(chart, static_cast<int>(legend.size()), static_cast<int>(notes.size()));

@@ -12,31 +12,41 @@
 
 namespace ulf::test {
 
-struct ChartSpread {
+struct Spread {
   double median = 0, low = 0, high = 0;
-  static ChartSpread Of(const std::vector<double>& values);  // not a number for none
-  static ChartSpread Exactly(double value) { return {value, value, value}; }
+  static Spread Of(const std::vector<double>& values);  // not a number for none
+  static Spread Exactly(double value) { return {value, value, value}; }
 };
 
 struct ChartRow {
-  std::string series;       // one colour, joined by a line in the order of rows
-  std::string name;         // beside the point
-  ChartSpread cost, error;  // those that are not finite are in the table only
+  std::string series = {};       // one colour, joined by a line in the order of rows
+  std::string name = {};         // beside the point
+  Spread cost = {}, error = {};  // those that are not finite are in the table only
   bool is_default = false;
 };
 
 struct ChartAxis {
-  std::string label;
+  std::string label = {};
   bool logarithmic = false;
   bool more_is_better = false;  // of an error axis
   bool falls = false;           // the largest stands where the axis begins
   bool from_zero = false;       // where it is linear
 };
 
+inline ChartAxis Log(const std::string& label) { return {.label = label, .logarithmic = true}; }
+inline ChartAxis MoreIsBetter(ChartAxis axis) {
+  axis.more_is_better = true;
+  return axis;
+}
+inline ChartAxis FromZero(ChartAxis axis) {
+  axis.from_zero = true;
+  return axis;
+}
+
 struct ChartPanel {
-  std::string title;
-  ChartAxis cost, error;
-  std::vector<ChartRow> points;
+  std::string title = {};
+  ChartAxis cost = {}, error = {};
+  std::vector<ChartRow> points = {};
   bool compared = true;    // false: rows are not rivals, and have no front
   bool joined = true;      // by a line
   bool all_named = false;  // names without room beside their points stand farther off, by a thin line
@@ -45,11 +55,12 @@ struct ChartPanel {
 };
 
 struct Chart {
-  std::string name;     // of its files, where it has a folder of its own
-  std::string title;    // a sentence
-  std::string about;    // seeds and sets, which of them for tuning; what a row is
-  std::string caption;  // command, machine, date, commit
-  std::vector<ChartPanel> panels;
+  std::string name = {};     // of its files, where it has a folder of its own
+  std::string title = {};    // a sentence
+  std::string about = {};    // sets, what a row is, and what was tuned on them
+  std::string found = {};    // what this run says in figures besides its rows
+  std::string caption = {};  // command, machine, date, commit (provenance.h)
+  std::vector<ChartPanel> panels = {};
   bool same_costs = false;  // rows without an error take room on the cost axis, so that panels agree
 };
 

@@ -1,4 +1,4 @@
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 
 #include <benchmark/benchmark.h>
 #include <fmt/core.h>
@@ -7,7 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <utility>
+
+#include "tests/measure/provenance.h"
 
 namespace ulf {
 namespace {
@@ -31,15 +35,34 @@ std::string Asked(const Target& target) {
                         : fmt::format("{} >= {:g}", target.what, target.at_least);
 }
 
+// The counters, else the time, of each run that was measured.
+std::string TableOf(const std::vector<benchmark::BenchmarkReporter::Run>& runs) {
+  std::string table = "| run | figures |\n| --- | --- |\n";
+  for (const auto& run : runs) {
+    std::string figures =
+        fmt::format("{:.3g} {}", run.GetAdjustedRealTime(), benchmark::GetTimeUnitString(run.time_unit));
+    for (const auto& [name, counter] : run.counters)
+      figures += fmt::format(", {} {:.3g}", name, static_cast<double>(counter));
+    if (run.error_occurred) figures = "not measured: " + run.error_message;
+    table += fmt::format("| `{}` {} | {} |\n", run.benchmark_name(), run.report_label, figures);
+  }
+  return table;
+}
+
 }  // namespace
 
 int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  const std::string name = std::filesystem::path(argv[0]).filename();
+  const char* page = std::getenv("ULF_FIGURES");
+  const std::string made_by = page ? test::Provenance("./run measure benchmarks/" + name) : "";
   Keeper keeper;
   benchmark::RunSpecifiedBenchmarks(&keeper);
   const std::string filter = benchmark::GetBenchmarkFilter();
   const bool all_asked_for = filter.empty() || filter == ".";
+  if (page)
+    test::ReplacePart(page, name, fmt::format("### `{}`\n\n{}\n\n{}", name, made_by, TableOf(keeper.runs())));
   int missed = 0;
   for (const Target& target : targets) {
     bool ran = false;

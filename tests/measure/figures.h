@@ -20,8 +20,9 @@ struct Target {
 };
 
 // Google Benchmark's own output, then the targets'. A target whose run is not there counts as missed, unless
-// a filter was given; so does one that was skipped with an error.
-int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets);
+// a filter was given; so does one that was skipped with an error. Where ULF_FIGURES names a page, the figures
+// become a table in it, with what made them (provenance.h).
+int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets = {});
 
 using Clock = std::chrono::steady_clock;
 double SecondsSince(Clock::time_point start);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/charts/plot/chart.h"
+#include "tests/measure/chart.h"
 
 namespace ulf::test {
 
@@ -25,7 +25,7 @@ struct ChartScale {
   bool falls = false;  // the axis begins with `high`
 };
 // The scale that shows all values and their bars, with a margin.
-ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic, bool from_zero = false);
+ChartScale ScaleOf(const std::vector<Spread>& values, bool logarithmic, bool from_zero = false);
 
 struct PlacedName {
   std::size_t point = 0;

@@ -1,4 +1,4 @@
-#include "tests/charts/plot/chart_layout.h"
+#include "tests/measure/chart_layout.h"
 
 #include <algorithm>
 #include <array>
@@ -165,9 +165,9 @@ double ChartScale::Share(double value) const {
   return falls ? 1 - share : share;
 }
 
-ChartScale ScaleOf(const std::vector<ChartSpread>& values, bool logarithmic, bool from_zero) {
+ChartScale ScaleOf(const std::vector<Spread>& values, bool logarithmic, bool from_zero) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const ChartSpread& value : values)
+  for (const Spread& value : values)
     for (const double v : {value.median, value.low, value.high})
       if (std::isfinite(v) && (v > 0 || !logarithmic)) low = std::min(low, v), high = std::max(high, v);
   if (!(low <= high)) low = high = 1;
