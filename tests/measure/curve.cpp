@@ -15,13 +15,12 @@ namespace {
 constexpr double kMostlyRight = 0.9;
 constexpr char kShares[] = "What comes of it";
 constexpr char kHead[] =
-    R"(`./run measure stability` drives every stage into the place where its method is known to fail, draws
-  this page and its pictures, and fails where an answer is wrong without a word more often than is known. A
-  trial is right, or careful (off, but to the side that hides nothing), or says so, or is wrong; the
-  breaking point is the difficulty up to which nine trials in ten are right. What counts as right was
-  settled on seeds 1 to 20; these are from 101 on. What does not break however hard it gets is a test
-  (`curves_test`), in full in the long run. What a tracker meets in whole sequences is in
-  [tracking.md](tracking.md#where-tracking-is-hard).)";
+    R"(`./run measure stability` drives every stage into the place where its method is known to fail, and
+  fails where an answer is wrong without a word more often than is known. A trial is right, or careful (off,
+  but to the side that hides nothing), or says so, or is wrong; the breaking point is the difficulty up to
+  which nine trials in ten are right. What counts as right was settled on seeds 1 to 20; these are from 101
+  on. What does not break is a test (`curves_test`), in full in the long run. What a tracker meets in whole
+  sequences is in [tracking.md](tracking.md#where-tracking-is-hard).)";
 
 std::map<std::string, Curve>& Registry() {
   static std::map<std::string, Curve> registry;
@@ -53,11 +52,14 @@ std::string BreakingWords(const MeasuredCurve& measured) {
 
 std::string BeyondWords(const MeasuredCurve& measured) {
   const CurvePoint& last = measured.points.back();
-  std::string words = fmt::format("at {:g}:", last.difficulty);
-  for (const auto& [verdict, what] : VerdictsOf(measured.curve))
+  std::string words;
+  for (const auto& [verdict, what] : {std::pair{Verdict::kRight, std::string("right")},
+                                      {Verdict::kCareful, measured.curve.careful},
+                                      {Verdict::kSaidSo, "say so"},
+                                      {Verdict::kWrong, "wrong"}})
     if (last.Share(verdict) > 0)
-      words += fmt::format("{} {} {}", words.back() == ':' ? "" : ",", Percent(last.Share(verdict)), what);
-  return words;
+      words += fmt::format("{}{} {}", words.empty() ? "" : ", ", Percent(last.Share(verdict)), what);
+  return fmt::format("at {:g}: {}", last.difficulty, words);
 }
 
 std::string WrongWords(const MeasuredCurve& measured) {
@@ -208,7 +210,7 @@ std::string StabilityPage(const std::vector<MeasuredCurve>& measured, const std:
   page += fmt::format("\nMeasured: {}.\n", fmt::join(makers, "; "));
   for (const MeasuredCurve& m : measured) {
     page += fmt::format("\n<a id=\"{}\"></a>\n## {}\n\n", m.curve.name, Capital(m.curve.title));
-    if (!m.points.empty()) page += fmt::format("![Shares and errors]({}/{}.png)\n\n", folder, m.curve.name);
+    if (!m.points.empty()) page += fmt::format("![Curves]({}/{}.png)\n\n", folder, m.curve.name);
     page += m.curve.about + "\n";
     if (!m.curve.why_wrong.empty()) page += fmt::format("\nWrong without a word: {}\n", m.curve.why_wrong);
   }

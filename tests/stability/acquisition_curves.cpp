@@ -69,11 +69,11 @@ Trial Holed(double bytes, unsigned seed) {
 
 CURVE(camera_lossy_link,
       {.stage = "Cameras",
-       .title = "GigE Vision over a link that loses packets",
+       .title = "A GigE Vision link that loses packets",
        .about =
-           R"(A camera of 320 x 240 pixels, 50 frames a second in 59 packets each, behind a relay that loses
-  packets, also those that are sent again. Right: 95 % of the frames are whole, to the pixel. Where fewer
-  are, counting the others as incomplete or missing says so.)",
+           R"(A camera of 50 frames a second in 59 packets each, behind a relay that loses packets, also
+  those that are sent again. Right: 95 % of the frames are whole, to the pixel. Where fewer are, counting
+  the others as incomplete or missing says so.)",
        .driven = {Log("packets lost [%]"), {0.1, 1, 3, 10, 20, 30, 50, 70, 100}, 1, 70},
        .error = {"frames that are not whole [%]"},
        .trial = [](double percent, unsigned seed) { return Lossy("link", percent / 100, 0.95, seed); },
@@ -99,8 +99,8 @@ CURVE(
     {.stage = "Cameras",
      .title = "A webcam whose JPEGs have holes",
      .about =
-         R"(640 x 480 JPEGs of some 45,000 bytes; every third lacks bytes in the middle, with no mark of it,
-  as a lost USB packet leaves it. Right: those are counted as incomplete, and 60 % of the others come.)",
+         R"(640 x 480 JPEGs of some 45,000 bytes; every third lacks bytes in the middle, as a lost USB
+  packet leaves it. Right: those are counted as incomplete, and 60 % of the others come.)",
      .driven = {Log("bytes that are missing"),
                 {10000, 3000, 2000, 1000, 500, 300, 180, 100, 60, 30, 10},
                 3000,

@@ -107,14 +107,10 @@ double OffWhatALevelKeeps(const Fan& fan, const SubdividedMesh& fine) {
 }
 
 CURVE(subdivision_valence,
-      {.stage = "Blending",
-       .title = "Loop weights at vertices of any valence",
-       .about =
-           R"(A vertex of this valence, inside (odd seeds) or a corner of the rim, among irregular
+      {.about = R"(A vertex of this valence, inside (odd seeds) or a corner of the rim, among irregular
   neighbours. Right, within 1e-12: weights of all levels are not negative, sum to one, reach two rings, keep
   the rim straight and equal the rules applied by hand.)",
        .driven = {{"valence"}, {3, 4, 5, 6, 7, 8, 12, 20, 40}, 6, 20},
-       .error = Log("weights off the rules"),
        .trial =
            [](double valence_as_drawn, unsigned seed) {
              const int valence = static_cast<int>(valence_as_drawn);
@@ -147,9 +143,7 @@ CURVE(subdivision_valence,
 
 CURVE(
     through_the_shell,
-    {.stage = "Blending",
-     .title = "Moving in through an uneven shell of viewpoints",
-     .about = R"(120 viewpoints 7 degrees apart, their distances at random between one and this ratio; the
+    {.about = R"(120 viewpoints 7 degrees apart, their distances at random between one and this ratio; the
   virtual camera moves in along a ray, every third exactly through a viewpoint, from 1.5 times the farthest
   to 0.3 of the nearest. Right: no view's weight at any of nine points of the subject jumps by 0.02, however
   short the step, and weights sum to one. A mesh that still folds says so.)",
@@ -157,7 +151,6 @@ CURVE(
                 {1, 1.02, 1.05, 1.1, 1.2, 1.4, 2, 3, 4, 6, 8, 12},
                 1.02,
                 12},
-     .error = Log("largest jump of a weight (0.005: or less)"),
      .trial =
          [](double ratio, unsigned seed) {
            constexpr int kViews = 120;
@@ -201,15 +194,12 @@ CURVE(
 // changes but what the views weigh.
 CURVE(
     picture_through_the_shell,
-    {.stage = "Blending",
-     .title = "A picture while moving in through an uneven shell of viewpoints",
-     .about = R"(60 viewpoints 10 degrees apart, their distances at random between one and this ratio, each
+    {.about = R"(60 viewpoints 10 degrees apart, their distances at random between one and this ratio, each
   photograph of one brightness; the reference renderer's picture of 8 x 6 px of the subject while the camera
   moves in as above. Right: no pixel jumps by 0.02 of full light, however short the step. A mesh that still
   folds says so.)",
      .driven =
          {Log("farthest over nearest viewpoint"), {1, 1.02, 1.05, 1.1, 1.2, 1.4, 2, 3, 4, 6, 8, 12}, 1.1, 12},
-     .error = {"largest jump of a pixel (0.005: or less)"},
      .trial =
          [](double ratio, unsigned seed) {
            constexpr int kViews = 60;

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace ulf::test {
 namespace {
@@ -78,14 +79,21 @@ INSTANTIATE_TEST_SUITE_P(Stability, EveryCurve, testing::Range<std::size_t>(0, A
 class NeverBreaks : public EveryCurve {};
 
 TEST_P(NeverBreaks, IsRightHoweverHard) {
-  if (curve.never_breaks.empty()) GTEST_SKIP() << "it breaks, and is a curve of the page";
   const MeasuredCurve measured = Measure(curve, {});
   EXPECT_TRUE(measured.NeverBroke()) << "up to " << measured.BreakingPoint().value_or(0) << " only, though "
                                      << curve.never_breaks;
   EXPECT_TRUE(measured.WrongAsKnown()) << measured.WorstShareWrong();
 }
 
-INSTANTIATE_TEST_SUITE_P(Stability, NeverBreaks, testing::Range<std::size_t>(0, AllCurves().size()), NameOf);
+std::vector<std::size_t> ThoseThatNeverBreak() {
+  const std::vector<Curve> all = AllCurves();
+  std::vector<std::size_t> those;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!all[i].never_breaks.empty()) those.push_back(i);
+  return those;
+}
+
+INSTANTIATE_TEST_SUITE_P(Stability, NeverBreaks, testing::ValuesIn(ThoseThatNeverBreak()), NameOf);
 
 }  // namespace
 }  // namespace ulf::test

@@ -270,9 +270,7 @@ CURVE(two_views_near_rotation,
 CURVE(two_views_wrong_matches,
       {.stage = "Two views",
        .title = "Matches that are mostly wrong",
-       .about =
-           R"(300 matches between two views of a deep scene a fifth of the depth apart, half a pixel of
-  noise. Right: turned within 1 degree, moved within 10; any outcome but "found" says so.)",
+       .about = "The same, a fifth of the depth apart.",
        .driven = {{"wrong matches [%]"}, {0, 10, 20, 30, 40, 50, 60, 70, 80, 90}, 10, 90},
        .error = Log("direction of the motion is off by [degrees]"),
        .trial = [](double percent, unsigned seed) { return MotionOf({.outliers = percent / 100}, seed); },
@@ -296,7 +294,7 @@ CURVE(one_view_danger_cylinder,
 
 CURVE(one_view_three_places,
       {.stage = "One view",
-       .title = "Points in three places that become three points",
+       .title = "Places that become three points",
        .about =
            "The same points off the cylinder, while the places shrink: three points have up to four poses.",
        .driven = {Log("size of the places [% of the circle's radius]"),
@@ -353,12 +351,9 @@ CURVE(
      .why_wrong = kFalseMinimum});
 
 CURVE(adjustment_few_views,
-      {.stage = "Adjustment",
-       .title = "Fewer and fewer views",
-       .about = "Views 4.6 degrees apart that all see 150 points. Of two views a similarity leaves nothing "
+      {.about = "Views 4.6 degrees apart that all see 150 points. Of two views a similarity leaves nothing "
                 "over, hence three at least.",
        .driven = {Log("views"), {24, 12, 8, 6, 5, 4, 3}, 12, 3},
-       .error = Log("centres are off by [% of the distance]"),
        .trial =
            [](double views, unsigned seed) {
              return Adjusted({.views = static_cast<int>(views), .views_a_point = static_cast<int>(views)},
@@ -374,7 +369,8 @@ CURVE(
      .title = "Nothing held, ever farther from the origin",
      .about =
          R"(Twelve views that all see 150 points; place, turn and scale of the whole are free. Right is also
-  that with one view held the same comes of it, to 0.03 % of the distance.)",
+  that with one view held the same comes of it, to 0.03 % of the distance. Otherwise as with wrong
+  observations.)",
      .driven = {Log("the scene is away from the origin by [its distance from the views]"),
                 {1, 1e2, 1e4, 1e6, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13},
                 1,

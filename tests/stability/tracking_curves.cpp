@@ -94,11 +94,8 @@ CURVE(found_among_equal_places,
        .trial = [](double percent, unsigned seed) { return FoundAmongPlaces(percent / 100, seed); }});
 
 CURVE(lost_beyond_the_map,
-      {.stage = "Relocalisation",
-       .title = "A place like the map's, but not in it",
-       .about = R"(A camera before a part of a wall of tiles that is not in the map. Right: it stays lost.)",
+      {.about = R"(A camera before a part of a wall of tiles that is not in the map. Right: it stays lost.)",
        .driven = {{"points that every tile has [%]"}, {0, 20, 40, 60, 80, 90, 95, 100}, 40, 100},
-       .error = {"placed elsewhere, off by [% of the distance]"},
        .trial = [](double percent, unsigned seed) { return FoundBeyondTheMap(percent / 100, seed); },
        .never_breaks = "to stay lost is right, and no two tiles can be more alike"});
 

@@ -125,15 +125,11 @@ int TrianglesAt(const ViewpointMesh& mesh, const Vector3d& direction) {
 }
 
 CURVE(viewpoints_on_circles,
-      {.stage = "Viewpoint mesh",
-       .title = "Viewpoints that lie on circles ever more exactly",
-       .about =
-           R"(Rings about a pole, meridians, grids on a cube, moved by a share of their spacing. Right: a
-  mesh that is manifold, faces outward, has no needles and encloses every direction once; weights that sum
+      {.about = R"(Rings about a pole, meridians, grids on a cube, moved by a share of their spacing. Right:
+  a mesh that is manifold, faces outward, has no needles and encloses every direction once; weights that sum
   to one within a millionth and do not jump by 0.02 along an arc. Lumigraph weights instead of a mesh say
   so.)",
        .driven = {{"decimal digits to which they do"}, {1, 2, 3, 4, 6, 8, 10, 12, 14, 16}, 1, 16},
-       .error = Log("weights' sum off one, or their jump"),
        .trial =
            [](double digits, unsigned seed) {
              constexpr double kDistance = 2;
@@ -172,14 +168,10 @@ CURVE(viewpoints_on_circles,
 // ---- many views in one place
 
 CURVE(views_repeated,
-      {.stage = "Viewpoint mesh",
-       .title = "Several views from each place",
-       .about =
-           R"(40 places on a cap, each with so many views that a hand's tremor of a thousandth of the
+      {.about = R"(40 places on a cap, each with so many views that a hand's tremor of a thousandth of the
   spacing sets apart (every third seed: nothing at all). Right: a place weighs what its one view would,
   within 0.05, and weights sum to one. A mesh that still folds or none at all says so.)",
        .driven = {Log("views at each place"), {1, 2, 4, 6, 7, 8, 10, 15, 30, 60}, 2, 30},
-       .error = Log("change of a place's weight"),
        .trial =
            [](double copies, unsigned seed) {
              constexpr int kPlaces = 40;
@@ -223,16 +215,13 @@ double RmsDifference(const cv::Mat& a, const cv::Mat& b) {
 }
 
 CURVE(views_with_twins,
-      {.stage = "Blending",
-       .title = "Pairs of views that come together",
-       .about = R"(60 views of a painted plane, each with a twin beside it; a picture from between them, by
+      {.about = R"(60 views of a painted plane, each with a twin beside it; a picture from between them, by
   the reference renderer. Right: its error is at most 1.2 times that without the twins, and every pixel is
   drawn. Lumigraph weights instead of a mesh say so.)",
        .driven = {{"decades from the views' spacing down to the twins' distance"},
                   {0.6, 0.9, 0.95, 1, 1.05, 1.2, 2, 4, 6, 9, 12},
                   2,
                   12},
-       .error = {"picture's error over that without"},
        .trial =
            [](double decades, unsigned seed) {
              constexpr int kViews = 60;
