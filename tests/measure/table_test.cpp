@@ -8,7 +8,7 @@
 namespace ulf::test {
 namespace {
 
-Table Sample() {
+Table TwoPanels() {
   Table table;
   table.Panel("left", {"ms"}, {"px"});
   table.Panel("right", {"n"}, {"dB"}, {.compared = false});
@@ -16,7 +16,7 @@ Table Sample() {
 }
 
 TEST(Table, MakesMediansOfTheValuesOfARow) {
-  Table table = Sample();
+  Table table = TwoPanels();
   for (const double value : {3.0, 1.0, 2.0}) {
     table.Add("left", "a", "1", 10 * value, value);
     table.Add("left", "a", "2", 7, 5);
@@ -33,13 +33,13 @@ TEST(Table, MakesMediansOfTheValuesOfARow) {
 }
 
 TEST(Table, TellsRowsWithoutANameByTheirCost) {
-  Table table = Sample();
+  Table table = TwoPanels();
   for (const double cost : {1.0, 2.0, 1.0}) table.Add("left", "a", "", cost, 5);
   EXPECT_EQ(table.panels()[0].points.size(), 2u);
 }
 
 TEST(Table, RingsWhatMostValuesCallTheDefault) {
-  Table table = Sample();
+  Table table = TwoPanels();
   for (const bool is_default : {true, false, true}) {
     table.Add("left", "a", "mostly", 1, 1, is_default);
     table.Add("left", "a", "hardly", 1, 1, !is_default);
@@ -49,7 +49,7 @@ TEST(Table, RingsWhatMostValuesCallTheDefault) {
 }
 
 TEST(Table, KeepsAPanelThatIsThereAndKnowsNoOther) {
-  Table table = Sample();
+  Table table = TwoPanels();
   table.Panel("left", {"other"}, {"px"});
   EXPECT_EQ(table.panels()[0].cost.label, "ms");
   EXPECT_THROW(table.Add("middle", "a", "1", 1, 1), Error);
