@@ -9,39 +9,18 @@
 #include "core/base/error.h"
 
 namespace ulf::test {
-namespace {
 
-using Json = nlohmann::ordered_json;
+// The head of a table: everything but rows.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ChartAxis, label, logarithmic, more_is_better, falls,
+                                                from_zero)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ChartPanel, title, cost, error, compared, joined, all_named,
+                                                diagonal)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Chart, name, title, about, found, caption, same_costs, panels)
+
+namespace {
 
 constexpr const char* kColumns =
     "panel,series,name,cost,cost_low,cost_high,error,error_low,error_high,default,front";
-
-Json AxisJson(const ChartAxis& axis) {
-  return {{"label", axis.label},
-          {"logarithmic", axis.logarithmic},
-          {"more_is_better", axis.more_is_better},
-          {"falls", axis.falls},
-          {"from_zero", axis.from_zero}};
-}
-ChartAxis AxisFrom(const Json& json) {
-  return {json.at("label"), json.at("logarithmic"), json.at("more_is_better"), json.value("falls", false),
-          json.value("from_zero", false)};
-}
-
-Json HeadJson(const Chart& chart) {
-  Json panels = Json::array();
-  for (const ChartPanel& panel : chart.panels)
-    panels.push_back({{"title", panel.title},
-                      {"cost", AxisJson(panel.cost)},
-                      {"error", AxisJson(panel.error)},
-                      {"compared", panel.compared},
-                      {"joined", panel.joined},
-                      {"all_named", panel.all_named},
-                      {"diagonal", panel.diagonal}});
-  return {{"name", chart.name},   {"title", chart.title},     {"about", chart.about},
-          {"found", chart.found}, {"caption", chart.caption}, {"same_costs", chart.same_costs},
-          {"panels", panels}};
-}
 
 std::string Quoted(const std::string& text) {
   std::string quoted = "\"";
@@ -69,7 +48,7 @@ std::vector<std::string> Fields(const std::string& line) {
 
 void WriteChart(const std::filesystem::path& table, const Chart& chart) {
   std::ofstream file(table);
-  file << "# " << HeadJson(chart).dump() << "\n" << kColumns << "\n";
+  file << "# " << nlohmann::json(chart).dump() << "\n" << kColumns << "\n";
   for (const ChartPanel& panel : chart.panels) {
     const auto front = ParetoFront(panel);
     for (std::size_t i = 0; i < panel.points.size(); ++i) {
@@ -88,22 +67,7 @@ Chart ReadChart(const std::filesystem::path& table) {
   std::string line;
   if (!std::getline(file, line) || !line.starts_with("# {"))
     throw Error("{}: not the table of a chart; measure it anew", table.string());
-  const Json head = Json::parse(line.substr(2));
-  Chart chart{.name = head.at("name"),
-              .title = head.at("title"),
-              .about = head.at("about"),
-              .found = head.value("found", ""),
-              .caption = head.at("caption"),
-              .same_costs = head.value("same_costs", false)};
-  for (const Json& panel : head.at("panels"))
-    chart.panels.push_back({panel.at("title"),
-                            AxisFrom(panel.at("cost")),
-                            AxisFrom(panel.at("error")),
-                            {},
-                            panel.at("compared"),
-                            panel.at("joined"),
-                            panel.value("all_named", false),
-                            panel.value("diagonal", false)});
+  Chart chart = nlohmann::json::parse(line.substr(2)).get<Chart>();
   std::getline(file, line);
   while (std::getline(file, line)) {
     const auto fields = Fields(line);

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
+#include "tests/measure/cpu_time.h"
 
 namespace ulf {
 
@@ -25,10 +27,5 @@ struct Target {
 int RunBenchmarks(int argc, char** argv, const std::vector<Target>& targets = {});
 
 using Clock = std::chrono::steady_clock;
-double SecondsSince(Clock::time_point start);
-// Of this process, all threads, user and system.
-double CpuSeconds();
-// The computer's clock, since the epoch.
-double EpochSeconds();
 
 }  // namespace ulf

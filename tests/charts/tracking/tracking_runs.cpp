@@ -141,8 +141,7 @@ TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
     return error ? 1000 * error->ate_rmse : std::numeric_limits<double>::infinity();
   };
   const TrackerStatistics map = tracker.Statistics();
-  return {1000 * Median(cpu_s),
-          Median(cpu_s) / Median(orb_s),
+  return {Median(cpu_s) / Median(orb_s),
           (all_s - tracked_s) / static_cast<double>(seen) / Median(orb_s),
           static_cast<double>(tracks.size()) / static_cast<double>(seen),
           error_mm(live),

@@ -12,8 +12,8 @@
 namespace ulf::test {
 
 struct TrackedRun {
-  double cpu_ms = 0;                 // of a frame, median; mapping apart
-  double cpu_over_orb = 0;           // in units of cv::ORB with 1,000 features on frames of the same run
+  // Of a frame, median, mapping apart; in units of cv::ORB with 1,000 features on frames of the same run.
+  double cpu_over_orb = 0;
   double mapping_over_orb = 0;       // of all else, the map's adjustments among it, by the number of frames
   double tracked_share = 0;          // of all frames
   double live_mm = 0, after_mm = 0;  // centres, RMS after alignment; infinite where too few were tracked
