@@ -35,13 +35,16 @@ std::map<std::string, Measurement>& Registry() {
 int Make(const Measurement& one, const std::string& part, const Arguments& arguments) {
   const fs::path table = arguments.folder / (one.name + ".csv");
   if (arguments.draw && !fs::exists(table)) return 0;
+  // Before measuring: the tree may change meanwhile, the program does not.
+  const std::string caption =
+      arguments.draw ? ReadChart(table).caption
+                     : Provenance(fmt::format("./run measure {}{}/{}", arguments.quick ? "--quick " : "",
+                                              part, one.name));
   Chart chart = arguments.draw ? ReadChart(table) : one.measure({arguments.quick});
   chart.name = one.name;
   chart.title = one.title;
   chart.about = one.about;
-  if (!arguments.draw)
-    chart.caption =
-        Provenance(fmt::format("./run measure {}{}/{}", arguments.quick ? "--quick " : "", part, one.name));
+  chart.caption = caption;
   WriteChart(table, chart);
   DrawChart(arguments.folder, chart);
   const std::string complaint = one.complaint ? one.complaint(chart) : "";

@@ -139,8 +139,6 @@ void PrintTable(const TemporalSummary& summary, const TemporalArgs& args, const 
 
 int Run(TemporalArgs args) {
   if (!args.strips.empty()) RequireWritable(args.strips);
-  const bool draws = !args.strips.empty() || !args.plot.empty();
-  const std::string made_by = draws ? Provenance("temporal_quality " + args.dir) : "";
   const std::string truth_name = TruthNameOf(args);
   const auto truth = TruthFromName(truth_name);
   const auto scene = Load(args);
@@ -154,6 +152,8 @@ int Run(TemporalArgs args) {
                                 .proxies = Proxies(args, *scene, fields.front()),
                                 .renderer = commands::RendererFromName(args.renderer),
                                 .gpu_memory_mb = args.gpu_memory_mb};
+  const bool draws = !args.strips.empty() || !args.plot.empty();
+  const std::string made_by = draws ? Provenance("temporal_quality " + args.dir) : "";
   Progress progress("evaluating");
   const TemporalSummary summary = EvaluateOverTime(scene, options, *truth, &progress);
   if (!args.strips.empty()) WritePictureFile(args.strips, StripPicture(summary, made_by));
