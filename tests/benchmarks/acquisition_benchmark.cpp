@@ -15,7 +15,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -23,9 +22,8 @@
 #include <vector>
 
 #include "acquisition/gige_vision/gige_vision_probe.h"
-#include "acquisition/opening/open_device.h"
-#include "core/base/error.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/benchmarks/aravis_turns.h"
+#include "tests/measure/figures.h"
 #include "tests/support/floors.h"
 #include "tests/support/own_namespaces.h"
 
@@ -33,8 +31,8 @@ namespace ulf {
 namespace {
 
 constexpr char kAddress[] = "127.0.0.1";
-constexpr int kSensor = 2048, kPictures = 4, kPacketBytes = 7800, kTurns = 15, kSlack = 16;
-constexpr double kTurnS = 0.8, kLatencyFps = 30;
+constexpr int kSensor = 2048, kPictures = 4, kPacketBytes = 7800;
+constexpr double kLatencyFps = 30;
 constexpr double kFullSpeed = 1000;  // the most that the camera lets itself be told
 constexpr std::size_t kLatencyFrames = 200;
 
@@ -80,133 +78,30 @@ void Fill(ArvBuffer* buffer, void* data, guint32, guint32, ArvPixelFormat) {
 
 // ---- the contestants ------------------------------------------------------------------------------------
 
-struct Size {
-  int width, height;
-};
-
-struct Turn {
-  double fps = 0, cpu_ms = 0;
-  int broken = 0;
-  std::vector<double> latencies_ms;
-};
-
-// Counts the frames that `next` brings: +1 whole, 0 none, -1 broken; its second argument takes the timestamp.
-template <typename Next>
-Turn Measure(Next&& next, std::size_t frames_wanted) {
-  Turn turn;
-  double device_time_s = 0;
-  for (int settled = 0; settled < 10;) settled += next(device_time_s) > 0;  // the first meet small buffers
-  const double cpu_before = CpuSeconds();
-  const auto begin = Clock::now();
-  std::size_t frames = 0;
-  while (frames_wanted > 0 ? frames < frames_wanted : SecondsSince(begin) < kTurnS) {
-    const int came = next(device_time_s);
-    if (came > 0) {
-      ++frames;
-      if (frames_wanted > 0) turn.latencies_ms.push_back(1e3 * (EpochSeconds() - device_time_s));
-    }
-    turn.broken += came < 0;
-  }
-  turn.fps = static_cast<double>(frames) / SecondsSince(begin);
-  turn.cpu_ms = 1e3 * (CpuSeconds() - cpu_before) / static_cast<double>(std::max<std::size_t>(1, frames));
-  return turn;
-}
-
-Turn Ours(const Size& size, double fps, std::size_t frames_wanted) {
+Turn Ours(const Size& size, double fps, std::size_t frames_wanted = 0) {
   const char* more = std::getenv("ULF_BENCHMARK_OPTIONS");  // to try some, as "buffers=24&priority=high&"
-  const auto device = OpenDevice(
+  return OurTurn(
       fmt::format("aravis:{}?{}format=Mono8&roi={}x{}+0+0&packet_size={}&fps={:g}&buffers={}&queue={}",
-                  kAddress, more ? more : "", size.width, size.height, kPacketBytes, fps, kSlack, kSlack));
-  device->Start();
-  Turn turn = Measure(
-      [&](double& device_time_s) {
-        const auto frame = device->Next(std::chrono::milliseconds(1000));
-        if (!frame) return 0;
-        device_time_s = frame->device_time_s;
-        benchmark::DoNotOptimize(frame->image.pixels.data);
-        return frame->status == FrameStatus::kComplete ? 1 : -1;
-      },
+                  kAddress, more ? more : "", size.width, size.height, kPacketBytes, fps, kSlack, kSlack),
       frames_wanted);
-  device->Stop();
-  turn.broken += static_cast<int>(device->Statistics().dropped);
-  return turn;
 }
 
-// The shortest program that takes every frame of such a stream.
-Turn Bare(const Size& size, double fps, std::size_t frames_wanted) {
-  GError* error = nullptr;
-  ArvCamera* camera = arv_camera_new(kAddress, &error);
-  if (!camera) throw Error("the benchmark's camera cannot be opened: {}", error->message);
-  arv_camera_set_pixel_format(camera, ARV_PIXEL_FORMAT_MONO_8, nullptr);
-  arv_camera_set_region(camera, 0, 0, size.width, size.height, nullptr);
-  arv_camera_set_frame_rate(camera, fps, nullptr);
-  arv_camera_gv_set_packet_size(camera, kPacketBytes, nullptr);
-  arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-  ArvStream* stream = arv_camera_create_stream(camera, nullptr, nullptr, &error);
-  if (!stream) throw Error("the benchmark's camera does not stream: {}", error->message);
-  const std::size_t bytes = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
-  g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-               static_cast<gint>(std::max<std::size_t>(2 * bytes, 2 << 20)), nullptr);
-  for (int i = 0; i < kSlack; ++i) arv_stream_push_buffer(stream, arv_buffer_new_allocate(bytes));
-  arv_camera_start_acquisition(camera, nullptr);
-  const Turn turn = Measure(
-      [&](double& device_time_s) {
-        ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream, 1'000'000);
-        if (!buffer) return 0;
-        const bool whole = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
-        device_time_s = 1e-9 * static_cast<double>(arv_buffer_get_timestamp(buffer));
-        benchmark::DoNotOptimize(arv_buffer_get_image_data(buffer, nullptr));
-        arv_stream_push_buffer(stream, buffer);
-        return whole ? 1 : -1;
-      },
-      frames_wanted);
-  arv_camera_stop_acquisition(camera, nullptr);
-  g_object_unref(stream);
-  g_object_unref(camera);
-  return turn;
+Turn Bare(const Size& size, double fps, std::size_t frames_wanted = 0) {
+  return BareTurn({kAddress, size, fps, kPacketBytes}, frames_wanted);
 }
 
 // ---- the figures ----------------------------------------------------------------------------------------
 
-Size SizeOf(const benchmark::State& state) {
-  return {static_cast<int>(state.range(0)), static_cast<int>(state.range(1))};
-}
-
 void Throughput(benchmark::State& state) {
   const Size size = SizeOf(state);
-  std::vector<double> ours_fps, bare_fps, ratios, ours_cpu, bare_cpu;
-  int ours_broken = 0, bare_broken = 0;
-  for (auto _ : state) {
-    // Whoever begins changes, so that a machine that grows busier favours nobody.
-    const bool ours_first = ours_fps.size() % 2 == 0;
-    Turn ours, bare;
-    if (ours_first) ours = Ours(size, kFullSpeed, 0);
-    bare = Bare(size, kFullSpeed, 0);
-    if (!ours_first) ours = Ours(size, kFullSpeed, 0);
-    ours_fps.push_back(ours.fps);
-    bare_fps.push_back(bare.fps);
-    ratios.push_back(ours.fps / bare.fps);
-    ours_cpu.push_back(ours.cpu_ms);
-    bare_cpu.push_back(bare.cpu_ms);
-    ours_broken += ours.broken;
-    bare_broken += bare.broken;
-    state.SetIterationTime(1 / ours.fps);
-  }
-  state.counters["ratio"] = Quantile(ratios, 0.5);
-  state.counters["ratio_least"] = Quantile(ratios, 0);
-  state.counters["ratio_most"] = Quantile(ratios, 1);
-  state.counters["ours_fps"] = Quantile(ours_fps, 0.5);
-  state.counters["bare_fps"] = Quantile(bare_fps, 0.5);
-  state.counters["ours_cpu_ms"] = Quantile(ours_cpu, 0.5);
-  state.counters["bare_cpu_ms"] = Quantile(bare_cpu, 0.5);
-  state.counters["ours_broken"] = ours_broken;
-  state.counters["bare_broken"] = bare_broken;
+  TellThroughput(
+      state, [=] { return Ours(size, kFullSpeed); }, [=] { return Bare(size, kFullSpeed); });
 }
 BENCHMARK(Throughput)
     ->Args({640, 480})
     ->Args({1280, 1024})
     ->Args({2048, 2048})
-    ->Iterations(kTurns)
+    ->Iterations(1)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 

@@ -10,7 +10,7 @@
 
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/criterion.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/support/floors.h"
 
 namespace ulf {

@@ -14,7 +14,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "coverage/operator/operator_display.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 #include "tracking/sources/poses_spec.h"

@@ -12,7 +12,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "coverage/session/record/live_geometry.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/support/floors.h"
 #include "tracking/sources/poses_spec.h"
 

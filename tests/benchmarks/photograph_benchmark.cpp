@@ -13,6 +13,7 @@
 #include "render/gl/gl_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/photographs/pyramid_file.h"
+#include "tests/measure/figures.h"
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -190,4 +191,4 @@ BENCHMARK(Frame)->Arg(3)->Arg(2)->Arg(1)->Unit(benchmark::kMillisecond)->UseReal
 }  // namespace
 }  // namespace ulf
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) { return ulf::RunBenchmarks(argc, argv); }

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "core/frames/pixel_format.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/support/floors.h"
 
 namespace ulf {

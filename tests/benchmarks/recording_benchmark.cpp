@@ -29,7 +29,7 @@
 #include "core/image/files/tiff_file.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/view_spool.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/own_namespaces.h"

@@ -12,8 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
-#include <numeric>
+#include <functional>
 #include <vector>
 
 #include "acquisition/simulator/simulated_camera.h"
@@ -26,7 +25,8 @@
 #include "render/gl/gl_context.h"
 #include "render/gl/gl_renderer.h"
 #include "render/output/camera_path.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
+#include "tests/measure/paired.h"
 #include "tests/render/scenes/cap_scene.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
@@ -75,41 +75,43 @@ struct Contender {
 };
 
 struct Measured {
-  double ms = 0;      // of a picture, by the clock: mean over the path of the fastest
+  double ms = 0;      // of a picture, by the clock
   double cpu_ms = 0;  // the same of all processors' time
 };
+using Pictures = std::vector<Measured>;  // of a path
 
-class Fastest {
- public:
-  explicit Fastest(std::size_t pictures) : least_(pictures, std::numeric_limits<double>::infinity()) {}
-  void Add(std::size_t picture, double ms) { least_[picture] = std::min(least_[picture], ms); }
-  double Mean() const {
-    return std::accumulate(least_.begin(), least_.end(), 0.0) / static_cast<double>(least_.size());
+Pictures DrawPath(const Contender& contender, const CameraModel& camera, const std::vector<Rigid3>& path) {
+  contender.renderer->SetField(contender.field);
+  Pictures pictures;
+  for (const Rigid3& pose : path) {
+    const double before = CpuSeconds();
+    const double ms = contender.renderer->Draw(camera, pose);
+    pictures.push_back({ms, 1000 * (CpuSeconds() - before)});
   }
+  return pictures;
+}
 
- private:
-  std::vector<double> least_;
-};
-
+// Means over the path, of the fastest of each picture's repetitions.
 std::vector<Measured> Measure(const std::vector<Contender>& contenders, const CameraModel& camera,
                               const std::vector<Rigid3>& path) {
-  std::vector<Fastest> clock(contenders.size(), Fastest(path.size())), cpu = clock;
+  std::vector<std::function<Pictures()>> turns;
+  for (const Contender& contender : contenders) {
+    DrawPath(contender, camera, path);  // photographs are read and programs compiled
+    turns.emplace_back([&] { return DrawPath(contender, camera, path); });
+  }
   const auto start = Clock::now();
-  const auto goes_on = [&] { return IsOnGpu() && SecondsSince(start) < kGpuSeconds; };
-  for (int repetition = 0; repetition < kRepetitions || goes_on(); ++repetition)
-    for (std::size_t c = 0; c < contenders.size(); ++c) {
-      GlRenderer& renderer = *contenders[c].renderer;
-      renderer.SetField(contenders[c].field);
-      if (repetition == 0)  // photographs are read and programs compiled
-        for (const Rigid3& pose : path) renderer.Draw(camera, pose);
-      for (std::size_t f = 0; f < path.size(); ++f) {
-        const double before = CpuSeconds();
-        clock[c].Add(f, renderer.Draw(camera, path[f]));
-        cpu[c].Add(f, 1000 * (CpuSeconds() - before));
-      }
-    }
+  const auto rounds = test::InTurn<Pictures>(turns, [&](std::size_t done) {
+    return done < kRepetitions || (IsOnGpu() && SecondsSince(start) < kGpuSeconds);
+  });
+  const auto mean_of_fastest = [&](const std::vector<Pictures>& of, double Measured::*value) {
+    double sum = 0;
+    for (std::size_t i = 0; i < path.size(); ++i)
+      sum += std::ranges::min(of, {}, [&](const Pictures& pictures) { return pictures[i].*value; })[i].*value;
+    return sum / static_cast<double>(path.size());
+  };
   std::vector<Measured> measured;
-  for (std::size_t c = 0; c < contenders.size(); ++c) measured.push_back({clock[c].Mean(), cpu[c].Mean()});
+  for (const auto& of : rounds)
+    measured.push_back({mean_of_fastest(of, &Measured::ms), mean_of_fastest(of, &Measured::cpu_ms)});
   return measured;
 }
 
@@ -123,45 +125,41 @@ void TellRatio(benchmark::State& state, const Measured& slower, const Measured& 
   state.counters["cpu_ratio"] = slower.cpu_ms / faster.cpu_ms;
 }
 
-// Weights per pixel over all views, as SIBR's renderer of unstructured lumigraphs has them.
-void SubdivisionAgainstPerPixel(benchmark::State& state) {
-  GlRenderer renderer(CapScene(183), {});
+// One field over another, at a number of views.
+void OverAt(benchmark::State& state, int views, const FieldOptions& slower, const FieldOptions& faster) {
+  GlRenderer renderer(CapScene(views), {});
   for (auto _ : state) {
-    const auto measured =
-        Measure({{&renderer, kSubdivision}, {&renderer, kPerPixel}}, CapCamera(640, 480), CapPath());
-    TellRatio(state, measured[1], measured[0]);
+    const auto measured = Measure({{&renderer, slower}, {&renderer, faster}}, CapCamera(640, 480), CapPath());
+    TellRatio(state, measured[0], measured[1]);
   }
   state.SetLabel(renderer.Name());
 }
 
+// Weights per pixel over all views, as SIBR's renderer of unstructured lumigraphs has them.
+void SubdivisionAgainstPerPixel(benchmark::State& state) { OverAt(state, 183, kPerPixel, kSubdivision); }
+
 void SubdivisionAgainstPerVertex(benchmark::State& state) {
-  GlRenderer renderer(CapScene(static_cast<int>(state.range(0))), {});
-  for (auto _ : state) {
-    const auto measured =
-        Measure({{&renderer, kSubdivision}, {&renderer, kPerVertex}}, CapCamera(640, 480), CapPath());
-    TellRatio(state, measured[1], measured[0]);
-  }
-  state.SetLabel(renderer.Name());
+  OverAt(state, static_cast<int>(state.range(0)), kPerVertex, kSubdivision);
 }
+
+void SubdivisionAgainstLinear(benchmark::State& state) { OverAt(state, 200, kSubdivision, kLinear); }
 
 void ManyViewsAgainstFew(benchmark::State& state) {
   GlRenderer few(CapScene(200), {}), many(CapScene(kWhole), {});
   for (auto _ : state) {
     const auto measured =
-        Measure({{&few, kSubdivision}, {&many, kSubdivision}}, CapCamera(640, 480), CapPath());
-    TellRatio(state, measured[1], measured[0]);
+        Measure({{&many, kSubdivision}, {&few, kSubdivision}}, CapCamera(640, 480), CapPath());
+    TellRatio(state, measured[0], measured[1]);
   }
   state.SetLabel(few.Name());
 }
 
-void SubdivisionAgainstLinear(benchmark::State& state) {
-  GlRenderer renderer(CapScene(200), {});
-  for (auto _ : state) {
-    const auto measured =
-        Measure({{&renderer, kLinear}, {&renderer, kSubdivision}}, CapCamera(640, 480), CapPath());
-    TellRatio(state, measured[1], measured[0]);
-  }
-  state.SetLabel(renderer.Name());
+void TellPictures(benchmark::State& state, GlRenderer& renderer, const CameraModel& camera,
+                  const std::vector<Rigid3>& path) {
+  const Measured measured = Measure({{&renderer, kSubdivision}}, camera, path)[0];
+  state.counters["ms"] = measured.ms;
+  state.counters["cpu_ms"] = measured.cpu_ms;
+  state.counters["fps"] = 1000 / measured.ms;
 }
 
 void PicturesASecond(benchmark::State& state, int views, const cv::Size& photographs, const cv::Size& size,
@@ -172,42 +170,36 @@ void PicturesASecond(benchmark::State& state, int views, const cv::Size& photogr
   }
   GlRenderer renderer(CapScene(views, photographs), {});
   for (auto _ : state) {
-    const auto measured = Measure({{&renderer, kSubdivision}}, CapCamera(size.width, size.height), CapPath());
-    state.counters["ms"] = measured[0].ms;
-    state.counters["cpu_ms"] = measured[0].cpu_ms;
-    state.counters["fps"] = 1000 / measured[0].ms;
+    TellPictures(state, renderer, CapCamera(size.width, size.height), CapPath());
   }
   state.SetLabel(renderer.Name());
 }
 
-Scene GivenScene() {
+// Skips the benchmark where none is given and none is found.
+Scene GivenScene(benchmark::State& state) {
   static const Scene scene = []() -> Scene {
-    std::filesystem::path dir;
-    SceneOptions options;
     if (const char* given = std::getenv("ULF_BENCH_LIGHT_FIELD")) {
-      dir = given;
+      SceneOptions options;
       double x = 0, y = 0, z = 0, r = 0;
       const char* subject = std::getenv("ULF_BENCH_SUBJECT");
       if (subject && std::sscanf(subject, "%lf,%lf,%lf,%lf", &x, &y, &z, &r) == 4)
         options.subject = {{x, y, z}, r};
-    } else if (const auto found = test::TestData("shop_grid_even")) {
-      dir = *found;
-      options.subject = Subject{{0, 0, -8.12}, 1.5};
-    } else {
-      return nullptr;
+      return LoadScene(ReadLightField(given), options);
     }
-    return LoadScene(ReadLightField(dir), options);
+    const auto found = test::TestData("shop_grid_even");
+    return found ? LoadScene(ReadLightField(*found), {.subject = Subject{{0, 0, -8.12}, 1.5}}) : nullptr;
   }();
+  if (scene)
+    state.counters["views"] = static_cast<double>(scene->views.size());
+  else
+    state.SkipWithError("no light field to measure on: set ULF_BENCH_LIGHT_FIELD");
   return scene;
 }
 
 // All fields in turn, 640 wide, along an orbit.
 void GivenLightField(benchmark::State& state) {
-  const Scene scene = GivenScene();
-  if (!scene) {
-    state.SkipWithError("no light field to measure on: set ULF_BENCH_LIGHT_FIELD");
-    return;
-  }
+  const Scene scene = GivenScene(state);
+  if (!scene) return;
   GlRenderer renderer(scene, {});
   const CameraModel& of_views = scene->views.front().camera;
   const CameraModel camera = CameraModel::Pinhole(640, 480, 640.0 / of_views.width * of_views.fx);
@@ -222,16 +214,12 @@ void GivenLightField(benchmark::State& state) {
     for (std::size_t i = 0; i < fields.size(); ++i)
       state.counters[fmt::format("{}_ms", fields[i].first)] = measured[i].ms;
   }
-  state.counters["views"] = static_cast<double>(scene->views.size());
 }
 
 // As SIBR's renderer of unstructured lumigraphs was measured: 680 x 453, between the views of a grid.
 void BetweenViews(benchmark::State& state) {
-  const Scene scene = GivenScene();
-  if (!scene) {
-    state.SkipWithError("no light field to measure on: set ULF_BENCH_LIGHT_FIELD");
-    return;
-  }
+  const Scene scene = GivenScene(state);
+  if (!scene) return;
   GlRenderer renderer(scene, {});
   const CameraModel& of_views = scene->views.front().camera;
   const CameraModel camera = CameraModel::Pinhole(680, 453, 680.0 / of_views.width * of_views.fx);
@@ -247,12 +235,8 @@ void BetweenViews(benchmark::State& state) {
     path.push_back(pose);
   }
   for (auto _ : state) {
-    const auto measured = Measure({{&renderer, kSubdivision}}, camera, path);
-    state.counters["ms"] = measured[0].ms;
-    state.counters["cpu_ms"] = measured[0].cpu_ms;
-    state.counters["fps"] = 1000 / measured[0].ms;
+    TellPictures(state, renderer, camera, path);
   }
-  state.counters["views"] = static_cast<double>(scene->views.size());
   state.SetLabel(renderer.Name());
 }
 

@@ -10,7 +10,7 @@
 #include "core/base/host_time.h"
 #include "coverage/operator/marker_mouse.h"
 #include "render/quality/nearest_view.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 #include "tracking/sources/marker_locator.h"

@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "tests/measure/figures.h"
 #include "tests/support/floors.h"
 
 namespace ulf {
@@ -48,4 +49,4 @@ BENCHMARK_CAPTURE(CaptureFrame, rgb8_1280_still, SensorFormat::kRgb8, 1280, 0)->
 }  // namespace
 }  // namespace ulf
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) { return ulf::RunBenchmarks(argc, argv); }

@@ -4,7 +4,7 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/features2d.hpp>
 
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"

@@ -14,7 +14,7 @@
 
 #include "core/base/quantile.h"
 #include "core/video/video_reader.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/video/sample_video.h"
 

@@ -15,7 +15,7 @@
 #include "render/fields/field_options.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/viewer/viewer.h"
-#include "tests/benchmarks/figures.h"
+#include "tests/measure/figures.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

@@ -11,7 +11,8 @@
 #include "core/base/quantile.h"
 #include "coverage/bound/criterion.h"
 #include "coverage/bound/epipolar_plane.h"
-#include "tests/charts/makers.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/support/bound_oracle.h"
 #include "tests/support/floors.h"
 
@@ -104,45 +105,33 @@ Measured Measure(const std::vector<Pairing>& pairings, Search search, int repeti
           std::max(kLeastShown, Quantile(short_by, 0.99))};
 }
 
-ChartPanel PanelOf(const Range& range, const ChartEffort& effort) {
+Chart MeasureBound(const Effort& effort) {
   constexpr std::array<std::pair<const char*, Search>, 5> kSearches{{{"central pixel (thesis)", CentralPixel},
                                                                      {"guess by closed form", Guess},
                                                                      {"guess and two parabolas", Parabolas},
                                                                      {"33 pixels and golden section", Scan},
                                                                      {"as needed", nullptr}}};
-  std::array<std::vector<double>, kSearches.size()> microseconds, short_by;
-  for (const unsigned seed : effort.Of(std::vector{1u, 2u}, {1u, 2u, 3u, 4u, 5u})) {
-    const auto pairings = Draw(range, effort.Of(100, 500), seed);
-    for (std::size_t s = 0; s < kSearches.size(); ++s) {
-      const Measured measured = Measure(pairings, kSearches[s].second, effort.Of(20, 100));
-      microseconds[s].push_back(measured.microseconds);
-      short_by[s].push_back(measured.short_by);
+  Table table;
+  for (const Range& range : {Range{"near the shell: distances 0.8 to 1.25, up to 10 degrees", 1.25, 10},
+                             Range{"everywhere: distances 0.5 to 2, up to 60 degrees", 2, 60}}) {
+    table.Panel(range.title, Log("time of a bound [µs, CPU]"),
+                Log("short of brute force [%], 99th percentile"));
+    for (const unsigned seed : effort.Seeds(5)) {
+      const auto pairings = Draw(range, effort.Of(100, 500), seed);
+      for (const auto& [name, search] : kSearches) {
+        const Measured measured = Measure(pairings, search, effort.Of(20, 100));
+        table.Add(range.title, name, name, measured.microseconds, measured.short_by, search == nullptr);
+      }
     }
   }
-  ChartPanel panel{range.title,
-                   {"time of a bound [µs, CPU]", true},
-                   {"short of brute force [%], 99th percentile", true},
-                   {}};
-  for (std::size_t s = 0; s < kSearches.size(); ++s)
-    panel.points.push_back({kSearches[s].first, kSearches[s].first, Spread::Of(microseconds[s]),
-                            Spread::Of(short_by[s]), kSearches[s].second == nullptr});
-  return panel;
+  return {.panels = table.panels()};
 }
+
+CHART(coverage_bound, MeasureBound,
+      "Coverage bound: what finding the worst pixel costs, and what is missed without", R"(Aimed pairs at
+  random (focal length 300 to 2,000 px, sphere 0.03 to 0.45 of the distance), the truth by brute force over
+  all pixels in space. Five seeds of 500 pairs; bars: lowest to highest seed. 0.01 % is shown for all that
+  is less.)");
 
 }  // namespace
-
-Chart BoundChart(const ChartEffort& effort) {
-  Chart chart;
-  chart.title = "Coverage bound: what finding the worst pixel costs, and what is missed without";
-  chart.about =
-      "Aimed pairs at random (focal length 300 to 2,000 px, sphere 0.03 to 0.45 of the distance), the truth "
-      "by "
-      "brute force over all pixels in space. Five seeds of 500 pairs, other ones than the tests' that the "
-      "search was made with; bars: lowest to highest seed. 0.01 % is shown for all that is less.";
-  for (const Range& range : {Range{"near the shell: distances 0.8 to 1.25, up to 10 degrees", 1.25, 10},
-                             Range{"everywhere: distances 0.5 to 2, up to 60 degrees", 2, 60}})
-    chart.panels.push_back(PanelOf(range, effort));
-  return chart;
-}
-
 }  // namespace ulf::test

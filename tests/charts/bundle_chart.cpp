@@ -3,8 +3,9 @@
 #include <cmath>
 
 #include "core/base/host_time.h"
-#include "core/geometry/similarity3.h"
-#include "tests/charts/makers.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
+#include "tests/support/aligned_centres.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/bundle_adjustment.h"
@@ -54,34 +55,24 @@ BundleProblem LightFieldProblem(int views, unsigned seed) {
   return problem;
 }
 
-// RMS distance of the centres after one similarity, % of the distance of what is seen.
-double CentreErrorPct(const BundleProblem& found, const BundleProblem& truth, double distance) {
-  std::vector<Vector3d> a, b;
-  for (std::size_t c = 0; c < truth.cam_from_world.size(); ++c) {
-    a.push_back(found.cam_from_world[c].OriginInSource());
-    b.push_back(truth.cam_from_world[c].OriginInSource());
-  }
-  const auto aligned = AlignPoints(a, b);
-  if (!aligned) return std::nan("");
-  double squared = 0;
-  for (std::size_t c = 0; c < a.size(); ++c) squared += (*aligned * a[c] - b[c]).squaredNorm();
-  return 100 * std::sqrt(squared / static_cast<double>(a.size())) / distance;
+double CentreErrorPct(const BundleProblem& found, const BundleProblem& truth) {
+  constexpr double kDistance = 1.5;  // of what is seen, in both problems
+  return 100 * AlignedCentreError(found.cam_from_world, truth.cam_from_world) / kDistance;
 }
 
-void AddSolvers(Chart& chart, const ChartEffort& effort) {
-  ChartPanel centres{"all views at once, by their number",
-                     {"adjustment [s, CPU]", true},
-                     {"centres are off by [% of the distance]", true},
-                     {},
-                     false};
-  ChartPanel pixels{
-      "the same: reprojection", {"adjustment [s, CPU]", true}, {"reprojection error [px RMS]"}, {}, false};
+constexpr char kCentres[] = "all views at once, by their number", kPixels[] = "the same: reprojection";
+
+void AddSolvers(Table& table, const Effort& effort) {
+  const ChartAxis cost{"adjustment [s, CPU]", true};
+  table.Panel(kCentres, cost, Log("centres are off by [% of the distance]"), {.compared = false});
+  table.Panel(kPixels, cost, {"reprojection error [px RMS]"}, {.compared = false});
   for (const auto& [name, solver] : {std::pair{"dense Schur", BundleSolver::kDense},
                                      {"sparse Schur", BundleSolver::kSparse},
                                      {"conjugate gradients", BundleSolver::kIterative}})
     for (const int views : effort.Of(std::vector{20, 80}, {30, 60, 120, 240, 480})) {
-      std::vector<double> seconds, errors, rms;
-      for (const unsigned seed : effort.Of(std::vector{31u}, {31u, 32u, 33u})) {
+      const bool dense_is_right = static_cast<std::size_t>(views) - 2 <= kDenseUpTo;
+      const bool in_use = solver == (dense_is_right ? BundleSolver::kDense : BundleSolver::kIterative);
+      for (const unsigned seed : effort.Seeds(3)) {
         const BundleProblem truth = LightFieldProblem(views, seed);
         BundleProblem problem = truth;
         Draw draw(seed + 500);
@@ -90,18 +81,11 @@ void AddSolvers(Chart& chart, const ChartEffort& effort) {
         for (Vector3d& point : problem.points) point += 0.02 * draw.Direction();
         const double start = ThreadCpuSeconds();
         const BundleSummary summary = AdjustBundle(BundleCamera(), problem, {.solver = solver});
-        seconds.push_back(ThreadCpuSeconds() - start);
-        errors.push_back(CentreErrorPct(problem, truth, 1.5));
-        rms.push_back(summary.final_rms_sigmas);
+        const double seconds = ThreadCpuSeconds() - start;
+        table.Add(kCentres, name, std::to_string(views), seconds, CentreErrorPct(problem, truth), in_use);
+        table.Add(kPixels, name, std::to_string(views), seconds, summary.final_rms_sigmas, in_use);
       }
-      const bool dense_is_right = static_cast<std::size_t>(views) - 2 <= kDenseUpTo;
-      const bool in_use = solver == (dense_is_right ? BundleSolver::kDense : BundleSolver::kIterative);
-      centres.points.push_back(
-          {name, std::to_string(views), Spread::Of(seconds), Spread::Of(errors), in_use});
-      pixels.points.push_back({name, std::to_string(views), Spread::Of(seconds), Spread::Of(rms), in_use});
     }
-  chart.panels.push_back(centres);
-  chart.panels.push_back(pixels);
 }
 
 // A camera that moves sideways along a wall, a keyframe each 0.1 at a distance of 1.5.
@@ -166,54 +150,40 @@ Chain RunChain(int keyframes, int window, unsigned seed) {
     map.cam_from_world = local.cam_from_world;
     map.points = local.points;
   }
-  chain.centre_pct = CentreErrorPct(map, truth, 1.5);
+  chain.centre_pct = CentreErrorPct(map, truth);
   return chain;
 }
 
-void AddWindows(Chart& chart, const ChartEffort& effort) {
+constexpr char kMoved[] = "keyframes along a wall, one after the other: how many are moved";
+constexpr char kMovedPixels[] = "the same: reprojection at the end";
+
+void AddWindows(Table& table, const Effort& effort) {
+  constexpr int kInUse = 14;
   const int keyframes = effort.Of(20, 60);
-  ChartPanel panel{
-      fmt::format("{} keyframes along a wall, one after the other: how many are moved", keyframes),
-      {"local adjustment of a keyframe [ms, CPU]", true},
-      {"centres are off by [% of the distance]", true},
-      {}};
-  ChartPanel pixels{"the same: reprojection at the end",
-                    {"local adjustment of a keyframe [ms, CPU]", true},
-                    {"reprojection error [px RMS]"},
-                    {}};
-  for (const int window : effort.Of(std::vector{3, 14}, {1, 2, 4, 7, 14, 28})) {
-    std::vector<double> ms, centres, rms;
-    for (const unsigned seed : effort.Of(std::vector{41u}, {41u, 42u, 43u})) {
+  const ChartAxis cost{"local adjustment of a keyframe [ms, CPU]", true};
+  table.Panel(kMoved, cost, Log("centres are off by [% of the distance]"));
+  table.Panel(kMovedPixels, cost, {"reprojection error [px RMS]"});
+  for (const int window : effort.Of(std::vector{3, 14}, {1, 2, 4, 7, 14, 28}))
+    for (const unsigned seed : effort.Seeds(3)) {
       const Chain chain = RunChain(keyframes, window, seed);
-      ms.push_back(1000 * chain.seconds / (keyframes - 2));
-      centres.push_back(chain.centre_pct);
-      rms.push_back(chain.rms_px);
+      const double ms = 1000 * chain.seconds / (keyframes - 2);
+      const std::string name = std::to_string(window);
+      table.Add(kMoved, "keyframes moved", name, ms, chain.centre_pct, window == kInUse);
+      table.Add(kMovedPixels, "keyframes moved", name, ms, chain.rms_px, window == kInUse);
     }
-    constexpr int kInUse = 14;
-    panel.points.push_back(
-        {"keyframes moved", std::to_string(window), Spread::Of(ms), Spread::Of(centres), window == kInUse});
-    pixels.points.push_back(
-        {"keyframes moved", std::to_string(window), Spread::Of(ms), Spread::Of(rms), window == kInUse});
-  }
-  chart.panels.push_back(panel);
-  chart.panels.push_back(pixels);
 }
+
+Chart MeasureBundles(const Effort& effort) {
+  Table table;
+  AddSolvers(table, effort);
+  AddWindows(table, effort);
+  return {.panels = table.panels()};
+}
+
+CHART(bundle_adjustment, MeasureBundles, "Bundle adjustment: solver, views and window", R"(Drawn scenes, 0.5
+  px of noise and 2 % of outliers, sigma 1 px. Above: views on a cap that each see a fifth of 1,500 points,
+  begun 1 % and 0.6 degrees off; ringed is the solver in use at that size. Below: drift over 60 keyframes
+  when only the newest are moved, the twenty before them held. Three seeds; bars: lowest to highest.)");
 
 }  // namespace
-
-Chart BundleChart(const ChartEffort& effort) {
-  Chart chart;
-  chart.title = "Bundle adjustment: solver, views and window";
-  chart.about =
-      "Drawn scenes, 0.5 px of noise and 2 % of outliers, sigma 1 px. Above: views on a cap that each see a "
-      "fifth of 1,500 points, begun 1 % and 0.6 degrees off; ringed is the solver in use at that size. "
-      "Below: "
-      "drift when only the newest keyframes are moved, the twenty before them held. Three seeds, none of "
-      "them "
-      "used for choosing; bars: lowest to highest.";
-  AddSolvers(chart, effort);
-  AddWindows(chart, effort);
-  return chart;
-}
-
 }  // namespace ulf::test

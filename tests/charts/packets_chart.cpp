@@ -6,7 +6,8 @@
 #include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
-#include "tests/charts/makers.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/own_namespaces.h"
@@ -63,41 +64,30 @@ Received Receive(int packet_bytes, double seconds) {
   return {whole / took, 100 * lost / std::max(1.0, lost + whole)};
 }
 
-}  // namespace
-
-Chart PacketsChart(const ChartEffort& effort) {
-  if (const auto why_not = EnterLoopbackNamespace()) throw Error("nothing is measured: {}", *why_not);
-  Chart chart;
-  chart.title = "GigE Vision: packet size and sending again over a link that loses packets";
-  chart.about = fmt::format(
-      "The simulated camera on loopback at {}x{}, {} frames a second asked for, behind a relay that loses a "
-      "share of the packets; {} s each, three seeds, none used for choosing. 0.1 % is shown for all that is "
-      "less. Names: bytes of a packet; ringed: what is taken on loopback.",
-      kWidth, kHeight, kFps, effort.Of(0.7, 2.0));
+Chart MeasurePackets(const Effort& effort) {
+  if (const auto why_not = EnterLoopbackNamespace()) throw NotHere(*why_not);
+  Table table;
   for (const double lost_share : effort.Of(std::vector{0.001}, {0.001, 0.01})) {
-    ChartPanel panel{fmt::format("{:g} % of the packets lost", 100 * lost_share),
-                     {"time for a whole frame [ms]", true},
-                     {"frames lost [%]", true},
-                     {}};
-    const std::vector<int> sizes = effort.Of(std::vector{7800}, {576, 1500, 3000, 7800});
-    for (const bool resends : {true, false}) {
-      std::vector<std::vector<double>> ms(sizes.size()), lost(sizes.size());
-      for (const unsigned seed : effort.Of(std::vector{61u}, {61u, 62u, 63u})) {
+    const std::string title = fmt::format("{:g} % of the packets lost", 100 * lost_share);
+    table.Panel(title, Log("time for a whole frame [ms]"), Log("frames lost [%]"));
+    for (const bool resends : {true, false})
+      for (const unsigned seed : effort.Seeds(3)) {
         const auto camera = StartCamera(lost_share, resends, seed);
-        for (std::size_t i = 0; i < sizes.size(); ++i) {
-          const Received received = Receive(sizes[i], effort.Of(0.7, 2.0));
-          ms[i].push_back(1000 / std::max(0.1, received.whole_fps));
-          lost[i].push_back(std::max(0.1, received.lost_pct));
+        for (const int bytes : effort.Of(std::vector{7800}, {576, 1500, 3000, 7800})) {
+          const Received received = Receive(bytes, effort.Of(0.7, 2.0));
+          table.Add(title, resends ? "lost packets are sent again" : "not sent again", std::to_string(bytes),
+                    1000 / std::max(0.1, received.whole_fps), std::max(0.1, received.lost_pct),
+                    resends && bytes == 7800);
         }
       }
-      for (std::size_t i = 0; i < sizes.size(); ++i)
-        panel.points.push_back({resends ? "lost packets are sent again" : "not sent again",
-                                std::to_string(sizes[i]), Spread::Of(ms[i]), Spread::Of(lost[i]),
-                                resends && sizes[i] == 7800});
-    }
-    chart.panels.push_back(panel);
   }
-  return chart;
+  return {.panels = table.panels()};
 }
 
+CHART(packets, MeasurePackets, "GigE Vision: packet size and sending again over a link that loses packets",
+      R"(The simulated camera on loopback at 1280x1024, 60 frames a second asked for, behind a relay that
+  loses a share of the packets; 2 s each, three seeds. 0.1 % is shown for all that is less. Names: bytes of
+  a packet; ringed: what is taken on loopback.)");
+
+}  // namespace
 }  // namespace ulf::test

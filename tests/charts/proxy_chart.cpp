@@ -1,6 +1,5 @@
 // Where more geometry stops helping: the plane, tracked points in number, the light field's own mesh with
 // ever fewer triangles.
-#include <algorithm>
 #include <array>
 #include <map>
 
@@ -9,8 +8,9 @@
 #include "render/proxy/points_proxy.h"
 #include "render/quality/choice.h"
 #include "render/stereo/proxy_builder.h"
-#include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
@@ -41,93 +41,71 @@ TriangleMesh Clustered(const TriangleMesh& mesh, float edge) {
   return coarse;
 }
 
-struct ProxyRow {
-  std::string series, name;
-  std::shared_ptr<const Proxy> offered;  // to --proxy auto; of the last seed
-  int chosen = 0;                        // by it, of how many seeds
-  std::vector<double> ms, disc_db, frame_db;
-};
-
-class Rows {
- public:
-  // The same rows for every seed, in the same order.
-  void BeginSeed() { next_ = 0; }
-  void Add(const std::string& series, const std::string& name, std::shared_ptr<const Proxy> offered,
-           const RenderedQuality& quality) {
-    if (next_ == rows_.size()) rows_.push_back({series, name, nullptr, 0, {}, {}, {}});
-    ProxyRow& row = rows_[next_++];
-    row.offered = std::move(offered);
-    row.ms.push_back(quality.cpu_ms);
-    row.disc_db.push_back(quality.psnr_disc_db);
-    row.frame_db.push_back(quality.psnr_db);
-  }
-  const std::vector<ProxyRow>& rows() const { return rows_; }
-  void Choose(const RenderScene& scene) {
-    std::vector<std::shared_ptr<const Proxy>> offered;
-    for (const ProxyRow& row : rows_)
-      if (row.offered) offered.push_back(row.offered);
-    const Choice choice =
-        ChooseByEvidence(scene, {{.kind = FieldKind::kSubdivision}}, offered, RendererKind::kGl);
-    for (ProxyRow& row : rows_) row.chosen += row.offered == choice.proxy;
-  }
-
- private:
-  std::size_t next_ = 0;
-  std::vector<ProxyRow> rows_;
-};
-
 std::string Thousands(std::size_t count) {
   return count < 1000 ? std::to_string(count) : fmt::format("{:.3g}k", static_cast<double>(count) / 1000);
 }
 
-}  // namespace
+constexpr char kDisc[] = "the subject (its sphere's silhouette)", kFrame[] = "the whole frame";
 
-Chart ProxyChart(const ChartEffort& effort) {
-  Rows rows;
-  for (const unsigned seed : effort.Of(std::vector{1u}, {1u, 2u, 3u})) {
-    rows.BeginSeed();
+struct Tried {
+  std::string series, name;
+  std::shared_ptr<const Proxy> proxy;
+  bool offered = false;       // to --proxy auto
+  std::size_t triangles = 0;  // of a mesh
+};
+
+// Names say how many points and triangles are asked for or kept, so that those of all seeds are one row.
+std::vector<Tried> Proxies(const RenderScene& scene, unsigned seed, const Effort& effort) {
+  std::vector<Tried> tried{{"plane", "plane", std::make_shared<PlaneProxy>(scene.subject), true}};
+  for (const int count : effort.Of(std::vector{1000}, {100, 1000, 3000, 30000}))
+    tried.push_back({"true points, 0.2 % of the depth off", Thousands(static_cast<std::size_t>(count)),
+                     std::make_shared<PointsProxy>(scene.subject, StudioPoints({.seed = seed}, count)),
+                     count == effort.Of(1000, 3000)});
+  const TriangleMesh mesh = BuildProxy(scene, {.size_px = 480, .depth_maps = effort.Of(8, 40)}).mesh;
+  for (const double edge_m : effort.Of(std::vector{0.02}, {0.2, 0.05, 0.0125, 0.0})) {
+    const auto coarse =
+        std::make_shared<TriangleMesh>(edge_m > 0 ? Clustered(mesh, static_cast<float>(edge_m)) : mesh);
+    tried.push_back({"mesh of ulf proxy, clustered",
+                     edge_m > 0 ? fmt::format("cubes of {:g} mm", 1000 * edge_m) : "whole",
+                     std::make_shared<MeshProxy>(scene.subject, coarse), edge_m == 0,
+                     coarse->triangles.size()});
+  }
+  return tried;
+}
+
+Chart MeasureProxies(const Effort& effort) {
+  Table table;
+  std::string found;
+  for (const char* title : {kDisc, kFrame})
+    table.Panel(title, Log("a picture [ms, CPU]"), MoreIsBetter({"PSNR [dB]"}));
+  for (const unsigned seed : effort.Seeds(3)) {
     const auto scene = StudioScene({.seed = seed, .threshold_px = effort.Of(24.0, 12.0)});
     const auto truth = StudioTruth({.seed = seed}, effort.Of(6, 12));
     const auto renderer = MakeRenderer(scene, {});
-    const auto measure = [&](const std::string& series, const std::string& name, bool offered,
-                             std::shared_ptr<const Proxy> proxy) {
-      renderer->SetProxy(std::move(proxy));
-      rows.Add(series, name, offered ? renderer->scene().proxy : nullptr, MeasureRendering(*renderer, truth));
-    };
-    measure("plane", "plane", true, std::make_shared<PlaneProxy>(scene->subject));
-    for (const int count : effort.Of(std::vector{1000}, {100, 1000, 3000, 30000}))
-      measure("true points, 0.2 % of the depth off", Thousands(static_cast<std::size_t>(count)),
-              count == effort.Of(1000, 3000),
-              std::make_shared<PointsProxy>(scene->subject, StudioPoints({.seed = seed}, count)));
-    const TriangleMesh mesh = BuildProxy(*scene, {.size_px = 480, .depth_maps = effort.Of(8, 40)}).mesh;
-    for (const double edge_m : effort.Of(std::vector{0.02}, {0.2, 0.05, 0.0125, 0.0})) {
-      const auto coarse =
-          std::make_shared<TriangleMesh>(edge_m > 0 ? Clustered(mesh, static_cast<float>(edge_m)) : mesh);
-      measure("mesh of ulf proxy, clustered", Thousands(coarse->triangles.size()), edge_m == 0,
-              std::make_shared<MeshProxy>(scene->subject, coarse));
+    const std::vector<Tried> tried = Proxies(*scene, seed, effort);
+    std::vector<std::shared_ptr<const Proxy>> offered;
+    for (const Tried& one : tried)
+      if (one.offered) offered.push_back(one.proxy);
+    const auto chosen =
+        ChooseByEvidence(*scene, {{.kind = FieldKind::kSubdivision}}, offered, RendererKind::kGl).proxy;
+    for (const Tried& one : tried) {
+      renderer->SetProxy(one.proxy);
+      const RenderedQuality quality = MeasureRendering(*renderer, truth);
+      if (seed == kFirstSeed && one.triangles > 0)
+        found += fmt::format("{}{}: {}", found.empty() ? "Triangles of the first seed: " : ", ", one.name,
+                             Thousands(one.triangles));
+      table.Add(kDisc, one.series, one.name, quality.cpu_ms, quality.psnr_disc_db, one.proxy == chosen);
+      table.Add(kFrame, one.series, one.name, quality.cpu_ms, quality.psnr_db, one.proxy == chosen);
     }
-    rows.Choose(*scene);
   }
-  Chart chart;
-  chart.title = "Geometry: where more of it stops helping";
-  chart.about =
-      "The simulated studio, seeds 1 to 3 (made with seed 7), views for a threshold of 12 px, subdivision "
-      "weights, 480 x 320 pixels; 12 pictures of each seed from places that were not recorded. Names are "
-      "points and triangles (of seed 1). Processor time, reading the picture back included; bars: lowest to "
-      "highest seed. Ringed: what `--proxy auto` takes, for most seeds, of the plane, 3,000 points and the "
-      "whole mesh.";
-  for (const bool disc : {true, false}) {
-    ChartPanel panel{disc ? "the subject (its sphere's silhouette)" : "the whole frame",
-                     {"a picture [ms, CPU]", true},
-                     {"PSNR [dB]", false, true},
-                     {}};
-    for (const ProxyRow& row : rows.rows())
-      panel.points.push_back({row.series, row.name, Spread::Of(row.ms),
-                              Spread::Of(disc ? row.disc_db : row.frame_db),
-                              2 * row.chosen > static_cast<int>(row.ms.size())});
-    chart.panels.push_back(panel);
-  }
-  return chart;
+  return {.found = found, .panels = table.panels()};
 }
 
+CHART(proxies, MeasureProxies, "Geometry: where more of it stops helping", R"(The simulated studio, three
+  seeds, views for a threshold of 12 px, subdivision weights, 480 x 320 pixels; 12 pictures of each seed
+  from places that were not recorded. Names are numbers of points, and cubes whose vertices become one.
+  Processor time, reading the picture back included; bars: lowest to highest seed. Ringed: what `--proxy
+  auto` takes, for most seeds, of the plane, 3,000 points and the whole mesh.)");
+
+}  // namespace
 }  // namespace ulf::test

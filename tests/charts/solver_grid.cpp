@@ -202,18 +202,14 @@ TrialError PoseError(const AbsoluteProblem& problem, const Geometry& geometry, c
 template <typename Solve>
 Outcome Collect(const Trials& trials, double failure, Solve&& solve) {
   Outcome outcome;
-  std::vector<double> errors, rotations, positions;
+  std::vector<double> rotations, positions;
   for (int k = 0; k < trials.count; ++k) {
     const auto [error, seconds] = solve(trials.seed * 1000 + static_cast<unsigned>(k));
     outcome.ms += 1000 * seconds / trials.count;
     rotations.push_back(error.rotation_deg);
     positions.push_back(error.position);
-    if (error.error <= failure)
-      errors.push_back(error.error);
-    else
-      outcome.failures += 1.0 / trials.count;
+    if (!(error.error <= failure)) outcome.failures += 1.0 / trials.count;
   }
-  outcome.median_error = Median(errors);
   outcome.rotation_deg = Median(rotations);
   outcome.position = Median(positions);
   return outcome;

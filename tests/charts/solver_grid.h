@@ -40,9 +40,8 @@ struct Trials {
 };
 
 struct Outcome {
-  double ms = 0;            // CPU, mean
-  double median_error = 0;  // of the trials that did not fail
-  double failures = 0;      // share
+  double ms = 0;        // CPU, mean
+  double failures = 0;  // share
   // Medians of all trials, infinite where half of them found nothing.
   double rotation_deg = 0;
   double position = 0;  // one camera: % of the nearest depth; two views: degrees between the directions

@@ -1,7 +1,5 @@
 #include "tests/charts/studio_views.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -62,15 +60,6 @@ Hand OtherHand(const SimulatedCamera& studio, std::uint64_t seed) {
 }
 
 }  // namespace
-
-double ProcessCpuMs() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto ms = [](const timeval& t) {
-    return 1e3 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_usec);
-  };
-  return ms(usage.ru_utime) + ms(usage.ru_stime);
-}
 
 std::shared_ptr<const RenderScene> StudioScene(const StudioOptions& options) {
   SimulationOptions simulated = Simulated(options);
@@ -144,15 +133,14 @@ std::vector<ScenePoint> StudioPoints(const StudioOptions& options, int count) {
 
 RenderedQuality MeasureRendering(Renderer& renderer, const std::vector<SceneView>& truth) {
   RenderedQuality quality;
-  std::vector<double> ms, cpu_ms;
+  std::vector<double> cpu_ms;
   for (const SceneView& view : truth) {
     const CameraModel camera = view.camera.WithoutDistortion();
     const UndistortedPhotograph photograph = Undistort(view);
     const Rendering first = renderer.Render(camera, view.cam_from_world);
     const double before = ProcessCpuMs();
-    const Rendering again = renderer.Render(camera, view.cam_from_world);
+    renderer.Render(camera, view.cam_from_world);
     cpu_ms.push_back(ProcessCpuMs() - before);
-    ms.push_back(again.ms);
     const cv::Mat srgb8 = Srgb8FromLinear(first.linear);
     const cv::Mat disc = SubjectDisc(camera, view.cam_from_world, renderer.scene().subject);
     const double share = 1.0 / static_cast<double>(truth.size());
@@ -161,7 +149,6 @@ RenderedQuality MeasureRendering(Renderer& renderer, const std::vector<SceneView
     quality.ssim += share * frame.ssim;
     quality.psnr_disc_db += share * CompareImages(srgb8, photograph.srgb8, photograph.valid & disc).psnr_db;
   }
-  quality.ms = Median(ms);
   quality.cpu_ms = Median(cpu_ms);
   return quality;
 }

@@ -8,6 +8,7 @@
 
 #include "render/renderer/renderer.h"
 #include "render/scene/scene.h"
+#include "tests/measure/cpu_time.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
@@ -37,13 +38,10 @@ std::vector<TruePicture> StudioPath(const StudioOptions& options, int count);
 // depth): as tracked ones are.
 std::vector<ScenePoint> StudioPoints(const StudioOptions& options, int count);
 
-// Of all threads of this process, user and system.
-double ProcessCpuMs();
-
 struct RenderedQuality {
   double psnr_db = 0, psnr_disc_db = 0;  // means over the pictures; the second in the subject's silhouette
   double ssim = 0;
-  double ms = 0, cpu_ms = 0;  // of a picture once its photographs are there, medians
+  double cpu_ms = 0;  // of a picture once its photographs are there, median
 };
 RenderedQuality MeasureRendering(Renderer& renderer, const std::vector<SceneView>& truth);
 // TemporalError::FrameRms() on the path.

@@ -15,9 +15,10 @@
 #include "render/quality/quality.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/acquisition/calibration/synthetic_board_views.h"
-#include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
 #include "tests/charts/tracking/tracking_runs.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/refine/refine_views.h"
@@ -35,33 +36,18 @@ struct Price {
   double cost = 0, error = 0;
 };
 
-// Ratios of wrong over right, seed by seed.
-class Prices {
- public:
-  void Add(const char* series, const std::string& name, const Price& wrong, const Price& right) {
-    auto found = std::find_if(rows_.begin(), rows_.end(), [&](const Row& row) { return row.name == name; });
-    if (found == rows_.end()) found = rows_.insert(rows_.end(), Row{series, name});
-    found->cost.push_back(wrong.cost / right.cost);
-    found->error.push_back(wrong.error / right.error);
+// Ratios of wrong over right, seed by seed, in one panel of a table.
+struct Prices {
+  Table& table;
+  std::string panel;
+  void Add(const char* series, const std::string& name, const Price& wrong, const Price& right) const {
+    table.Add(panel, series, name, wrong.cost / right.cost, wrong.error / right.error);
   }
-  ChartPanel Panel(const std::string& title, const std::string& cost) const {
-    ChartPanel panel{title, {cost, true}, {"error, times that of the right choice", true}, {}, false, false};
-    for (const Row& row : rows_)
-      panel.points.push_back({row.series, row.name, Spread::Of(row.cost), Spread::Of(row.error)});
-    return panel;
-  }
-
- private:
-  struct Row {
-    std::string series, name;
-    std::vector<double> cost = {}, error = {};
-  };
-  std::vector<Row> rows_;
 };
 
 double ErrorOf(double psnr_db) { return std::pow(10, -psnr_db / 20); }
 
-void PriceLenses(unsigned seed, Prices& prices) {
+void PriceLenses(unsigned seed, const Prices& prices) {
   for (const char* lens : {"pinhole", "barrel"}) {
     const SyntheticBoardViews spec{
         .camera = SimulatedLens(lens, 640, 480), .views = 24, .noise_px = 0.1, .seed = seed};
@@ -114,7 +100,7 @@ double ByEssentialMatrix(const TwoViews& views, double threshold) {
   return views.ErrorOf(rotation);
 }
 
-void PriceMotions(unsigned seed, Prices& prices) {
+void PriceMotions(unsigned seed, const Prices& prices) {
   for (const Shape shape : {Shape::kDeep, Shape::kFlat}) {
     // Of twenty draws, because one may be easy.
     Price right, wrong;
@@ -151,7 +137,7 @@ void PriceMotions(unsigned seed, Prices& prices) {
   }
 }
 
-void PriceLensesOfRefinement(unsigned seed, Prices& prices) {
+void PriceLensesOfRefinement(unsigned seed, const Prices& prices) {
   const auto views = MakeViews(12, 0, 0, seed);
   views->input.lenses[0].fx *= 0.95;
   views->input.lenses[0].fy *= 0.95;
@@ -163,7 +149,7 @@ void PriceLensesOfRefinement(unsigned seed, Prices& prices) {
   prices.Add(kTooSimple, "a focal length kept that is 5 % off", price(false), price(true));
 }
 
-void PriceMaps(const std::vector<unsigned>& seeds, int frames, Prices& prices) {
+void PriceMaps(const std::vector<unsigned>& seeds, int frames, const Prices& prices) {
   struct Kind {
     const char* series;
     const char* name;
@@ -185,7 +171,7 @@ void PriceMaps(const std::vector<unsigned>& seeds, int frames, Prices& prices) {
     const std::vector<TrackedRun> runs = TrackRuns(cases);
     for (std::size_t i = 0; i < kinds.size(); ++i) {
       const auto price = [&](const TrackedRun& run) {
-        return Price{static_cast<double>(kinds[i].by_points ? run.points : run.keyframes), run.after_mm};
+        return Price{kinds[i].by_points ? run.points : run.keyframes, run.after_mm};
       };
       prices.Add(kinds[i].series, kinds[i].name, price(runs[i + 1]), price(runs[0]));
     }
@@ -202,7 +188,7 @@ void RequireChoice(const RenderScene& scene, const std::shared_ptr<const Proxy>&
                 right->Name(), choice.why);
 }
 
-void PricePictures(unsigned seed, const ChartEffort& effort, Prices& prices) {
+void PricePictures(unsigned seed, const Effort& effort, const Prices& prices) {
   const StudioOptions options{
       .seed = seed, .threshold_px = effort.Of(24.0, 12.0), .width = 360, .height = 240};
   const auto scene = StudioScene(options);
@@ -229,7 +215,7 @@ void PricePictures(unsigned seed, const ChartEffort& effort, Prices& prices) {
   prices.Add(kTooRich, "lumigraph at every pixel", price({.kind = FieldKind::kLumigraphPerPixel}), right);
 }
 
-void PriceMeshOfAWall(unsigned seed, const ChartEffort& effort, Prices& prices) {
+void PriceMeshOfAWall(unsigned seed, const Effort& effort, const Prices& prices) {
   const auto scene = MakeScene(
       {.viewpoints = CapViewpoints(50, 0.5, 2.0, 0.03, seed), .width = 360, .height = 240, .focal_px = 300});
   const auto renderer = MakeRenderer(scene, {});
@@ -260,11 +246,15 @@ void PriceMeshOfAWall(unsigned seed, const ChartEffort& effort, Prices& prices) 
   prices.Add(kTooRich, "a mesh for a wall", price(), plane);
 }
 
-}  // namespace
-
-Chart WrongChoiceChart(const ChartEffort& effort) {
-  const std::vector<unsigned> seeds = effort.Of(std::vector{31u}, {31u, 32u, 33u});
-  Prices geometry, pictures;
+Chart MeasureWrongChoices(const Effort& effort) {
+  const std::vector<unsigned> seeds = effort.Seeds(3);
+  Table table;
+  const Prices geometry{table, "lens, motion, map, refinement"}, pictures{table, "pictures"};
+  const ChartAxis error{"error, times that of the right choice", true};
+  table.Panel(geometry.panel, Log("parameters, time, keyframes or points, times as many"), error,
+              {.compared = false, .joined = false});
+  table.Panel(pictures.panel, Log("a picture's processor time, times that of the right choice"), error,
+              {.compared = false, .joined = false});
   for (const unsigned seed : seeds) {
     PriceLenses(seed, geometry);
     PriceMotions(seed, geometry);
@@ -273,23 +263,16 @@ Chart WrongChoiceChart(const ChartEffort& effort) {
     PriceMeshOfAWall(seed, effort, pictures);
   }
   PriceMaps(seeds, effort.Of(60, 200), geometry);
-  Chart chart;
-  chart.title = "What a wrong choice of model costs, over the choice that is made";
-  chart.about = fmt::format(
-      "Above one: worse, or dearer. {} seeds, none used for choosing; bars: lowest to highest. Lens: {} "
-      "views of "
-      "the board, error of left-out views, parameters. Motion: rotation, {} pairs of views, half a pixel, a "
-      "fifth "
-      "wrong matches; the homography is OpenCV's and the best of its decompositions counts. Refinement: 12 "
-      "views of the drawn room, centres. Map: the simulated studio, {} frames, "
-      "centres, keyframes or points. Pictures: the studio over its mesh, a drawn wall over its plane; error "
-      "is "
-      "the root mean square of levels, cost processor time.",
-      seeds.size(), 24, 20, effort.Of(60, 200));
-  chart.panels = {
-      geometry.Panel("lens, motion, map, refinement", "parameters, time, keyframes or points, times as many"),
-      pictures.Panel("pictures", "a picture's processor time, times that of the right choice")};
-  return chart;
+  return {.panels = table.panels()};
 }
 
+CHART(wrong_choice, MeasureWrongChoices, "What a wrong choice of model costs, over the choice that is made",
+      R"(Above one: worse, or dearer. Three seeds; bars: lowest to highest. Lens: 24 views of the board,
+  error of left-out views, parameters. Motion: rotation, 20 pairs of views, half a pixel, a fifth wrong
+  matches; the homography is OpenCV's and the best of its decompositions counts. Refinement: 12 views of the
+  drawn room, centres. Map: the simulated studio, 200 frames, centres, keyframes or points. Pictures: the
+  studio over its mesh, a drawn wall over its plane; error is the root mean square of levels, cost processor
+  time.)");
+
+}  // namespace
 }  // namespace ulf::test

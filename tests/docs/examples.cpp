@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 bool IsACommand(const std::string& line) {
   static const std::regex first_word(
-      R"(^(build/release/\w+|\./run|ulf|render_quality|for|sudo|mkfifo|echo)(\s.*)?$)");
+      R"(^(build/release/\w+|\./run|ulf|for|sudo|mkfifo|echo)(\s.*)?$)");
   return std::regex_match(line, first_word);
 }
 
@@ -88,7 +88,6 @@ Trial TrialOf(const Example& example) {
       {R"(^ulf merge vase$)", "needs exposure brackets"},
       {R"(^\./run\b)", "is a program of its own that builds first: ./run"},
       {R"(_benchmark\b)", "is a benchmark: ./run bench"},
-      {R"(^render_quality\b)", "is a study of half an hour (docs/measured/rendering.md)"},
       {R"(^(ulf|\S+/ulf) view (?!.*--screenshot))", "needs a person before a window"},
       {R"(\b(demo)/)", "needs what ./run demo leaves"},
   };

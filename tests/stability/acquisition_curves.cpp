@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "tests/stability/curve.h"
+#include "tests/measure/curve.h"
 #include "tests/support/child_process.h"
 
 namespace ulf::test {
@@ -67,67 +67,51 @@ Trial Holed(double bytes, unsigned seed) {
   return {Judge(outcome, kLeastWhole), 100.0 * outcome.damaged / std::max(1u, outcome.whole)};
 }
 
+CURVE(camera_lossy_link,
+      {.stage = "Cameras",
+       .title = "A GigE Vision link that loses packets",
+       .about =
+           R"(A camera of 50 frames a second in 59 packets each, behind a relay that loses packets, also
+  those that are sent again. Right: 95 % of the frames are whole, to the pixel. Where fewer are, counting
+  the others as incomplete or missing says so.)",
+       .driven = {Log("packets lost [%]"), {0.1, 1, 3, 10, 20, 30, 50, 70, 100}, 1, 70},
+       .error = {"frames that are not whole [%]"},
+       .trial = [](double percent, unsigned seed) { return Lossy("link", percent / 100, 0.95, seed); },
+       .seeds = 5,
+       .why_not = [] { return WhyNot("link"); }});
+
+CURVE(camera_lossy_webcam,
+      {.stage = "Cameras",
+       .title = "A webcam that loses frames",
+       .about =
+           R"(An emulated webcam, 100 frames a second, of which some never arrive, come marked as damaged or
+  are cut in two. Right: 60 % of those that were sent whole come (a busy machine misses some), whole to the
+  byte, and all others are counted, which says so.)",
+       .driven = {Log("frames lost or damaged [%]"), {1, 3, 10, 30, 50, 70, 90, 97, 100}, 10, 100},
+       .error = {"frames that are not whole [%]"},
+       .trial = [](double percent,
+                   unsigned seed) { return Lossy("webcam", percent / 100, kLeastWhole, seed); },
+       .seeds = 5,
+       .why_not = [] { return WhyNot("webcam"); }});
+
+CURVE(
+    camera_jpeg_holes,
+    {.stage = "Cameras",
+     .title = "A webcam whose JPEGs have holes",
+     .about =
+         R"(640 x 480 JPEGs of some 45,000 bytes; every third lacks bytes in the middle, as a lost USB
+  packet leaves it. Right: those are counted as incomplete, and 60 % of the others come.)",
+     .driven = {Log("bytes that are missing"),
+                {10000, 3000, 2000, 1000, 500, 300, 180, 100, 60, 30, 10},
+                3000,
+                180},
+     .error = {"damaged among those given as whole [%]"},
+     .trial = Holed,
+     .seeds = 5,
+     .wrong_from = 100,
+     .why_wrong = "the code of a JPEG falls into step again behind a hole, and where no block is left over, "
+                  "nothing in the file tells. USB packets of webcams carry some 180 bytes or more.",
+     .why_not = [] { return WhyNot("webcam"); }});
+
 }  // namespace
-
-std::vector<Curve> AcquisitionCurves() {
-  std::vector<Curve> curves;
-  Curve c;
-  c.name = "camera_lossy_link";
-  c.stage = "Cameras";
-  c.title = "GigE Vision over a link that loses packets";
-  c.about =
-      "A camera of 320x240 pixels, 50 frames a second in 59 packets each, behind a relay that loses packets, "
-      "also those that are sent again. Right: 95 % of the frames are whole, to the pixel; where fewer are, "
-      "the others are counted as incomplete or missing, which says so.";
-  c.difficulty = "packets lost [%]";
-  c.logarithmic = true;
-  c.values = {0.1, 1, 3, 10, 20, 30, 50, 70, 100};
-  c.easy = 1;
-  c.hard = 70;
-  c.error = "frames that are not whole [%]";
-  c.logarithmic_error = false;
-  c.seeds = 5;
-  c.trial = [](double percent, unsigned seed) { return Lossy("link", percent / 100, 0.95, seed); };
-  curves.push_back(c);
-
-  c.name = "camera_lossy_webcam";
-  c.title = "A webcam that loses frames";
-  c.about =
-      "An emulated webcam, 100 frames a second, of which some never arrive, come marked as damaged or are "
-      "cut in two, a third each. Nothing is sent again. Right: 60 % of those that were sent whole come (a "
-      "busy "
-      "machine misses some), whole to the byte, and all others are counted; where nothing is whole, the "
-      "counts "
-      "say so.";
-  c.difficulty = "frames lost or damaged [%]";
-  c.values = {1, 3, 10, 30, 50, 70, 90, 97, 100};
-  c.easy = 10;
-  c.hard = 100;
-  c.trial = [](double percent, unsigned seed) { return Lossy("webcam", percent / 100, kLeastWhole, seed); };
-  curves.push_back(c);
-
-  c.name = "camera_jpeg_holes";
-  c.title = "A webcam whose JPEGs have holes";
-  c.about =
-      "640x480 JPEGs of some 45,000 bytes; in every third bytes are missing in the middle, with no mark of "
-      "it, as a lost USB packet leaves it. Right: those are counted as incomplete, and 60 % of the others "
-      "come.";
-  c.difficulty = "bytes that are missing";
-  c.values = {10000, 3000, 2000, 1000, 500, 300, 180, 100, 60, 30, 10};
-  c.easy = 3000;
-  c.hard = 180;
-  c.wrong_from = 100;
-  c.why_wrong =
-      "behind a hole the code of a JPEG falls into step again, and where so few bytes are missing that no "
-      "block is left over, nothing in the file tells. USB packets of webcams carry some 180 bytes or more.";
-  c.error = "damaged among those given as whole [%]";
-  c.trial = [](double bytes, unsigned seed) { return Holed(bytes, seed); };
-  curves.push_back(c);
-  for (Curve& curve : curves) {
-    const std::string kind = curve.name == "camera_lossy_link" ? "link" : "webcam";
-    curve.why_not = [kind] { return WhyNot(kind); };
-  }
-  return curves;
-}
-
 }  // namespace ulf::test

@@ -8,7 +8,7 @@
 
 #include "coverage/bound/criterion.h"
 #include "coverage/bound/sphere_outline.h"
-#include "tests/stability/curve.h"
+#include "tests/measure/curve.h"
 #include "tests/support/bound_oracle.h"
 #include "tests/support/floors.h"
 
@@ -166,114 +166,87 @@ Trial Judge(const Pairing& pairing, const Tolerance& tolerance) {
   return trial;
 }
 
-constexpr const char* kError = "off brute force [%]";
 constexpr const char* kHigher = "higher than need be";
 
 // ---- cameras at the sphere and in it
 
-Curve CandidateAtTheSphere() {
-  Curve curve;
-  curve.name = "bound_new_view_nears";
-  curve.stage = "Coverage bound";
-  curve.title = "A new view that comes to the subject's sphere and into it";
-  curve.about =
-      "Two aimed cameras (300 to 2,000 px), the recorded one 2 to 20 radii away, up to 60 degrees apart; "
-      "right is within 0.1 % of brute force over all pixels in space. Infinite, or a million pixels, "
-      "which is what the bound of a view in the sphere must be, says so.";
-  curve.difficulty = "sphere's radius over the new view's distance";
-  curve.values = {0.33, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1, 1.1, 1.5, 2};
-  curve.easy = 0.33;
-  curve.hard = 1.5;
-  curve.error = kError;
-  curve.seeds = 20;  // brute force in the sphere takes long
-  curve.trial = [](double nearness, unsigned seed) {
-    PairingDraw draw(seed);
-    const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
-    const double angle = Radians(draw.LogUniform(0.1, 60)), recorded_distance = draw.LogUniform(2, 20);
-    return Judge(Aimed(draw, camera, recorded_distance, 1 / nearness, angle), {});
-  };
-  return curve;
-}
+CURVE(bound_new_view_nears,
+      {.stage = "Coverage bound",
+       .title = "A new view that enters the subject's sphere",
+       .about = R"(Two aimed cameras, the recorded one 2 to 20 radii away, up to 60 degrees apart. Right:
+  within 0.1 % of brute force over all pixels in space. Infinite, or a million pixels, says so.)",
+       .driven = {{"sphere's radius over the new view's distance"},
+                  {0.33, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1, 1.1, 1.5, 2},
+                  0.33,
+                  1.5},
+       .error = Log("off brute force [%]"),
+       .trial =
+           [](double nearness, unsigned seed) {
+             PairingDraw draw(seed);
+             const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
+             const double angle = Radians(draw.LogUniform(0.1, 60)),
+                          recorded_distance = draw.LogUniform(2, 20);
+             return Judge(Aimed(draw, camera, recorded_distance, 1 / nearness, angle), {});
+           },
+       .seeds = 20});
 
-Curve RecordedAtTheSphere() {
-  Curve curve;
-  curve.name = "bound_recorded_view_nears";
-  curve.stage = "Coverage bound";
-  curve.title = "A recorded view that comes to the subject's sphere and into it";
-  curve.about =
-      "Two aimed cameras of 640 x 480 px (400 to 800 px of focal length), the new one 2 to 20 radii "
-      "away, up to 60 degrees apart; right is not more than 0.1 % below brute force over the pixels in "
-      "the frame, nor more than a quarter above, because a disc stands for the frame. What is higher is "
-      "careful: it asks for a view more, and hides no gap. Infinite says so.";
-  curve.difficulty = "sphere's radius over the recorded view's distance";
-  curve.values = {0.33, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1, 1.1, 1.5, 2};
-  curve.easy = 0.33;
-  curve.hard = 1.5;
-  curve.careful = kHigher;
-  curve.never_breaks = "from within the sphere a view still sees what lies before it";
-  curve.error = kError;
-  curve.seeds = 20;  // brute force in the sphere takes long
-  curve.trial = [](double nearness, unsigned seed) {
-    PairingDraw draw(seed);
-    const CriterionView camera = Camera(draw.Uniform(400, 800), 640, 480);
-    const double angle = Radians(draw.LogUniform(0.1, 60)), candidate_distance = draw.LogUniform(2, 20);
-    return Judge(Aimed(draw, camera, 1 / nearness, candidate_distance, angle),
-                 {.above = 0.25, .higher = Verdict::kCareful});
-  };
-  return curve;
-}
+CURVE(bound_recorded_view_nears,
+      {.about = R"(Two aimed cameras of 640 x 480 px, the new one 2 to 20 radii away, up to 60 degrees
+  apart. Right: not more than 0.1 % below brute force over the pixels in the frame, nor more than a quarter
+  above, because a disc stands for the frame. Infinite says so.)",
+       .driven = {{"sphere's radius over the recorded view's distance"},
+                  {0.33, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1, 1.1, 1.5, 2},
+                  0.33,
+                  1.5},
+       .trial =
+           [](double nearness, unsigned seed) {
+             PairingDraw draw(seed);
+             const CriterionView camera = Camera(draw.Uniform(400, 800), 640, 480);
+             const double angle = Radians(draw.LogUniform(0.1, 60)),
+                          candidate_distance = draw.LogUniform(2, 20);
+             return Judge(Aimed(draw, camera, 1 / nearness, candidate_distance, angle),
+                          {.above = 0.25, .higher = Verdict::kCareful});
+           },
+       .seeds = 20,
+       .never_breaks = "from within the sphere a view still sees what lies before it",
+       .careful = kHigher});
 
 // ---- next to nothing between the views
 
-Curve SmallBaseline() {
-  Curve curve;
-  curve.name = "bound_small_baseline";
-  curve.stage = "Coverage bound";
-  curve.title = "Two views that come together";
-  curve.about =
-      "Two aimed cameras, one beside, before or behind the other, anywhere in a world of any unit; right "
-      "is within 0.1 % of brute force, down to the 2 px of a view with itself. Infinite would say so.";
-  curve.difficulty = "decades from the distance down to the baseline";
-  curve.values = {1, 2, 3, 4, 5, 6, 8, 10, 12, 15};
-  curve.easy = 1;
-  curve.hard = 12;
-  curve.never_breaks = "nearer together is the same place to double precision";
-  curve.error = kError;
-  curve.trial = [](double decades, unsigned seed) {
-    PairingDraw draw(seed);
-    const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
-    const double distance = draw.LogUniform(2.2, 30), turn = draw.Uniform(0, 2 * M_PI);
-    const double baseline = std::pow(10, -decades);  // of the distance
-    const double across = baseline * std::cos(turn), along = baseline * std::sin(turn);
-    return Judge(Aimed(draw, camera, distance, distance * (1 + along), std::atan2(across, 1 + along)), {});
-  };
-  return curve;
-}
+CURVE(
+    bound_small_baseline,
+    {.about =
+         R"(Two aimed cameras, one beside, before or behind the other, in a world of any unit. Right: within
+  0.1 % of brute force, down to the 2 px of a view with itself.)",
+     .driven = {{"decades from the distance down to the baseline"}, {1, 2, 3, 4, 5, 6, 8, 10, 12, 15}, 1, 12},
+     .trial =
+         [](double decades, unsigned seed) {
+           PairingDraw draw(seed);
+           const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
+           const double distance = draw.LogUniform(2.2, 30), turn = draw.Uniform(0, 2 * M_PI);
+           const double baseline = std::pow(10, -decades);  // of the distance
+           const double across = baseline * std::cos(turn), along = baseline * std::sin(turn);
+           return Judge(Aimed(draw, camera, distance, distance * (1 + along), std::atan2(across, 1 + along)),
+                        {});
+         },
+     .never_breaks = "nearer together is the same place to double precision"});
 
 // ---- from opposite sides
 
-Curve OppositeSides() {
-  Curve curve;
-  curve.name = "bound_opposite_sides";
-  curve.stage = "Coverage bound";
-  curve.title = "Two views from ever more different sides";
-  curve.about =
-      "Two aimed cameras (300 to 2,000 px), 1.6 to 30 radii away, distances in the ratio 0.5 to 2; right "
-      "is within 0.1 % of brute force. Infinite would say so.";
-  curve.difficulty = "angle between the views [deg]";
-  curve.values = {1, 5, 15, 30, 45, 60, 90, 120, 150, 170, 179, 180};
-  curve.easy = 15;
-  curve.hard = 180;
-  curve.never_breaks = "there is no larger angle";
-  curve.error = kError;
-  curve.trial = [](double angle_deg, unsigned seed) {
-    PairingDraw draw(seed);
-    const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
-    const double distance = draw.LogUniform(1.6, 30), ratio = draw.LogUniform(0.5, 2);
-    return Judge(Aimed(draw, camera, distance, std::max(1.2, ratio * distance), Radians(angle_deg)), {});
-  };
-  return curve;
-}
+CURVE(bound_opposite_sides,
+      {.about = R"(Two aimed cameras, 1.6 to 30 radii away, distances in the ratio 0.5 to 2. Right: within 0.1
+  % of brute force.)",
+       .driven =
+           {{"angle between the views [deg]"}, {1, 5, 15, 30, 45, 60, 90, 120, 150, 170, 179, 180}, 15, 180},
+       .trial =
+           [](double angle_deg, unsigned seed) {
+             PairingDraw draw(seed);
+             const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
+             const double distance = draw.LogUniform(1.6, 30), ratio = draw.LogUniform(0.5, 2);
+             return Judge(Aimed(draw, camera, distance, std::max(1.2, ratio * distance), Radians(angle_deg)),
+                          {});
+           },
+       .never_breaks = "there is no larger angle"});
 
 // ---- a subject at the rim of the picture and beyond
 
@@ -292,48 +265,33 @@ bool InSafetyRectangle(const CriterionView& view, const Subject& subject) {
   return outline && SafetyRectangle::Of(camera).Holds(*outline);
 }
 
-Curve OffAim() {
-  Curve curve;
-  curve.name = "bound_off_aim";
-  curve.stage = "Coverage bound";
-  curve.title = "Cameras that look past the subject until it leaves the picture";
-  curve.about =
-      "Two cameras of 640 x 480 px, 78 degrees wide, 3 to 20 radii away and up to 40 degrees apart, both "
-      "turned off their aim, each its own way; right is at most 8 % below brute force over the pixels in "
-      "the frame, and at most a quarter above. What is higher is careful: it asks for a view more, and hides "
-      "no gap. A sphere out of the safety rectangle says so.";
-  curve.difficulty = "off aim [deg]";
-  curve.values = {0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 80};
-  curve.easy = 5;
-  curve.hard = 60;
-  curve.careful = kHigher;
-  curve.seeds = 300;
-  curve.rarely_wrong = 0.01;
-  curve.why_wrong =
-      "the pixel that is off the most may lie beside the plane through both cameras and the centre, in which "
-      "the bound looks for it. Of 1,500 other trials at each angle (seeds 1001 to 2500) none was more than 8 "
-      "% "
-      "too low at 15 degrees, 1 at 20, 5 at 25 and 2 at 30, by 17 % at most.";
-  curve.error = kError;
-  curve.trial = [](double off_deg, unsigned seed) {
-    PairingDraw draw(seed);
-    const double distance = draw.LogUniform(3, 20), ratio = draw.LogUniform(0.75, 1.33);
-    Pairing pairing =
-        Aimed(draw, Camera(395, 640, 480), distance, ratio * distance, Radians(draw.LogUniform(0.1, 40)));
-    for (CriterionView* view : {&pairing.recorded, &pairing.candidate}) {
-      const double way = draw.Uniform(0, 2 * M_PI);
-      *view = Turned(*view, Radians(off_deg), {std::cos(way), std::sin(way), 0});
-      if (!InSafetyRectangle(*view, pairing.subject)) return Trial{Verdict::kSaidSo, 0};
-    }
-    return Judge(pairing, {.below = 0.08, .above = 0.25, .higher = Verdict::kCareful});
-  };
-  return curve;
-}
+CURVE(bound_off_aim,
+      {.stage = "Coverage bound",
+       .title = "Cameras that look past the subject",
+       .about = R"(Two cameras 78 degrees wide, 3 to 20 radii away and up to 40 degrees apart, each turned off
+  its aim. Right: at most 8 % below brute force over the pixels in the frame, and at most a quarter above;
+  higher is careful, and asks for a view more. A sphere out of the safety rectangle says so.)",
+       .driven = {{"off aim [deg]"}, {0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 80}, 5, 60},
+       .error = Log("off brute force [%]"),
+       .trial =
+           [](double off_deg, unsigned seed) {
+             PairingDraw draw(seed);
+             const double distance = draw.LogUniform(3, 20), ratio = draw.LogUniform(0.75, 1.33);
+             Pairing pairing = Aimed(draw, Camera(395, 640, 480), distance, ratio * distance,
+                                     Radians(draw.LogUniform(0.1, 40)));
+             for (CriterionView* view : {&pairing.recorded, &pairing.candidate}) {
+               const double way = draw.Uniform(0, 2 * M_PI);
+               *view = Turned(*view, Radians(off_deg), {std::cos(way), std::sin(way), 0});
+               if (!InSafetyRectangle(*view, pairing.subject)) return Trial{Verdict::kSaidSo, 0};
+             }
+             return Judge(pairing, {.below = 0.08, .above = 0.25, .higher = Verdict::kCareful});
+           },
+       .seeds = 300,
+       .rarely_wrong = 0.01,
+       .why_wrong =
+           "the pixel that is off the most may lie beside the plane in which the bound looks for it: of "
+           "1,500 other trials at each angle 1 at 20 degrees, 5 at 25 and 2 at 30 were 8 to 17 % too low.",
+       .careful = kHigher});
 
 }  // namespace
-
-std::vector<Curve> CoverageCurves() {
-  return {CandidateAtTheSphere(), RecordedAtTheSphere(), SmallBaseline(), OppositeSides(), OffAim()};
-}
-
 }  // namespace ulf::test

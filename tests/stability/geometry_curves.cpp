@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/geometry/similarity3.h"
-#include "tests/stability/curve.h"
+#include "tests/measure/curve.h"
+#include "tests/support/aligned_centres.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/bundle_adjustment.h"
@@ -139,12 +139,10 @@ Trial NearlyCollinear(double spread, unsigned seed) {
 
 constexpr double kDistance = 1.5;  // of an arc of views from the middle of what they see
 constexpr int kViews = 12;
-const std::string kAdjustedRight =
-    " Right: the centres are off by less than 0.3 % of the distance (root mean square after one similarity). "
-    "What is off by more says so by what `ulf refine` tells: that nothing usable came of it, that it did not "
-    "settle, that most points of a view disagree, or a standard deviation of the centres of a third of that "
-    "and more.";
-constexpr const char* kFalseMinimum =
+constexpr char kAdjustedRight[] = R"( Right: centres off by less than 0.3 % of the distance. Says so: what
+  `ulf refine` tells (nothing usable, not settled, most points of a view disagree), or a large predicted
+  error.)";
+constexpr char kFalseMinimum[] =
     "a false minimum in which the adjustment settles and most of every view's observations agree.";
 
 CameraModel ArcCamera() { return CameraModel::Pinhole(640, 480, 525); }
@@ -198,18 +196,8 @@ ArcProblem MakeArc(const Arc& arc, unsigned seed) {
   return made;
 }
 
-// RMS distance of the centres from the truth after one similarity, % of the distance.
 double CentresOff_pct(const BundleProblem& found, const BundleProblem& truth) {
-  std::vector<Vector3d> a, b;
-  for (std::size_t c = 0; c < truth.cam_from_world.size(); ++c) {
-    a.push_back(found.cam_from_world[c].OriginInSource());
-    b.push_back(truth.cam_from_world[c].OriginInSource());
-  }
-  const auto aligned = AlignPoints(a, b);
-  if (!aligned) return kNone;
-  double squared = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) squared += (*aligned * a[i] - b[i]).squaredNorm();
-  return 100 * std::sqrt(squared / static_cast<double>(a.size())) / kDistance;
+  return 100 * AlignedCentreError(found.cam_from_world, truth.cam_from_world) / kDistance;
 }
 
 constexpr double kAdjusted_pct = 0.3;
@@ -256,197 +244,142 @@ Trial AdjustedFreely(double away, unsigned seed) {
   return {apart_pct < kSame_pct ? Verdict::kRight : Verdict::kWrong, apart_pct};
 }
 
+CURVE(two_views_near_planar,
+      {.stage = "Two views",
+       .title = "A scene that becomes a plane",
+       .about =
+           R"(300 matches between two views a fifth of the depth apart, half a pixel of noise, a tenth of
+  them wrong; a slanted plane with relief. Right: turned within 1 degree, moved within 10; any outcome but
+  "found" says so.)",
+       .driven =
+           {Log("relief of the scene [% of its depth]"), {100, 50, 20, 10, 5, 2, 1, 0.5, 0.2, 0.1}, 50, 0.1},
+       .error = Log("direction of the motion is off by [degrees]"),
+       .trial = [](double percent, unsigned seed) { return MotionOf({.relief = percent / 100}, seed); }});
+
+CURVE(two_views_near_rotation,
+      {.stage = "Two views",
+       .title = "A camera that hardly moves, only turns",
+       .about = "The same matches in a deep scene. Right and said are as above.",
+       .driven = {Log("distance between the views [% of the depth]"),
+                  {30, 20, 10, 5, 3, 2, 1, 0.5, 0.1, 0.01},
+                  20,
+                  0.01},
+       .error = Log("direction of the motion is off by [degrees]"),
+       .trial = [](double percent, unsigned seed) { return MotionOf({.baseline = percent / 100}, seed); }});
+
+CURVE(two_views_wrong_matches,
+      {.stage = "Two views",
+       .title = "Matches that are mostly wrong",
+       .about = "The same, a fifth of the depth apart.",
+       .driven = {{"wrong matches [%]"}, {0, 10, 20, 30, 40, 50, 60, 70, 80, 90}, 10, 90},
+       .error = Log("direction of the motion is off by [degrees]"),
+       .trial = [](double percent, unsigned seed) { return MotionOf({.outliers = percent / 100}, seed); },
+       .rarely_wrong = 0.05,
+       .why_wrong =
+           "wrong matches that agree with another motion may be as many as the right ones that do not."});
+
+CURVE(one_view_danger_cylinder,
+      {.stage = "One view",
+       .title = "A camera on the danger cylinder",
+       .about = R"(60 points in three small places on a circle, half a pixel of noise, a tenth of the
+  matches wrong; the camera stands beside the cylinder over that circle, where the pose of three points is
+  loose. Right: the centre is off by less than 3 % of the distance. No pose, or a predicted error above 1 %
+  (a quality below one half), says so.)",
+       .driven = {Log("distance from the cylinder [% of its radius]"),
+                  {200, 100, 50, 20, 10, 5, 2, 1, 0.1},
+                  100,
+                  0.1},
+       .error = Log("the centre is off by [% of the distance]"),
+       .trial = [](double percent, unsigned seed) { return SeesThreePlaces(0.05, percent / 100, seed); }});
+
+CURVE(one_view_three_places,
+      {.stage = "One view",
+       .title = "Places that become three points",
+       .about =
+           "The same points off the cylinder, while the places shrink: three points have up to four poses.",
+       .driven = {Log("size of the places [% of the circle's radius]"),
+                  {50, 20, 10, 5, 2, 1, 0.5, 0.2, 0.1},
+                  10,
+                  0.1},
+       .error = Log("the centre is off by [% of the distance]"),
+       .trial = [](double percent, unsigned seed) { return SeesThreePlaces(percent / 100, 1, seed); }});
+
+CURVE(one_view_collinear,
+      {.stage = "One view",
+       .title = "Points that come to lie on a line",
+       .about = R"(60 points along a line and across it, from one and a half times its length; noise, wrong
+  matches, what is right and what is said are those of the danger cylinder.)",
+       .driven =
+           {Log("spread across the line [% of its length]"), {50, 20, 10, 5, 2, 1, 0.5, 0.1, 0.01}, 50, 0.01},
+       .error = Log("the centre is off by [% of the distance]"),
+       .trial = [](double percent, unsigned seed) { return NearlyCollinear(percent / 100, seed); }});
+
+CURVE(
+    adjustment_wrong_observations,
+    {.stage = "Adjustment",
+     .title = "Observations that are mostly wrong",
+     .about = std::string("Twelve views on an arc that all see 150 points, half a pixel of noise, wrong ones "
+                          "anywhere; poses and points begin off by 1 % of the distance and 0.6 degrees.") +
+              kAdjustedRight,
+     .driven = {{"wrong observations [%]"}, {0, 10, 20, 30, 40, 50, 60, 70, 80, 90}, 10, 90},
+     .error = Log("centres are off by [% of the distance]"),
+     .trial = [](double percent, unsigned seed) { return Adjusted({.outliers = percent / 100}, seed); }});
+
+CURVE(adjustment_little_overlap,
+      {.stage = "Adjustment",
+       .title = "Views that hardly overlap",
+       .about = R"(Twelve views on an arc that see 150 points each, which fewer and fewer neighbours see as
+  well (by twos, views hang together like hinges); a fiftieth of the observations wrong. Right and said: as
+  with wrong observations.)",
+       .driven = {{"neighbouring views that see a point"}, {12, 10, 8, 7, 6, 5, 4, 3, 2}, 12, 2},
+       .error = Log("centres are off by [% of the distance]"),
+       .trial = [](double views, unsigned seed) {
+         return Adjusted({.views_a_point = static_cast<int>(views)}, seed);
+       }});
+
+CURVE(
+    adjustment_far_start,
+    {.stage = "Adjustment",
+     .title = "A start that is far off",
+     .about =
+         R"(Twelve views that all see 150 points. Poses and points begin off, each its own way, and turned
+  by as many hundredths of a radian. Right and said: as with wrong observations.)",
+     .driven = {Log("the start is off by [% of the distance]"), {0.3, 1, 3, 10, 20, 30, 50, 70, 100}, 1, 100},
+     .error = Log("centres are off by [% of the distance]"),
+     .trial = [](double percent, unsigned seed) { return Adjusted({.start = percent / 100}, seed); },
+     .rarely_wrong = 0.05,
+     .why_wrong = kFalseMinimum});
+
+CURVE(adjustment_few_views,
+      {.about = "Views 4.6 degrees apart that all see 150 points. Of two views a similarity leaves nothing "
+                "over, hence three at least.",
+       .driven = {Log("views"), {24, 12, 8, 6, 5, 4, 3}, 12, 3},
+       .trial =
+           [](double views, unsigned seed) {
+             return Adjusted({.views = static_cast<int>(views), .views_a_point = static_cast<int>(views)},
+                             seed);
+           },
+       .never_breaks = "three views that all see 150 points hold together",
+       .rarely_wrong = 0.05,
+       .why_wrong = kFalseMinimum});
+
+CURVE(
+    adjustment_free_gauge,
+    {.stage = "Adjustment",
+     .title = "Nothing held, ever farther from the origin",
+     .about =
+         R"(Twelve views that all see 150 points; place, turn and scale of the whole are free. Right is also
+  that with one view held the same comes of it, to 0.03 % of the distance. Otherwise as with wrong
+  observations.)",
+     .driven = {Log("the scene is away from the origin by [its distance from the views]"),
+                {1, 1e2, 1e4, 1e6, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13},
+                1,
+                1e11},
+     .error = Log("centres are off by [% of the distance]"),
+     .trial = AdjustedFreely,
+     .wrong_from = 1e12,
+     .why_wrong = "so far away a double no longer tells places apart to 0.03 % of the distance, and nothing "
+                  "asks how far the origin is."});
+
 }  // namespace
-
-std::vector<Curve> GeometryCurves() {
-  std::vector<Curve> curves;
-  {
-    Curve c;
-    c.name = "two_views_near_planar";
-    c.stage = "Two views";
-    c.title = "A scene that becomes a plane";
-    c.about =
-        "300 matches between two views a fifth of the depth apart, 0.5 px of noise, a tenth of them wrong; "
-        "the scene is a slanted plane with relief. Right: turned within 1 degree, moved within 10 degrees; "
-        "any outcome but \"found\" says that there is no answer.";
-    c.difficulty = "relief of the scene [% of its depth]";
-    c.logarithmic = true;
-    c.values = {100, 50, 20, 10, 5, 2, 1, 0.5, 0.2, 0.1};
-    c.easy = 50;
-    c.hard = 0.1;
-    c.error = "direction of the motion is off by [degrees]";
-    c.trial = [](double percent, unsigned seed) { return MotionOf({.relief = percent / 100}, seed); };
-    curves.push_back(c);
-
-    c.name = "two_views_near_rotation";
-    c.title = "A camera that hardly moves, only turns";
-    c.about =
-        "300 matches between two views of a deep scene, 0.5 px of noise, a tenth of them wrong; 0.01 % "
-        "stands for a camera that turns and does not move. Right: turned within 1 degree, moved within 10 "
-        "degrees; any outcome but \"found\" says that there is no answer.";
-    c.difficulty = "distance between the views [% of the depth]";
-    c.values = {30, 20, 10, 5, 3, 2, 1, 0.5, 0.1, 0.01};
-    c.easy = 20;
-    c.hard = 0.01;
-    c.trial = [](double percent, unsigned seed) { return MotionOf({.baseline = percent / 100}, seed); };
-    curves.push_back(c);
-
-    c.name = "two_views_wrong_matches";
-    c.title = "Matches that are mostly wrong";
-    c.about =
-        "300 matches between two views of a deep scene a fifth of the depth apart, 0.5 px of noise. Right: "
-        "turned within 1 degree, moved within 10 degrees; any outcome but \"found\" says that there is no "
-        "answer.";
-    c.difficulty = "wrong matches [%]";
-    c.logarithmic = false;
-    c.values = {0, 10, 20, 30, 40, 50, 60, 70, 80, 90};
-    c.easy = 10;
-    c.hard = 90;
-    c.rarely_wrong = 0.05;
-    c.why_wrong =
-        "where a fifth of the matches are right, wrong ones that happen to agree with another motion may be "
-        "as "
-        "many as the right ones that do not.";
-    c.trial = [](double percent, unsigned seed) { return MotionOf({.outliers = percent / 100}, seed); };
-    curves.push_back(c);
-  }
-  {
-    Curve c;
-    c.name = "one_view_danger_cylinder";
-    c.stage = "One view";
-    c.title = "A camera on the danger cylinder";
-    c.about =
-        "60 points in three places, each a twentieth as large as the circle through them, seen from two to "
-        "four radii away and beside the cylinder over that circle, where the pose of three points is loose; "
-        "0.5 px of noise, a tenth of the matches wrong. Right: the centre is off by less than 3 % of the "
-        "distance; no pose, or a predicted error of more than 1 % (where a live pose's quality falls below "
-        "one half) says so.";
-    c.difficulty = "distance from the cylinder [% of its radius]";
-    c.logarithmic = true;
-    c.values = {200, 100, 50, 20, 10, 5, 2, 1, 0.1};
-    c.easy = 100;
-    c.hard = 0.1;
-    c.error = "the centre is off by [% of the distance]";
-    c.trial = [](double percent, unsigned seed) { return SeesThreePlaces(0.05, percent / 100, seed); };
-    curves.push_back(c);
-
-    c.name = "one_view_three_places";
-    c.title = "Points in three places that become three points";
-    c.about =
-        "60 points in three places on a circle, seen from two to four radii away, while the places shrink: "
-        "three points have up to four poses; 0.5 px of noise, a tenth of the matches wrong. Right: the "
-        "centre is off by less than 3 % of the distance; no pose, or a predicted error of more than 1 % "
-        "(where a live pose's quality falls below one half) says so.";
-    c.difficulty = "size of the places [% of the circle's radius]";
-    c.values = {50, 20, 10, 5, 2, 1, 0.5, 0.2, 0.1};
-    c.easy = 10;
-    c.hard = 0.1;
-    c.trial = [](double percent, unsigned seed) { return SeesThreePlaces(percent / 100, 1, seed); };
-    curves.push_back(c);
-
-    c.name = "one_view_collinear";
-    c.title = "Points that come to lie on a line";
-    c.about =
-        "60 points spread along a line and across it, seen from one and a half times its length, 0.5 px of "
-        "noise, a tenth of the matches wrong. Right: the centre is off by less than 3 % of the distance; a "
-        "predicted error of more than 1 %, where a live pose's quality falls below one half, says that the "
-        "pose is doubtful.";
-    c.difficulty = "spread across the line [% of its length]";
-    c.values = {50, 20, 10, 5, 2, 1, 0.5, 0.1, 0.01};
-    c.easy = 50;
-    c.hard = 0.01;
-    c.trial = [](double percent, unsigned seed) { return NearlyCollinear(percent / 100, seed); };
-    curves.push_back(c);
-  }
-  {
-    Curve c;
-    c.name = "adjustment_wrong_observations";
-    c.stage = "Adjustment";
-    c.title = "Observations that are mostly wrong";
-    c.about =
-        "Twelve views on an arc and 150 points that all of them see, 0.5 px of noise, wrong ones anywhere in "
-        "the picture; poses and points begin 1 % of the distance and 0.6 degrees off, nothing is held." +
-        kAdjustedRight;
-    c.difficulty = "wrong observations [%]";
-    c.values = {0, 10, 20, 30, 40, 50, 60, 70, 80, 90};
-    c.easy = 10;
-    c.hard = 90;
-    c.error = "centres are off by [% of the distance]";
-    c.trial = [](double percent, unsigned seed) { return Adjusted({.outliers = percent / 100}, seed); };
-    curves.push_back(c);
-
-    c.name = "adjustment_little_overlap";
-    c.title = "Views that hardly overlap";
-    c.about =
-        "Twelve views on an arc, each of which sees 150 points, that fewer and fewer neighbours see as well "
-        "(by twos, views hang together like hinges); 0.5 px of noise, a fiftieth of the observations wrong." +
-        kAdjustedRight;
-    c.difficulty = "neighbouring views that see a point";
-    c.values = {12, 10, 8, 7, 6, 5, 4, 3, 2};
-    c.easy = 12;
-    c.hard = 2;
-    c.trial = [](double views, unsigned seed) {
-      return Adjusted({.views_a_point = static_cast<int>(views)}, seed);
-    };
-    curves.push_back(c);
-
-    c.name = "adjustment_far_start";
-    c.title = "A start that is far off";
-    c.about =
-        "Twelve views on an arc that all see 150 points; 0.5 px of noise, a fiftieth of the observations "
-        "wrong, nothing held. Poses and points begin off, each in a direction of its own, and turned by as "
-        "many hundredths of a radian." +
-        kAdjustedRight;
-    c.difficulty = "the start is off by [% of the distance]";
-    c.logarithmic = true;
-    c.values = {0.3, 1, 3, 10, 20, 30, 50, 70, 100};
-    c.easy = 1;
-    c.hard = 100;
-    c.rarely_wrong = 0.05;
-    c.why_wrong = kFalseMinimum;
-    c.trial = [](double percent, unsigned seed) { return Adjusted({.start = percent / 100}, seed); };
-    curves.push_back(c);
-
-    c.name = "adjustment_few_views";
-    c.title = "Fewer and fewer views";
-    c.about =
-        "Views 4.6 degrees apart on an arc that all see 150 points; 0.5 px of noise, a fiftieth of the "
-        "observations wrong, nothing held. Of two views a similarity leaves nothing over, hence three at "
-        "least." +
-        kAdjustedRight;
-    c.difficulty = "views";
-    c.values = {24, 12, 8, 6, 5, 4, 3};
-    c.easy = 12;
-    c.hard = 3;
-    c.never_breaks = "three views that all see 150 points hold together";
-    c.trial = [](double views, unsigned seed) {
-      return Adjusted({.views = static_cast<int>(views), .views_a_point = static_cast<int>(views)}, seed);
-    };
-    curves.push_back(c);
-
-    c.name = "adjustment_free_gauge";
-    c.title = "Nothing held, ever farther from the origin";
-    c.about =
-        "Twelve views on an arc that all see 150 points; 0.5 px of noise, a fiftieth of the observations "
-        "wrong; place, turn and scale of the whole are free. Right is also that with one view held the same "
-        "comes of it, to 0.03 % of the distance after one similarity." +
-        kAdjustedRight;
-    c.difficulty = "the scene is away from the origin by [its distance from the views]";
-    c.values = {1, 1e2, 1e4, 1e6, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13};
-    c.easy = 1;
-    c.hard = 1e11;
-    c.never_breaks.clear();
-    c.rarely_wrong = 0;
-    c.wrong_from = 1e12;
-    c.why_wrong =
-        "so far away a double no longer tells places apart to 0.03 % of the distance, and nothing asks how "
-        "far "
-        "the origin is.";
-    c.error = "centres are off by [% of the distance]";
-    c.trial = [](double away, unsigned seed) { return AdjustedFreely(away, seed); };
-    curves.push_back(c);
-  }
-  return curves;
-}
-
 }  // namespace ulf::test

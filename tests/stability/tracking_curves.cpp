@@ -1,7 +1,7 @@
 // A lost camera among places that look alike.
 #include <limits>
 
-#include "tests/stability/curve.h"
+#include "tests/measure/curve.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tests/tracking/scenes/tiled_wall.h"
@@ -70,63 +70,34 @@ Trial FoundBeyondTheMap(double equal_share, unsigned seed) {
           100 * (found->cam_from_world.OriginInSource() - truth.OriginInSource()).norm() / TiledWall::kDepth};
 }
 
+CURVE(found_among_equal_tiles,
+      {.stage = "Relocalisation",
+       .title = "A wall of equal tiles",
+       .about =
+           R"(A map of 11 views along a wall of tiles; a lost tracker is shown one more. Right: its centre
+  is off by less than 3 % of the distance (the next tile is 22 % away); staying lost says so.)",
+       .driven = {{"tiles that are equal [%]"}, {0, 20, 40, 60, 80, 90, 95, 100}, 20, 100},
+       .error = Log("the centre is off by [% of the distance]"),
+       .trial = [](double percent, unsigned seed) { return FoundBeforeMosaic(percent / 100, seed); },
+       .rarely_wrong = 0.1,
+       .why_wrong = "where nine tiles in ten are equal, a picture may agree better with another place than "
+                    "with its own, and the error predicted there knows nothing of it."});
+
+CURVE(found_among_equal_places,
+      {.stage = "Relocalisation",
+       .title = "Places that look alike",
+       .about = R"(A map of eight places along a wall that have a share of their points in common; points
+  and descriptors are drawn. Right: off by less than 3 % of the distance (the next place is 240 % away);
+  staying lost says so.)",
+       .driven = {{"points that all places have [%]"}, {0, 30, 50, 60, 70, 80, 90, 95, 100}, 50, 100},
+       .error = Log("the centre is off by [% of the distance]"),
+       .trial = [](double percent, unsigned seed) { return FoundAmongPlaces(percent / 100, seed); }});
+
+CURVE(lost_beyond_the_map,
+      {.about = R"(A camera before a part of a wall of tiles that is not in the map. Right: it stays lost.)",
+       .driven = {{"points that every tile has [%]"}, {0, 20, 40, 60, 80, 90, 95, 100}, 40, 100},
+       .trial = [](double percent, unsigned seed) { return FoundBeyondTheMap(percent / 100, seed); },
+       .never_breaks = "to stay lost is right, and no two tiles can be more alike"});
+
 }  // namespace
-
-std::vector<Curve> TrackingCurves() {
-  std::vector<Curve> curves;
-  Curve c;
-  c.name = "found_among_equal_tiles";
-  c.stage = "Relocalisation";
-  c.title = "A wall of equal tiles";
-  c.about =
-      "A map of 11 views along a wall of tiles, drawn; a lost tracker is shown one more. Right: its centre "
-      "is off by less than 3 % of the distance (the next tile is 22 % away); where it stays lost it says so.";
-  c.difficulty = "tiles that are equal [%]";
-  c.values = {0, 20, 40, 60, 80, 90, 95, 100};
-  c.easy = 20;
-  c.hard = 100;
-  c.error = "the centre is off by [% of the distance]";
-  c.seeds = 40;
-  c.rarely_wrong = 0.1;
-  c.why_wrong =
-      "where nine tiles in ten are equal, a picture may agree better with another place than with its own, "
-      "and "
-      "the error predicted there (below 1 % of the distance) knows nothing of it.";
-  c.trial = [](double percent, unsigned seed) { return FoundBeforeMosaic(percent / 100, seed); };
-  curves.push_back(c);
-
-  c.rarely_wrong = 0;
-  c.why_wrong.clear();
-
-  c.name = "found_among_equal_places";
-  c.title = "Places that look alike";
-  c.about =
-      "A map of eight places along a wall that have a share of their points in common; points and "
-      "descriptors are drawn. Right: a camera before one of them is off by less than 3 % of the distance "
-      "(the next place is 240 % away); where it stays lost it says so.";
-  c.difficulty = "points that all places have [%]";
-  c.values = {0, 30, 50, 60, 70, 80, 90, 95, 100};
-  c.easy = 50;
-  c.hard = 100;
-  c.seeds = 40;
-  c.trial = [](double percent, unsigned seed) { return FoundAmongPlaces(percent / 100, seed); };
-  curves.push_back(c);
-
-  c.name = "lost_beyond_the_map";
-  c.title = "A place like the map's, but not in it";
-  c.about =
-      "A wall of tiles as wide as 0.8 of a picture, a part of which is mapped; points and descriptors are "
-      "drawn. A camera before a part that is not in the map. Right: it stays lost.";
-  c.difficulty = "points that every tile has [%]";
-  c.values = {0, 20, 40, 60, 80, 90, 95, 100};
-  c.easy = 40;
-  c.hard = 100;
-  c.never_breaks = "to stay lost is right, and no two tiles can be more alike";
-  c.error = "placed elsewhere, off by [% of the distance]";
-  c.logarithmic_error = false;
-  c.trial = [](double percent, unsigned seed) { return FoundBeyondTheMap(percent / 100, seed); };
-  curves.push_back(c);
-  return curves;
-}
-
 }  // namespace ulf::test

@@ -6,7 +6,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "render/stereo/bracket_merge.h"
-#include "tests/charts/makers.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/render/scenes/bracketed_view.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -44,7 +45,7 @@ Found GhostsFound(unsigned seed, int exposures) {
                           .height = 360,
                           .exposure_s = 0.01,
                           .between_s = 0.2,
-                          .at_s = 8 + 0.37 * seed,
+                          .at_s = 8 + 0.37 * (seed - kFirstSeed + 1),
                           .scene = "branch",
                           .speed_deg_s = 0};
   const SimulatedCamera camera = LightboxCamera(how);
@@ -74,119 +75,100 @@ Found GhostsFound(unsigned seed, int exposures) {
   return {percent(around, ghosts), percent(ghosts, moved)};
 }
 
-}  // namespace
+constexpr char kAligned[] = "aligned by poses and geometry", kLying[] = "as they lie", kGhosts[] = "ghosts",
+               kMoving[] = "things that move: precision and recall of ghosts";
+constexpr std::size_t kFew = 200;  // pixels
 
-Chart BracketsChart(const ChartEffort& effort) {
-  const int views = effort.Of(1, 4);
-  Chart chart;
-  chart.title = "Exposure brackets: the merged light against the light that is there";
-  chart.about = fmt::format(
-      "Simulated scene lightbox (sixteen stops), 480 x 360, 12-bit mosaic with noise; a hand that moves at 5 "
-      "degrees a second, 50 ms from one exposure to the next, two stops apart; poses exact, {} points as "
-      "geometry. {} views of each of the seeds 1 to {}, by the whole stop of the true light (0: full scale "
-      "of the view's own exposure, of 1 ms); alone: each exposure by itself, where it was taken, and at each "
-      "stop the one with the least error. Things that move: scene branch from a stand, 0.2 s and one stop "
-      "apart; precision within two pixels. Bars: lowest to highest seed. Ringed: what is done.",
-      kTracked, views, effort.Of(1, 3));
-  const auto by_light = [](const char* title) {
-    return ChartPanel{title,
-                      {"light, stops over full scale of the view's own exposure"},
-                      {"error, share of the light (median)", true},
-                      {},
-                      false};
-  };
-  ChartPanel aligned = by_light("aligned by poses and geometry"), lying = by_light("as they lie"),
-             ghosts{
-                 "ghosts", {"exposures"}, {"ghosts [% of the pixels]", false, false, false, true}, {}, false},
-             moving{"things that move: precision and recall of ghosts",
-                    {"exposures"},
-                    {"share found [%]", false, true, false, true},
-                    {},
-                    false};
-  constexpr std::size_t kFew = 200;  // pixels
-  const std::vector<int> counts = effort.Of(std::vector{1, 3}, {1, 3, 5, 7});
-  for (const int exposures : counts) {
-    std::map<bool, std::map<int, std::vector<double>>> medians;
-    std::map<int, std::vector<double>> best_alone;
-    std::map<bool, std::vector<double>> shares;
-    for (unsigned seed = 1; seed <= effort.Of(1u, 3u); ++seed) {
-      std::map<bool, ErrorsByStop> errors;
-      std::vector<ErrorsByStop> alone(static_cast<std::size_t>(exposures));
-      std::map<bool, std::vector<double>> ghosts_of;
-      for (int i = 0; i < views; ++i) {
-        const BracketedView how{.seed = seed,
-                                .width = 480,
-                                .height = 360,
-                                .exposure_s = 0.001,
-                                .between_s = 0.05,
-                                .at_s = 1.0 + 2.5 * i};
-        const SimulatedCamera camera = LightboxCamera(how);
-        const ScratchFolder scratch;
-        const LightField light_field = TakeBracket(camera, how, scratch / "lf", StopsOf(exposures));
-        const View& view = light_field.views.at(0);
-        const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
-        const cv::Mat truth = camera.CleanLinear(view.cam_from_world);
-        for (std::size_t number = 0; number < alone.size(); ++number)
-          AddErrorsAlone(camera, light_field, view, number, alone[number]);
-        for (const bool align : {true, false}) {
-          if (exposures == 1 && !align) continue;
-          const MergedLight merged = MergeExposuresOf(light_field, view, *geometry, {.align = align}).merged;
-          AddErrors(merged.light, truth, errors[align]);
-          ghosts_of[align].push_back(100 * merged.ghost_share);
-        }
-      }
-      std::map<int, double> least;
-      for (const ErrorsByStop& each : alone)
-        for (const auto& [stop, all] : each)
-          if (all.size() >= kFew) {
-            const double median = Spread::Of(all).median;
-            least[stop] = std::min(median, least.contains(stop) ? least[stop] : median);
-          }
-      for (const auto& [stop, median] : least) best_alone[stop].push_back(median);
-      for (const auto& [align, by_stop] : errors)
-        for (const auto& [stop, all] : by_stop)
-          if (all.size() >= kFew) medians[align][stop].push_back(Spread::Of(all).median);
-      for (const auto& [align, all] : ghosts_of) shares[align].push_back(Spread::Of(all).median);
-    }
-    const std::string name = exposures == 1 ? "1 exposure" : fmt::format("{} exposures", exposures);
-    for (const auto& [align, by_stop] : medians)
-      for (const auto& [stop, values] : by_stop)
-        (align ? aligned : lying)
-            .points.push_back({name, "", Spread::Exactly(stop + 0.5), Spread::Of(values), false});
-    if (exposures == counts.back())
-      for (const auto& [stop, values] : best_alone)
-        aligned.points.push_back({fmt::format("best of {} alone", exposures), "", Spread::Exactly(stop + 0.5),
-                                  Spread::Of(values), false});
-    if (exposures == 1) continue;
-    std::vector<double> precisions, recalls, of_stand;
-    for (unsigned seed = 1; seed <= effort.Of(1u, 3u); ++seed) {
-      const Found found = GhostsFound(seed, exposures);
-      precisions.push_back(found.precision);
-      recalls.push_back(found.recall);
-      const BracketedView how{.seed = seed,
-                              .width = 480,
-                              .height = 360,
-                              .exposure_s = 0.001,
-                              .between_s = 0.05,
-                              .speed_deg_s = 0};
-      const SimulatedCamera camera = LightboxCamera(how);
-      const ScratchFolder scratch;
-      const LightField light_field = TakeBracket(camera, how, scratch / "lf", StopsOf(exposures));
-      const View& view = light_field.views.at(0);
-      const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
-      of_stand.push_back(100 * MergeExposuresOf(light_field, view, *geometry).merged.ghost_share);
-    }
-    const std::string count = fmt::format("{}", exposures);
-    const Spread cost = Spread::Exactly(exposures);
-    moving.points.push_back({"precision", count, cost, Spread::Of(precisions), false});
-    moving.points.push_back({"recall", count, cost, Spread::Of(recalls), false});
-    ghosts.points.push_back({"aligned, on a stand", count, cost, Spread::Of(of_stand), false});
-    for (const auto& [align, values] : shares)
-      ghosts.points.push_back({align ? "aligned" : "as they lie", fmt::format("{}", exposures),
-                               Spread::Exactly(exposures), Spread::Of(values), align});
-  }
-  chart.panels = {aligned, lying, ghosts, moving};
-  return chart;
+// Of each stop of light that enough pixels have.
+std::map<int, double> MediansOf(const ErrorsByStop& errors) {
+  std::map<int, double> medians;
+  for (const auto& [stop, all] : errors)
+    if (all.size() >= kFew) medians[stop] = Spread::Of(all).median;
+  return medians;
 }
 
+// The merged light of a moving hand's views, and their single exposures.
+void AddHeld(int exposures, unsigned seed, int views, bool with_alone, Table& table) {
+  std::map<bool, ErrorsByStop> errors;
+  std::map<bool, std::vector<double>> ghosts;
+  std::vector<ErrorsByStop> alone(static_cast<std::size_t>(exposures));
+  for (int i = 0; i < views; ++i) {
+    const BracketedView how{.seed = seed,
+                            .width = 480,
+                            .height = 360,
+                            .exposure_s = 0.001,
+                            .between_s = 0.05,
+                            .at_s = 1.0 + 2.5 * i};
+    const SimulatedCamera camera = LightboxCamera(how);
+    const ScratchFolder scratch;
+    const LightField light_field = TakeBracket(camera, how, scratch / "lf", StopsOf(exposures));
+    const View& view = light_field.views.at(0);
+    const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
+    const cv::Mat truth = camera.CleanLinear(view.cam_from_world);
+    for (std::size_t number = 0; number < alone.size(); ++number)
+      AddErrorsAlone(camera, light_field, view, number, alone[number]);
+    for (const bool align : {true, false}) {
+      if (exposures == 1 && !align) continue;
+      const MergedLight merged = MergeExposuresOf(light_field, view, *geometry, {.align = align}).merged;
+      AddErrors(merged.light, truth, errors[align]);
+      ghosts[align].push_back(100 * merged.ghost_share);
+    }
+  }
+  const std::string series = exposures == 1 ? "1 exposure" : fmt::format("{} exposures", exposures);
+  for (const auto& [align, by_stop] : errors)
+    for (const auto& [stop, median] : MediansOf(by_stop))
+      table.Add(align ? kAligned : kLying, series, "", stop + 0.5, median);
+  std::map<int, double> least;
+  for (const ErrorsByStop& each : alone)
+    for (const auto& [stop, median] : MediansOf(each))
+      least[stop] = std::min(median, least.contains(stop) ? least[stop] : median);
+  for (const auto& [stop, median] : least)
+    if (with_alone) table.Add(kAligned, fmt::format("best of {} alone", exposures), "", stop + 0.5, median);
+  for (const auto& [align, shares] : ghosts)
+    if (exposures > 1)
+      table.Add(kGhosts, align ? "aligned" : "as they lie", std::to_string(exposures), exposures,
+                Spread::Of(shares).median, align);
+}
+
+void AddFromAStand(int exposures, unsigned seed, Table& table) {
+  const BracketedView how{
+      .seed = seed, .width = 480, .height = 360, .exposure_s = 0.001, .between_s = 0.05, .speed_deg_s = 0};
+  const SimulatedCamera camera = LightboxCamera(how);
+  const ScratchFolder scratch;
+  const LightField light_field = TakeBracket(camera, how, scratch / "lf", StopsOf(exposures));
+  const View& view = light_field.views.at(0);
+  const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
+  const std::string name = std::to_string(exposures);
+  table.Add(kGhosts, "aligned, on a stand", name, exposures,
+            100 * MergeExposuresOf(light_field, view, *geometry).merged.ghost_share);
+  const Found found = GhostsFound(seed, exposures);
+  table.Add(kMoving, "precision", name, exposures, found.precision);
+  table.Add(kMoving, "recall", name, exposures, found.recall);
+}
+
+Chart MeasureBrackets(const Effort& effort) {
+  Table table;
+  for (const char* title : {kAligned, kLying})
+    table.Panel(title, {"light, stops over full scale of the view's own exposure"},
+                Log("error, share of the light (median)"), {.compared = false});
+  table.Panel(kGhosts, {"exposures"}, FromZero({"ghosts [% of the pixels]"}), {.compared = false});
+  table.Panel(kMoving, {"exposures"}, FromZero(MoreIsBetter({"share found [%]"})), {.compared = false});
+  const std::vector<int> counts = effort.Of(std::vector{1, 3}, {1, 3, 5, 7});
+  for (const int exposures : counts)
+    for (const unsigned seed : effort.Seeds(3)) {
+      AddHeld(exposures, seed, effort.Of(1, 4), exposures == counts.back(), table);
+      if (exposures > 1) AddFromAStand(exposures, seed, table);
+    }
+  return {.panels = table.panels()};
+}
+
+CHART(brackets, MeasureBrackets, "Exposure brackets: the merged light against the light that is there",
+      R"(Simulated scene lightbox (sixteen stops), 480 x 360, 12-bit mosaic with noise; a hand that moves at
+  5 degrees a second, 50 ms from one exposure to the next, two stops apart; poses exact, 3,000 points as
+  geometry. Four views of each of three seeds, by the whole stop of the true light (0: full scale of the
+  view's own exposure, of 1 ms); alone: each exposure by itself, where it was taken, and at each stop the
+  one with the least error. Things that move: scene branch from a stand, 0.2 s and one stop apart; precision
+  within two pixels. Bars: lowest to highest seed. Ringed: what is done.)");
+
+}  // namespace
 }  // namespace ulf::test

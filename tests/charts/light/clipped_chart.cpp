@@ -5,7 +5,8 @@
 #include "core/image/clipped.h"
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/points_proxy.h"
-#include "tests/charts/makers.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/support/floors.h"
 
@@ -127,40 +128,19 @@ Errors ErrorsOf(const SimulatedCamera& camera, const std::shared_ptr<const Rende
           bright_px > 0 ? std::sqrt(bright / static_cast<double>(bright_px)) : std::nan("")};
 }
 
-}  // namespace
+constexpr char kAll[] = "whole pictures", kBright[] = "where the longer exposures clip",
+               kShare[] = "what clips";
 
-Chart ClippedChart(const ChartEffort& effort) {
-  Chart chart;
-  chart.title = "Clipped pixels: as light like any other, and masked";
-  chart.about = fmt::format(
-      "Polished vases that mirror lamps (scene gloss), {} views along a hand's way, sensor noise, poses "
-      "exact, 3,000 points; "
-      "every other view is exposed longer by so many stops than those between, for which full scale is twice "
-      "a white card. "
-      "{} pictures of each of the seeds 1 to 3 from places between the views, against the light that is "
-      "there, at the "
-      "short exposure; subdivision weights. Bars: lowest to highest seed. Ringed: what is done.",
-      effort.Of(16, 48), effort.Of(2, 8));
-  ChartPanel all{"whole pictures",
-                 {"longer exposures, stops"},
-                 {"error [levels of 255, RMS]", false, false, false, true},
-                 {},
-                 false},
-      bright{"where the longer exposures clip",
-             {"longer exposures, stops"},
-             {"error [levels of 255, RMS]", false, false, false, true},
-             {},
-             false},
-      share{"what clips",
-            {"longer exposures, stops"},
-            {"clipped pixels of the longer exposures [%]", false, false, false, true},
-            {},
-            false};
-  for (const bool masks : {false, true}) {
-    const char* name = masks ? "masked" : "as light";
-    for (const double stops : effort.Of(std::vector{0.0, 2.0}, {0.0, 0.5, 1.0, 1.5, 2.0, 3.0})) {
-      std::vector<double> of_all, of_bright, of_share;
-      for (const unsigned seed : effort.Of(std::vector{1u}, {1u, 2u, 3u})) {
+Chart MeasureClipped(const Effort& effort) {
+  Table table;
+  const ChartAxis cost{"longer exposures, stops"},
+      levels{.label = "error [levels of 255, RMS]", .from_zero = true};
+  table.Panel(kAll, cost, levels, {.compared = false});
+  table.Panel(kBright, cost, levels, {.compared = false});
+  table.Panel(kShare, cost, FromZero({"clipped pixels of the longer exposures [%]"}), {.compared = false});
+  for (const bool masks : {false, true})
+    for (const double stops : effort.Of(std::vector{0.0, 2.0}, {0.0, 0.5, 1.0, 1.5, 2.0, 3.0}))
+      for (const unsigned seed : effort.Seeds(3)) {
         const SimulatedCamera camera = GlossCamera(seed);
         double clipped = 0;
         // As the program does: of one exposure nothing is masked.
@@ -169,19 +149,20 @@ Chart ClippedChart(const ChartEffort& effort) {
         const Errors errors = ErrorsOf(
             camera, WithProxy(*scene, std::make_shared<PointsProxy>(scene->subject, PointsOf(camera, 3000))),
             effort.Of(2, 8), stops);
-        of_all.push_back(errors.all);
-        of_bright.push_back(errors.bright);
-        of_share.push_back(100 * clipped);
+        const char* series = masks ? "masked" : "as light";
+        const std::string name = fmt::format("{:g}", stops);
+        table.Add(kAll, series, name, stops, errors.all, masks);
+        table.Add(kBright, series, name, stops, errors.bright, masks);
+        if (masks) table.Add(kShare, "of all pixels", name, stops, 100 * clipped);
       }
-      const std::string label = fmt::format("{:g}", stops);
-      all.points.push_back({name, label, Spread::Exactly(stops), Spread::Of(of_all), masks});
-      bright.points.push_back({name, label, Spread::Exactly(stops), Spread::Of(of_bright), masks});
-      if (masks)
-        share.points.push_back({"of all pixels", label, Spread::Exactly(stops), Spread::Of(of_share)});
-    }
-  }
-  chart.panels = {all, bright, share};
-  return chart;
+  return {.panels = table.panels()};
 }
 
+CHART(clipped, MeasureClipped, "Clipped pixels: as light like any other, and masked", R"(Polished vases that
+  mirror lamps (scene gloss), 48 views along a hand's way, sensor noise, poses exact, 3,000 points; every
+  other view is exposed longer by so many stops than those between, for which full scale is twice a white
+  card. 8 pictures of each of three seeds from places between the views, against the light that is there, at
+  the short exposure; subdivision weights. Bars: lowest to highest seed. Ringed: what is done.)");
+
+}  // namespace
 }  // namespace ulf::test

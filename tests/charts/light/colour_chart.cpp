@@ -4,7 +4,8 @@
 #include "acquisition/calibration/color_fit.h"
 #include "acquisition/simulator/simulated_chart.h"
 #include "core/image/clipped.h"
-#include "tests/charts/makers.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
@@ -32,58 +33,50 @@ ColorFit FitOf(ChartSceneOptions options, unsigned seed) {
 }
 
 template <typename Options>
-ChartPanel PanelOver(const std::string& title, const ChartAxis& axis, const std::vector<double>& values,
-                     const std::vector<unsigned>& seeds, const Options& options_of) {
-  ChartPanel panel{title, axis, {"CIEDE2000, mean of the patches", true}, {}, false};
-  std::vector<std::vector<ColorFit>> fits;
-  for (const double value : values) {
-    fits.emplace_back();
-    for (const unsigned seed : seeds) fits.back().push_back(FitOf(options_of(value), seed));
-  }
-  for (const Shown& shown : kShown)
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      std::vector<double> means;
-      for (const ColorFit& fit : fits[i])
-        if (fit.ok()) means.push_back(fit.Mean(shown.value));
-      panel.points.push_back({shown.name, fmt::format("{:g}", values[i]), Spread::Exactly(values[i]),
-                              Spread::Of(means), shown.is_default});
-    }
-  return panel;
+void AddOver(const std::string& title, const ChartAxis& axis, const std::vector<double>& values,
+             const Options& options_of, const Effort& effort, Table& table) {
+  table.Panel(title, axis, Log("CIEDE2000, mean of the patches"), {.compared = false});
+  for (const double value : values)
+    for (const unsigned seed : effort.Seeds(5))
+      if (const ColorFit fit = FitOf(options_of(value), seed); fit.ok())
+        for (const Shown& shown : kShown)
+          table.Add(title, shown.name, fmt::format("{:g}", value), value, fit.Mean(shown.value),
+                    shown.is_default);
 }
 
-}  // namespace
-
-Chart ColourChart(const ChartEffort& effort) {
-  Chart chart;
-  chart.title = "Colours: before and after a profile from a chart of 24 patches";
-  chart.about =
-      "sim:chart, 12-bit mosaic with noise, three frames, seeds 1 to 5; bars: lowest to highest seed. "
-      "Ringed: the chart's "
-      "columns left out in turn, the profile found from the others. The simulated sensor is linear, as the "
-      "profile is: "
-      "what remains is noise, demosaicing and, with uneven light, the lighting.";
-  const std::vector<unsigned> seeds = effort.Of(std::vector{1u}, {1u, 2u, 3u, 4u, 5u});
-  chart.panels.push_back(PanelOver(
+Chart MeasureColours(const Effort& effort) {
+  Table table;
+  AddOver(
       "by the lamp, filters overlapping by 0.2", {"colour temperature [K]"},
       effort.Of(std::vector{2800.0, 6500.0}, {2400.0, 3000.0, 4000.0, 5000.0, 6500.0, 8000.0, 10000.0}),
-      seeds,
-      [](double lamp_k) { return ChartSceneOptions{.colors = {.lamp_k = lamp_k, .crosstalk = 0.2}}; }));
-  chart.panels.push_back(
-      PanelOver("by the sensor, 4000 K", {"share of each filter's neighbours"},
-                effort.Of(std::vector{0.0, 0.3}, {0.0, 0.1, 0.2, 0.3, 0.4}), seeds, [](double crosstalk) {
-                  return ChartSceneOptions{.colors = {.lamp_k = 4000, .crosstalk = crosstalk}};
-                }));
-  chart.panels.push_back(PanelOver(
+      [](double lamp_k) { return ChartSceneOptions{.colors = {.lamp_k = lamp_k, .crosstalk = 0.2}}; }, effort,
+      table);
+  AddOver(
+      "by the sensor, 4000 K", {"share of each filter's neighbours"},
+      effort.Of(std::vector{0.0, 0.3}, {0.0, 0.1, 0.2, 0.3, 0.4}),
+      [](double crosstalk) { return ChartSceneOptions{.colors = {.lamp_k = 4000, .crosstalk = crosstalk}}; },
+      effort, table);
+  AddOver(
       "by exposure, 4000 K, 0.2: above 1 patches clip", {"white patch, of full scale", true},
-      effort.Of(std::vector{0.5, 1.2}, {0.02, 0.05, 0.1, 0.25, 0.5, 0.9, 1.2, 1.6}), seeds, [](double white) {
+      effort.Of(std::vector{0.5, 1.2}, {0.02, 0.05, 0.1, 0.25, 0.5, 0.9, 1.2, 1.6}),
+      [](double white) {
         return ChartSceneOptions{.colors = {.lamp_k = 4000, .crosstalk = 0.2}, .white = white};
-      }));
-  chart.panels.push_back(PanelOver(
+      },
+      effort, table);
+  AddOver(
       "by the lighting's gradient, 4000 K, 0.2", {"from the left to the right edge [%]"},
-      effort.Of(std::vector{0.0, 20.0}, {0.0, 5.0, 10.0, 20.0, 40.0}), seeds, [](double percent) {
+      effort.Of(std::vector{0.0, 20.0}, {0.0, 5.0, 10.0, 20.0, 40.0}),
+      [](double percent) {
         return ChartSceneOptions{.colors = {.lamp_k = 4000, .crosstalk = 0.2}, .gradient = 0.01 * percent};
-      }));
-  return chart;
+      },
+      effort, table);
+  return {.panels = table.panels()};
 }
 
+CHART(colour, MeasureColours, "Colours: before and after a profile from a chart of 24 patches", R"(sim:chart,
+  12-bit mosaic with noise, three frames, five seeds; bars: lowest to highest seed. Ringed: the chart's
+  columns left out in turn, the profile found from the others. The simulated sensor is linear, as the
+  profile is: what remains is noise, demosaicing and, with uneven light, the lighting.)");
+
+}  // namespace
 }  // namespace ulf::test

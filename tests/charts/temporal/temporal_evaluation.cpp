@@ -14,9 +14,9 @@
 #include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/quality/evaluate.h"
-#include "tests/charts/plot/gnuplot.h"
 #include "tests/charts/temporal/step_error.h"
 #include "tests/charts/temporal/temporal_error.h"
+#include "tests/measure/chart.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
@@ -128,12 +128,12 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
   return summary;
 }
 
-cv::Mat StripPicture(const TemporalSummary& summary) {
+cv::Mat StripPicture(const TemporalSummary& summary, const std::string& made_by) {
   constexpr int kLabelHeight = 22, kLeastWidth = 480;
   // The middle half of the column, where the subject is.
   const cv::Range rows(summary.height / 4, summary.height - summary.height / 4);
   const int scale = std::max(1, (kLeastWidth + summary.frames - 1) / summary.frames);
-  std::vector<std::pair<std::string, cv::Mat>> strips{{"truth", summary.true_strip}};
+  std::vector<std::pair<std::string, cv::Mat>> strips{{"truth, " + made_by, summary.true_strip}};
   for (const TemporalScore& score : summary.results)
     strips.emplace_back(fmt::format("{}: temporal error {:.2f}", NameOf(score), score.temporal_error) +
                             (score.step_error ? fmt::format(", step error {:.2f}", *score.step_error) : ""),
@@ -152,24 +152,16 @@ cv::Mat StripPicture(const TemporalSummary& summary) {
   return picture;
 }
 
-void DrawTemporalChart(const TemporalSummary& summary, const std::string& path) {
-  constexpr std::array kColors{"#9a9a9a", "#4d8c15", "#1f63b4", "#d95f02", "#c2185b", "#7b5ea7"};
-  std::string script =
-      "set grid y lc rgb '#e4e4e4' lt 1\nset border 3 lc rgb '#808080'\nset xtics nomirror\nset ytics "
-      "nomirror\n"
-      "set key top outside horizontal\nset xlabel 'picture'\nset yrange [0:*]\n"
-      "set ylabel 'second difference of the error over time, RMS, levels of 255'\n";
-  std::string lines;
-  for (std::size_t i = 0; i < summary.results.size(); ++i) {
-    const TemporalScore& score = summary.results[i];
-    script += fmt::format("$score{} << EOD\n", i);
+void DrawTemporalChart(const TemporalSummary& summary, const std::string& path, const std::string& made_by) {
+  ChartPanel panel{.title = "second difference of the error over time",
+                   .cost = {"picture"},
+                   .error = FromZero({"RMS, levels of 255"}),
+                   .compared = false};
+  for (const TemporalScore& score : summary.results)
     for (std::size_t t = 0; t < score.over_time.size(); ++t)
-      fmt::format_to(std::back_inserter(script), "{} {:.4g}\n", t + 1, score.over_time[t]);
-    script += "EOD\n";
-    lines += fmt::format("{}$score{} using 1:2 with lines lw 1.5 lc rgb '{}' title {}", i > 0 ? ", " : "", i,
-                         kColors[i % kColors.size()], QuotedForGnuplot(NameOf(score)));
-  }
-  DrawChart(path, 1100, 620, script + "plot " + lines + "\n");
+      panel.points.push_back({NameOf(score), "", Spread::Exactly(static_cast<double>(t + 1)),
+                              Spread::Exactly(score.over_time[t])});
+  DrawChartFile(path, {.title = "How restless pictures are", .caption = made_by, .panels = {panel}});
 }
 
 }  // namespace ulf::test

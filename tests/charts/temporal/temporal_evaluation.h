@@ -48,10 +48,10 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const render::RenderScene
                                  const TemporalOptions& options, TruthSource& truth,
                                  Progress* progress = nullptr);
 
-// All strips with their names, the true one on top.
-cv::Mat StripPicture(const TemporalSummary& summary);
+// All strips with their names, the true one on top, with what made them.
+cv::Mat StripPicture(const TemporalSummary& summary, const std::string& made_by);
 
-// Writes a chart of the temporal error over time (gnuplot; .png, .svg or .pdf).
-void DrawTemporalChart(const TemporalSummary& summary, const std::string& path);
+// Writes a chart of the temporal error over time (gnuplot; .png, .svg or .pdf), with what made it below.
+void DrawTemporalChart(const TemporalSummary& summary, const std::string& path, const std::string& made_by);
 
 }  // namespace ulf::test

@@ -8,7 +8,6 @@
 // output.
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -27,6 +26,8 @@
 #include "render/output/path_files.h"
 #include "tests/charts/temporal/temporal_evaluation.h"
 #include "tests/charts/temporal/truth.h"
+#include "tests/measure/provenance.h"
+#include "tests/measure/runner.h"
 
 namespace ulf::test {
 namespace {
@@ -151,10 +152,12 @@ int Run(TemporalArgs args) {
                                 .proxies = Proxies(args, *scene, fields.front()),
                                 .renderer = commands::RendererFromName(args.renderer),
                                 .gpu_memory_mb = args.gpu_memory_mb};
+  const bool draws = !args.strips.empty() || !args.plot.empty();
+  const std::string made_by = draws ? Provenance("temporal_quality " + args.dir) : "";
   Progress progress("evaluating");
   const TemporalSummary summary = EvaluateOverTime(scene, options, *truth, &progress);
-  if (!args.strips.empty()) WritePictureFile(args.strips, StripPicture(summary));
-  if (!args.plot.empty()) DrawTemporalChart(summary, args.plot);
+  if (!args.strips.empty()) WritePictureFile(args.strips, StripPicture(summary, made_by));
+  if (!args.plot.empty()) DrawTemporalChart(summary, args.plot, made_by);
   if (args.json)
     fmt::print("{}\n", JsonText(JsonOf(summary, args, truth_name), 1));
   else
@@ -166,7 +169,7 @@ int Run(TemporalArgs args) {
 }  // namespace ulf::test
 
 int main(int argc, char** argv) {
-  CLI::App app("How restless pictures are along a camera path");
+  CLI::App app("How restless pictures are along a camera path", "temporal_quality");
   ulf::test::TemporalArgs args;
   ulf::commands::AddSceneOptions(app, args);
   app.add_option("--path", args.path, "Camera path of ulf render")->capture_default_str();
@@ -182,11 +185,5 @@ int main(int argc, char** argv) {
   app.add_option("--strips", args.strips, "PNG file to write: the middle column of the image over time");
   app.add_option("--plot", args.plot, "Chart of the temporal error over time (.png, .svg, .pdf)");
   app.add_flag("--json", args.json, "Report as one JSON object");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return ulf::test::Run(args);
-  } catch (const ulf::Error& error) {
-    fmt::print(stderr, "temporal_quality: {}\n", error.what());
-    return 1;
-  }
+  return ulf::test::RunTool(app, argc, argv, [&] { return ulf::test::Run(args); });
 }

@@ -17,6 +17,7 @@
 #include "tests/charts/temporal/step_error.h"
 #include "tests/charts/temporal/temporal_error.h"
 #include "tests/charts/temporal/temporal_evaluation.h"
+#include "tests/measure/provenance.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -231,6 +232,7 @@ void CaptureStudio(const fs::path& dir, const std::string& uri) {
 TEST(TemporalQuality, ComparesFieldsWithTheTruth) {
   test::ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string(), out = scratch.path().string();
+  setenv(kMeasureChanged, "1", 1);  // pictures of a test are nobody's figures
   CaptureStudio(dir, "sim:studio?width=96&height=72&noise=0");
   const auto result =
       RunProgram(TEMPORAL_QUALITY, dir + " --path orbit --frames 60 --fields nearest,subdivision --strips " +

@@ -1,8 +1,8 @@
 // Tracking: pyramid levels that corners are detected on, where the camera goes nearer and farther, where it
 // does not, in pictures that are soft or noisy, and with few frames a second.
-#include "core/base/quantile.h"
-#include "tests/charts/makers.h"
 #include "tests/charts/tracking/tracking_runs.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
@@ -13,7 +13,7 @@ struct Situation {
   TrackedCase tracked;
 };
 
-std::vector<Situation> Situations(const ChartEffort& effort) {
+std::vector<Situation> Situations(const Effort& effort) {
   std::vector<Situation> situations;
   const auto add = [&](const char* panel, const char* series, const char* recording, int frames,
                        auto&& change) {
@@ -43,69 +43,53 @@ std::vector<Situation> Situations(const ChartEffort& effort) {
   return situations;
 }
 
-// The simulator's seeds; of a recording, where a seed hardly changes anything, ten features more and fewer;
-// of every 10th frame, the first.
-constexpr int kRuns = 3;
-void MakeRun(TrackedCase& one, int run) {
-  one.first = StartOf(run, one.every);
-  if (IsSimulated(one.recording))
-    one.options.seed = 61 + static_cast<unsigned>(run);
-  else if (one.every == 1)
-    one.options.features += run == 0 ? 0 : run == 1 ? -10 : 10;
+// Over those of the first number of levels.
+void AddLevels(const Situation& situation, const Effort& effort, Table& table) {
+  const std::vector<int> levels = effort.Of(std::vector{8, 3}, {8, 5, 4, 3, 2});
+  std::vector<TrackedCase> cases;
+  for (const int count : levels)
+    for (TrackedCase& one : Repeated(situation.tracked, effort)) {
+      one.options.corners.levels = count;
+      cases.push_back(one);
+    }
+  const std::vector<TrackedRun> runs = TrackRuns(cases);
+  const std::size_t each = runs.size() / levels.size();
+  double usual_cost = 1, usual_error = 1;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const auto spread = [&](double TrackedRun::*value) {
+      std::vector<double> values;
+      for (std::size_t run = 0; run < each; ++run) values.push_back(runs[i * each + run].*value);
+      return Spread::Of(values);
+    };
+    const Spread cost = spread(&TrackedRun::cpu_over_orb), error = spread(&TrackedRun::live_mm),
+                 after = spread(&TrackedRun::after_mm);
+    if (i == 0) usual_cost = cost.median, usual_error = error.median;
+    fmt::print(
+        "{}, {}, {} levels: {:.2f} times cv::ORB, live {:.2f} mm ({:.2f} to {:.2f}), after {:.2f} mm ({:.2f} "
+        "to {:.2f}), {:.1f} % of frames\n",
+        situation.panel, situation.series, levels[i], cost.median, error.median, error.low, error.high,
+        after.median, after.low, after.high, 100 * spread(&TrackedRun::tracked_share).median);
+    table.Add(situation.panel, situation.series, std::to_string(levels[i]), cost.median / usual_cost,
+              error.median / usual_error, levels[i] == TrackerOptions{}.corners.levels);
+  }
 }
+
+Chart MeasureLevels(const Effort& effort) {
+  Table table;
+  for (const Situation& situation : Situations(effort)) {
+    table.Panel(situation.panel, {"CPU of a frame / eight levels"}, Log("error / eight levels"),
+                {.compared = false});
+    AddLevels(situation, effort, table);
+  }
+  return {.panels = table.panels()};
+}
+
+CHART(tracking_levels, MeasureLevels,
+      "Pyramid levels that corners are detected on: error and cost over those of eight levels", R"(Names are
+  levels. Simulator: three seeds, 15 frames a second, row_deg=4. Recordings: the whole, with 10 features
+  more and fewer, or begun at three of the ten frames. Errors of live centres, RMS after alignment, medians
+  of three runs; CPU of the tracking thread, mapping apart. Frames without a pose are written to the
+  terminal.)");
 
 }  // namespace
-
-Chart TrackingLevelsChart(const ChartEffort& effort) {
-  const std::vector<int> levels = effort.Of(std::vector{8, 3}, {8, 5, 4, 3, 2});
-  const int each = effort.Of(1, kRuns);
-  const std::vector<Situation> situations = Situations(effort);
-  Chart chart;
-  chart.title = "Pyramid levels that corners are detected on: error and cost over those of eight levels";
-  chart.about =
-      "Names are levels. Simulator: seeds 61 to 63, 15 frames a second, row_deg=4. Recordings: the whole, "
-      "with 10 "
-      "features more and fewer, or begun at three of the ten frames. Errors of live centres, RMS after "
-      "alignment, "
-      "medians of three runs; CPU of the tracking thread, mapping apart. Frames without a pose are written "
-      "to the "
-      "terminal. No number of levels was chosen on the simulator's seeds.";
-  for (const Situation& situation : situations) {
-    std::vector<TrackedCase> cases;
-    for (const int count : levels)
-      for (int run = 0; run < each; ++run) {
-        cases.push_back(situation.tracked);
-        cases.back().options.corners.levels = count;
-        MakeRun(cases.back(), run);
-      }
-    const std::vector<TrackedRun> runs = TrackRuns(cases);
-    if (chart.panels.empty() || chart.panels.back().title != situation.panel)
-      chart.panels.push_back(
-          {situation.panel, {"CPU of a frame / eight levels"}, {"error / eight levels", true}, {}, false});
-    double usual_cost = 1, usual_error = 1;
-    for (std::size_t i = 0; i < levels.size(); ++i) {
-      std::vector<double> cost, error, after, share;
-      for (std::size_t run = 0; run < At(each); ++run) {
-        const TrackedRun& one = runs[i * At(each) + run];
-        cost.push_back(one.cpu_over_orb);
-        error.push_back(one.live_mm);
-        after.push_back(one.after_mm);
-        share.push_back(one.tracked_share);
-      }
-      if (i == 0) usual_cost = Median(cost), usual_error = Median(error);
-      fmt::print(
-          "{}, {}, {} levels: {:.2f} times cv::ORB, live {:.2f} mm ({:.2f} to {:.2f}), after {:.2f} mm "
-          "({:.2f} to {:.2f}), {:.1f} % of frames\n",
-          situation.panel, situation.series, levels[i], Median(cost), Median(error), Spread::Of(error).low,
-          Spread::Of(error).high, Median(after), Spread::Of(after).low, Spread::Of(after).high,
-          100 * Median(share));
-      std::fflush(stdout);
-      chart.panels.back().points.push_back(
-          {situation.series, std::to_string(levels[i]), Spread::Exactly(Median(cost) / usual_cost),
-           Spread::Exactly(Median(error) / usual_error), levels[i] == TrackerOptions{}.corners.levels});
-    }
-  }
-  return chart;
-}
-
 }  // namespace ulf::test

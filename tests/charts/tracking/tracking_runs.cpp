@@ -141,14 +141,13 @@ TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
     return error ? 1000 * error->ate_rmse : std::numeric_limits<double>::infinity();
   };
   const TrackerStatistics map = tracker.Statistics();
-  return {1000 * Median(cpu_s),
-          Median(cpu_s) / Median(orb_s),
+  return {Median(cpu_s) / Median(orb_s),
           (all_s - tracked_s) / static_cast<double>(seen) / Median(orb_s),
           static_cast<double>(tracks.size()) / static_cast<double>(seen),
           error_mm(live),
           error_mm(after),
-          map.keyframes,
-          map.map_points};
+          static_cast<double>(map.keyframes),
+          static_cast<double>(map.map_points)};
 }
 
 }  // namespace
@@ -162,6 +161,25 @@ int StartOf(int run, int every) { return 12 * run % every; }
 bool IsSimulated(const std::string& recording) { return recording.starts_with("sim:"); }
 
 std::string NameOf(const std::string& recording) { return recording == kStudio ? "simulator" : recording; }
+
+std::vector<TrackedCase> Repeated(const TrackedCase& one, const Effort& effort) {
+  std::vector<TrackedCase> cases(effort.Of(1u, 3u), one);
+  for (std::size_t run = 0; run < cases.size(); ++run) {
+    cases[run].first = StartOf(static_cast<int>(run), one.every);
+    if (IsSimulated(one.recording))
+      cases[run].options.seed = kFirstSeed + static_cast<unsigned>(run);
+    else if (one.every == 1)
+      cases[run].options.features += run == 0 ? 0 : run == 1 ? -10 : 10;
+  }
+  return cases;
+}
+
+void AddRuns(const std::vector<TrackedCase>& cases, const std::vector<TrackedRun>& runs,
+             double TrackedRun::*cost, double TrackedRun::*error, Table& table) {
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    table.Add(cases[i].panel, cases[i].series, cases[i].name, runs[i].*cost, runs[i].*error,
+              cases[i].is_default);
+}
 
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases) {
   using Key = std::tuple<std::string, unsigned, int, int>;

@@ -1,8 +1,9 @@
 // Tracking: the size that pictures are tracked at, against the error of the poses and what a frame costs.
 #include <limits>
 
-#include "tests/charts/makers.h"
 #include "tests/charts/tracking/tracking_runs.h"
+#include "tests/measure/runner.h"
+#include "tests/measure/table.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {
@@ -15,7 +16,7 @@ struct Pictures {
   int side_px = 0, runs = 1;
 };
 
-std::vector<Pictures> Kinds(const ChartEffort& effort) {
+std::vector<Pictures> Kinds(const Effort& effort) {
   std::vector<Pictures> kinds;
   const auto add_real = [&](const std::string& recording, const std::vector<double>& factors) {
     for (const double factor : factors) {
@@ -42,85 +43,63 @@ std::vector<Pictures> Kinds(const ChartEffort& effort) {
   return kinds;
 }
 
-// Pictures of one kind tracked at one size; the first of its runs.
-struct Tried {
-  Pictures pictures;
-  int side_px = 0;
-  bool full = false;
-  std::size_t first_run = 0;
-
-  std::string Name() const { return full ? "full" : std::to_string(side_px); }
-  bool IsDefault() const {
-    return full ? side_px <= TrackerOptions{}.max_side_px : side_px == TrackerOptions{}.max_side_px;
-  }
-};
-
-std::vector<Tried> AllSizes(const ChartEffort& effort) {
-  constexpr int kLargest = 3840;  // as they come; larger ones cost minutes
-  std::vector<Tried> tried;
-  std::size_t runs = 0;
-  const auto add = [&](const Pictures& pictures, int side_px, bool full) {
-    tried.push_back({pictures, side_px, full, runs});
-    runs += static_cast<std::size_t>(pictures.runs);
-  };
-  for (const Pictures& pictures : Kinds(effort)) {
-    for (const int side_px : effort.Of(std::vector{320, 640}, {320, 480, 640, 960, 1280, 1920, 2560}))
-      if (side_px < pictures.side_px) add(pictures, side_px, false);
-    if (pictures.side_px <= kLargest) add(pictures, pictures.side_px, true);
-  }
-  return tried;
-}
-
-std::vector<TrackedRun> TrackAll(const std::vector<Tried>& tried) {
-  std::vector<TrackedCase> cases;
-  for (const Tried& one : tried)
-    for (int run = 0; run < one.pictures.runs; ++run) {
-      cases.push_back(one.pictures.tracked);
-      cases.back().options.max_side_px = one.full ? 0 : one.side_px;
-      cases.back().options.seed = 61 + static_cast<unsigned>(run);
-    }
-  return TrackRuns(cases);
-}
-
 // An error of the frames that were tracked says nothing where many were not.
 constexpr double kTrackedShare = 0.7;
 double ErrorOf(const TrackedRun& run) {
   return run.tracked_share < kTrackedShare ? std::numeric_limits<double>::infinity() : run.live_mm;
 }
 
-}  // namespace
-
-Chart TrackingSideChart(const ChartEffort& effort) {
-  const std::vector<Tried> tried = AllSizes(effort);
-  const std::vector<TrackedRun> runs = TrackAll(tried);
-  Chart chart;
-  chart.title = "The size that pictures are tracked at: error of live poses, and what a frame costs";
-  chart.about = fmt::format(
-      "Names: longer side of the tracked picture, px; full: as they come. Recordings: the first 120 frames, "
-      "640 px wide, enlarged (cubic), one run each: on the kitchen differences of a fifth say nothing. "
-      "Simulator: 100 frames, seeds 61 and 62. The default was settled on both recordings and the "
-      "sharp simulator; noise and blur report. No point: fewer than {:.0f} % of the frames tracked. CPU of "
-      "the "
-      "tracking thread, reducing included, mapping apart, over cv::ORB with 1,000 features on the same "
-      "pictures at 640 px.",
-      100 * kTrackedShare);
-  for (const bool errors : {true, false})
-    for (const Tried& one : tried) {
-      const std::string title = one.pictures.panel + (errors ? ": error" : ": cost");
-      if (chart.panels.empty() || chart.panels.back().title != title)
-        chart.panels.push_back({title,
-                                {"longer side of the tracked picture [px]", true},
-                                {errors ? "centres, live, RMS [mm]" : "a frame [times cv::ORB, CPU]", true},
-                                {},
-                                false});
-      std::vector<double> values;
-      for (std::size_t run = 0; run < static_cast<std::size_t>(one.pictures.runs); ++run)
-        values.push_back(errors ? ErrorOf(runs[one.first_run + run])
-                                : runs[one.first_run + run].cpu_over_orb);
-      chart.panels.back().points.push_back({one.pictures.series, one.Name(), Spread::Exactly(one.side_px),
-                                            Spread::Of(values), one.IsDefault()});
+// Tracked at each size, and as they come.
+std::vector<TrackedCase> AllSizes(const Pictures& pictures, const Effort& effort) {
+  constexpr int kLargest = 3840;  // as they come; larger ones cost minutes
+  constexpr int kDefault = TrackerOptions{}.max_side_px;
+  std::vector<TrackedCase> cases;
+  const auto add = [&](int side_px, bool full) {
+    for (int run = 0; run < pictures.runs; ++run) {
+      cases.push_back(pictures.tracked);
+      cases.back().options.max_side_px = full ? 0 : side_px;
+      cases.back().options.seed = kFirstSeed + static_cast<unsigned>(run);
+      cases.back().name = full ? "full" : std::to_string(side_px);
+      cases.back().is_default = full ? side_px <= kDefault : side_px == kDefault;
     }
-  return chart;
+  };
+  for (const int side_px : effort.Of(std::vector{320, 640}, {320, 480, 640, 960, 1280, 1920, 2560}))
+    if (side_px < pictures.side_px) add(side_px, false);
+  if (pictures.side_px <= kLargest) add(pictures.side_px, true);
+  return cases;
 }
 
+Chart MeasureSides(const Effort& effort) {
+  Table table;
+  std::vector<TrackedCase> cases;
+  for (const Pictures& pictures : Kinds(effort))
+    for (TrackedCase one : AllSizes(pictures, effort)) {
+      one.panel = pictures.panel;
+      one.series = pictures.series;
+      cases.push_back(one);
+    }
+  const std::vector<TrackedRun> runs = TrackRuns(cases);
+  for (const bool errors : {true, false})
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      const TrackedCase& one = cases[i];
+      const std::string title = one.panel + (errors ? ": error" : ": cost");
+      table.Panel(title, Log("longer side of the tracked picture [px]"),
+                  Log(errors ? "centres, live, RMS [mm]" : "a frame [times cv::ORB, CPU]"),
+                  {.compared = false});
+      const int whole_px = one.width == 640 ? static_cast<int>(640 * one.change.enlarged) : one.width;
+      table.Add(title, one.series, one.name, one.options.max_side_px > 0 ? one.options.max_side_px : whole_px,
+                errors ? ErrorOf(runs[i]) : runs[i].cpu_over_orb, one.is_default);
+    }
+  return {.panels = table.panels()};
+}
+
+CHART(tracking_side, MeasureSides,
+      "The size that pictures are tracked at: error of live poses, and what a frame costs", R"(Names: longer
+  side of the tracked picture, px; full: as they come. Recordings: the first 120 frames, 640 px wide,
+  enlarged (cubic), one run each: on the kitchen differences of a fifth say nothing. Simulator: 100 frames,
+  two seeds. The default was settled on both recordings and the sharp simulator; noise and blur report. No
+  point: fewer than 70 % of the frames tracked. CPU of the tracking thread, reducing included, mapping
+  apart, over cv::ORB with 1,000 features on the same pictures at 640 px.)");
+
+}  // namespace
 }  // namespace ulf::test

@@ -25,7 +25,6 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "tests/charts/plot/gnuplot.h"
 #include "tests/support/floors.h"
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
