@@ -1,4 +1,4 @@
-// Calls Aravis and handles its GError. Only the aravis_* files include this header.
+// Calls Aravis and handles its GError. Only acquisition/aravis/ may include this header, because of arv.h.
 #pragma once
 
 #include <arv.h>
@@ -11,7 +11,7 @@
 
 namespace ulf::acquisition {
 
-// Runs a library call that takes a GError** and turns a failure into an Error: "aravis:ID: WHAT: reason".
+// Returns the result of `call(GError**)`. Throws Error "WHO: WHAT: reason" if it fails; `who` is the URI.
 template <typename Call>
 auto CallOrThrow(const std::string& who, const std::string& what, Call&& call) {
   GError* error = nullptr;
@@ -31,7 +31,7 @@ auto CallOrThrow(const std::string& who, const std::string& what, Call&& call) {
   }
 }
 
-// Returns the result, or `otherwise` on failure: for features that a camera may lack.
+// Returns the result of `call(GError**)`, or `otherwise` if it fails, because a camera may lack the feature.
 template <typename Call, typename Value>
 Value CallOr(Call&& call, Value otherwise) {
   GError* error = nullptr;
@@ -41,7 +41,6 @@ Value CallOr(Call&& call, Value otherwise) {
   return otherwise;
 }
 
-// Calls and ignores failure.
 template <typename Call>
 void CallIgnoringErrors(Call&& call) {
   GError* error = nullptr;
@@ -51,7 +50,8 @@ void CallIgnoringErrors(Call&& call) {
 
 inline std::string Text(const char* text) { return text ? text : ""; }
 
-// Returns the names that `call` returns as an array of its own, with their number; empty on failure.
+// Returns copies of the names that `call(guint* count, GError**)` returns; empty if it fails. Frees the array
+// of `call` but not its strings (GLib's "transfer container").
 template <typename Call>
 std::vector<std::string> CallForNames(Call&& call) {
   guint count = 0;

@@ -1,5 +1,5 @@
-// Counts the statistics of a driver's stream: frames that arrived and did not, and the camera's clock
-// relative to this computer's. All functions may be called from any thread.
+// Counts the frames of a driver's stream that arrive and that are lost, and compares the camera's clock with
+// this computer's. All functions may be called from any thread.
 #pragma once
 
 #include <chrono>
@@ -16,29 +16,36 @@
 
 namespace ulf::acquisition {
 
+// A frame may count several times: an incomplete one by Arrived() and by Incomplete().
 class StreamStatistics {
  public:
   // Call it when a stream begins: all counts restart.
   void Begin();
-  // Call it when the stream ends: its seconds count no further.
+  // Call it when the stream ends: DeviceStatistics::seconds grows no further.
   void End();
 
-  // Notes a frame's number, complete or not, in the order of arrival.
+  // Counts the arrival of a frame, complete or not, by its frame id. Call it in the order of arrival.
   void Arrived(std::uint64_t id);
+  // Counts the arrival of a frame whose id was lost; it fills one gap in the ids.
   void ArrivedWithoutId();
-  // Call it when the camera restarts its numbers.
+  // Call it when the camera restarts its frame ids.
   void NumbersRestart();
+  // Counts a frame that arrived with pixels missing.
   void Incomplete();
-  // Counts a frame that was discarded because automatics were on when it was exposed.
+  // Counts a complete frame that was discarded because an automatic control (exposure, gain, white balance,
+  // focus) was on when it was exposed.
   void WhileSettling();
+  // Counts a complete frame that was discarded because the reader was too slow.
   void Dropped();
-  // Notes a complete frame's times by both clocks; more than `period_s` apart it is late (0: never).
+  // Adds a complete frame's times by the device's clock (any origin) and by this computer's (since the
+  // epoch). A frame is late if its delay exceeds the least delay by more than `period_s`; with 0 none is.
   void Timed(double device_time_s, double host_time_s, double period_s);
-  // Counts a frame that the reader got.
+  // Counts a complete frame that Device::Next() returned, and the bytes of its pixels.
   void Delivered(const Frame& frame);
 
-  // Returns the statistics without the figures of the transport.
+  // Returns the statistics so far; `reconnects` stays 0 and `transport` empty.
   DeviceStatistics Now() const;
+  // Returns how often WhileSettling() was called, as a value for TransportFigures.
   double WhileSettlingCount() const;
 
  private:
@@ -51,7 +58,8 @@ class StreamStatistics {
   std::chrono::steady_clock::time_point began_ ULF_GUARDED_BY(mutex_);
 };
 
-// Starts a thread that reads frames: it runs `read`, and `lost` with the reason where that throws.
+// Starts a thread that runs `read`. If `read` throws, the thread calls `lost` with the exception's text;
+// `lost` must not throw. The caller joins the thread.
 std::thread ReadingThread(std::function<void()> read, std::function<void(const std::string&)> lost);
 
 }  // namespace ulf::acquisition

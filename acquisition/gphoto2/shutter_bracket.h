@@ -1,8 +1,8 @@
-// Takes the photographs of a bracket one after another: sets each shutter time before the release, and
-// restores the camera's own at the end. A busy camera is asked again in the next round of its thread, until
-// its time is over.
+// Sets the shutter times of a bracket one after another; the caller releases the photographs. At the end it
+// restores the shutter time that the camera had before. When the camera is busy, the next Next() tries again,
+// for `busy_s` at most.
 //
-// Belongs to the camera's thread. It serves cameras without bracketing of their own (camera_bracket.h).
+// Only the camera's thread may use it. It serves cameras without bracketing of their own (camera_bracket.h).
 #pragma once
 
 #include <chrono>
@@ -20,20 +20,21 @@ namespace ulf::acquisition {
 
 class ShutterBracket {
  public:
-  // `settings` outlives it. `busy_s`: a shutter time that the camera refuses for so long is skipped.
+  // `settings` must outlive it. `busy_s`: a shutter time that the camera refuses for so long is skipped.
+  // `notice` is called with messages for the user.
   ShutterBracket(CameraSettings& settings, double busy_s, std::function<void(const std::string&)> notice)
       : settings_(settings), busy_s_(busy_s), notice_(std::move(notice)) {}
 
-  // Returns whether the camera has shutter times to choose from, and tells the one it has.
+  // Returns whether the camera tells its present shutter time and offers others.
   bool IsPossible() const;
-  // Begins exposures, in stops from the present shutter time.
+  // Begins a bracket; requires IsPossible(). `stops`: from the present shutter time; above 0: longer.
   void Begin(const std::vector<double>& stops);
   // Returns true until the shutter time is restored.
   bool IsRunning() const { return !before_.empty(); }
-  // Returns the next exposure, whose shutter time is set now, to be released. Returns none when there is none
-  // yet, or no more.
+  // Sets the shutter time of the next exposure and returns its stops: release the shutter, and call it again
+  // when the photograph has come. When it returns none, release nothing, and call it again while IsRunning().
   std::optional<double> Next();
-  // Drops the remaining exposures. Reports when the shutter time cannot be restored.
+  // Drops the remaining exposures and restores the shutter time, or asks for that by `notice`.
   void GiveUp(bool camera_is_gone);
 
  private:
@@ -45,11 +46,11 @@ class ShutterBracket {
   const double busy_s_;
   const std::function<void(const std::string&)> notice_;
   std::deque<double> stops_;  // to come
-  std::string before_;        // empty: no bracket is taken
+  std::string before_;        // the shutter time to restore; empty: no bracket is taken
   double before_s_ = 0;
   std::set<std::string> used_;
   std::optional<std::chrono::steady_clock::time_point> refused_since_;
-  std::string refusal_;  // for so long that it counts; empty: none
+  std::string refusal_;  // why the camera has refused for `busy_s`; empty: it has not
 };
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,6 @@
-// Lists what a tethered camera still holds of a session when its link drops. The lost driver writes the list,
-// the one that opens the same camera again fetches the files. The two share it and run in different threads.
+// Lists the files of a session that a tethered camera still holds when its link drops. The driver that loses
+// the link writes the list; the driver that opens the same camera again takes it and fetches the files. The
+// two share it: several threads may call all functions.
 #pragma once
 
 #include <optional>
@@ -14,34 +15,36 @@
 
 namespace ulf::acquisition {
 
-// A file in the camera with the known facts of its photograph, without bytes.
+// A file in the camera, and what is known of it before the download: all but DownloadedFile::bytes.
 using FileInCamera = std::pair<GphotoFile, DownloadedFile>;
 
 class UnfetchedPhotographs {
  public:
   struct Unfetched {
     std::vector<FileInCamera> waiting;    // announced, not downloaded
-    std::optional<GphotoFile> last = {};  // that was announced; none: none was
-    double released_s =
-        0;  // when the shutter was asked to open for a photograph that was not announced; 0: none was
-    double lost_s = 0;  // host clock
+    std::optional<GphotoFile> last = {};  // the file that was announced last; none: no file was
+    // When the shutter was asked to open for a photograph that was not announced; 0: all were.
+    double released_s = 0;  // host clock
+    double lost_s = 0;      // when the link dropped, host clock
   };
   // Notes a file that the camera has announced.
   void Announced(const GphotoFile& file);
-  // Notes what is left when the link is gone. A missing `left.last` becomes the file that was announced last.
+  // Notes what is left when the link is gone. If `left.last` is none, the last noted file is put there.
   void Lost(Unfetched left);
-  // Returns once for each loss what is left; none: the link was not lost.
+  // Returns what the last Lost() noted, once; none if the link was not lost since.
   std::optional<Unfetched> Take();
-  // Returns, of the files that a folder of the camera holds now, the photographs that came after the last
-  // announced one, by the numbers in their names, in their order.
+  // `names`: the files that the folder of `left.last` holds now. Returns the JPEG and raw files among them
+  // that were not announced and do not come before `left.last` (one may be its other file), ordered by the
+  // numbers in their names; empty without `left.last`.
   std::vector<GphotoFile> PhotographsAfter(const Unfetched& left, std::vector<std::string> names) const;
-  // Returns what is to be fetched of `files`, which came since. The first photograph among them answers the
-  // request that was open.
+  // Returns `files`, the result of PhotographsAfter(), with what is known of each; empty without `left.last`.
+  // The first photograph after `left.last` answers the open request (`left.released_s`).
   static std::vector<FileInCamera> CameSince(const Unfetched& left, const std::vector<GphotoFile>& files);
 
   // Notes a file that is fetched from the card although the camera did not announce it.
   void Fetched(const GphotoFile& file);
-  // Returns whether the file was fetched so, or announced before: a camera may announce it once more.
+  // Returns whether Fetched() noted the file, or Announced() did before the last loss: a camera may announce
+  // it once more.
   bool WasFetched(const GphotoFile& file) const;
 
  private:

@@ -2,14 +2,16 @@
 // differentiable and determined by the seed.
 //
 // The hand starts in front of the subject, moves sideways so that a monocular tracker can initialise, then
-// sweeps rows over a cap: azimuth +-H/2 and elevation +-V/2 about the first direction, and `margin` beyond,
-// because the first direction of a capture is known only after it has begun. Later passes have rows shifted
-// by half a spacing, then a quarter, and so on, so that they fill the gaps of earlier passes. The hand
-// trembles and drifts, varies its distance, and sometimes looks away for about a second, during which its
-// position stays the same. With a dolly it goes nearer and farther as it sweeps, again and again.
+// sweeps rows of constant elevation over a cap: azimuth +-cap_azimuth/2 and elevation +-cap_elevation/2 about
+// first_direction, and `margin` beyond, because a capture centres its cap on its first view, which lies only
+// near first_direction. Later passes have rows shifted by half a spacing, then a quarter, and so on, so that
+// they fill the gaps of earlier passes. The hand trembles and drifts, varies its distance, and sometimes
+// looks away for about a second, during which the sweep pauses. With a dolly it goes nearer and farther as it
+// sweeps, again and again. After three hours the sweep ends.
 //
-// World frame metres, time in seconds from the start. Cap angles are longitude and latitude about the first
-// direction, with the scene's up straightened to be perpendicular to it.
+// The world is in metres, times are in seconds from the start, angles in radians. Azimuth and elevation are 0
+// in first_direction; azimuth grows to the right of a person who looks at the subject, elevation towards the
+// part of up_in_world that is perpendicular to first_direction.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,26 +23,26 @@
 
 namespace ulf::acquisition {
 
-// The motion of a simulated camera: planned (Hand) or reacting to what is displayed.
+// Moves a simulated camera, as planned (Hand) or in reaction to what is displayed.
 class HandMotion {
  public:
   virtual ~HandMotion() = default;
-  // Returns the pose at a time, smooth in time. World frame in metres, seconds from the start. Times may come
-  // in any order; for a motion that reacts they may not lie far after the last displayed frame.
+  // Returns the pose, smooth in time. A planned motion takes times in any order; one that reacts takes
+  // growing times, at most a second back, and later displayed frames change only later poses.
   virtual Rigid3 CamFromWorld(double time_s) const = 0;
 };
 
-// Sums of sines with random phases, for the tremor and drift of a simulated hand: smooth, bounded functions
-// of time without a visible period.
+// Sums sines with random phases, for the tremor and drift of a simulated hand: a smooth, bounded function of
+// time without a visible period.
 class Waves {
  public:
   struct Wave {
-    double height, frequency_hz, phase;
+    double height, frequency_hz, phase;  // height: amplitude, in the unit of At(); phase: radians
   };
 
   Waves() = default;
-  // `count` sines with frequencies between `low_hz` and `high_hz`; their sum is at most `height`. The same
-  // seed and stream give the same waves.
+  // Makes `count` sines with frequencies between `low_hz` and `high_hz`, each of amplitude `height` /
+  // `count`. `stream` numbers the independent random sequences of a seed.
   Waves(std::uint64_t seed, int stream, int count, double low_hz, double high_hz, double height);
 
   void Add(const Waves& more);
@@ -54,14 +56,15 @@ class Waves {
 struct HandOptions {
   Eigen::Vector3d subject_in_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
-  Eigen::Vector3d first_direction = -Eigen::Vector3d::UnitY();  // from the subject to the camera, unit
-  double distance_m = 1;
-  double cap_azimuth = Radians(60);
-  double cap_elevation = Radians(40);
-  double row_spacing = Radians(2.2);
-  double margin = Radians(3);
-  double speed = Radians(13);  // of azimuth, per second, along a row
-  double dolly = 1;            // the distance changes between 1 / dolly and dolly times distance_m, slowly
+  // Unit vector from the subject to the camera, in the world; not parallel to up_in_world.
+  Eigen::Vector3d first_direction = -Eigen::Vector3d::UnitY();
+  double distance_m = 1;               // from the subject to the camera
+  double cap_azimuth = Radians(60);    // whole width
+  double cap_elevation = Radians(40);  // whole height
+  double row_spacing = Radians(2.2);   // largest difference in elevation between rows of one pass
+  double margin = Radians(3);          // beyond each side of the cap
+  double speed = Radians(13);          // radians of azimuth per second along a row
+  double dolly = 1;  // every 12 s the distance changes between 1 / dolly and dolly times distance_m
   bool looks_away = true;
   std::uint64_t seed = 7;
 };
@@ -72,8 +75,7 @@ class Hand : public HandMotion {
 
   Rigid3 CamFromWorld(double time_s) const override;
 
-  // Returns the direction from the subject towards the camera as (azimuth, elevation) about the first
-  // direction, radians.
+  // Returns the direction from the subject to a camera's centre as (azimuth, elevation), radians.
   Eigen::Vector2d CapAngles(const Eigen::Vector3d& center_in_world) const;
 
   // Returns the seconds after which the first pass over the cap is complete.
@@ -84,12 +86,12 @@ class Hand : public HandMotion {
 
  private:
   struct Stop {
-    double time_s;  // of the path, which pauses while looking away
-    Eigen::Vector2d angles;
-    Eigen::Vector2d integral;  // of the angles from the first stop to this one
+    double time_s;             // path time, which pauses while the hand looks away
+    Eigen::Vector2d angles;    // azimuth, elevation
+    Eigen::Vector2d integral;  // integral of the angles over path time from the first stop to this one
   };
   struct Glance {
-    double start_s, yaw, pitch;
+    double start_s, yaw, pitch;  // largest yaw and pitch, radians
   };
 
   void PlanPath();
@@ -101,8 +103,9 @@ class Hand : public HandMotion {
   double GlanceShare(double time_s, const Glance& glance) const;
 
   HandOptions options_;
-  Eigen::Vector3d forward_, side_,
-      up_;  // of the cap: first direction, towards larger azimuth, larger elevation
+  // Axes of the cap, unit vectors in the world: the first direction (from the subject to the camera), towards
+  // larger azimuth, towards larger elevation.
+  Eigen::Vector3d forward_, side_, up_;
   std::vector<Stop> stops_;
   std::vector<Glance> glances_;
   double first_pass_end_path_s_ = 0;

@@ -1,4 +1,4 @@
-// Explains choices in one form for all commands.
+// Reports why the program chose a model, in one form for all commands.
 #pragma once
 
 #include <fmt/core.h>
@@ -18,15 +18,15 @@ inline std::string ExplainedText(const std::vector<ModelChoice>& choices) {
   return text;
 }
 
-// Sets the key "explain" of a command's JSON report.
+// Sets the key "explain" of a command's JSON report (an nlohmann type) to an array of ToJson(choice).
 template <typename Json>
 void AddExplained(Json& report, const std::vector<ModelChoice>& choices) {
   Json& explained = report["explain"] = Json::array();
   for (const ModelChoice& choice : choices) explained.push_back(Json(ulf::ToJson(choice)));
 }
 
-// Logs `why`, one line; with --explain prints all candidates instead, beside the report, or with --json in it
-// (AddExplained()).
+// Without --explain, logs the line `why` unless it is empty. With --explain, prints all candidates to stderr;
+// with --json, too, prints nothing, because the caller adds them to its report (AddExplained()).
 inline void LogExplanation(bool explain, bool json, const std::string& why,
                            const std::vector<ModelChoice>& choices) {
   if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);

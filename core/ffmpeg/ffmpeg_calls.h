@@ -1,5 +1,5 @@
-// Loads the functions of FFmpeg's libraries that ulf calls when the first is called: these libraries load a
-// hundred others, and most commands read no video.
+// Loads FFmpeg's libraries at the first call of Ffmpeg(), not at the program's start: they load a hundred
+// others, and most commands read no video. Call FFmpeg only through Ffmpeg().
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
-// (library, function)
+// Lists the functions that are loaded, as F(library, function). Add a function here before you call it.
 #define ULF_FFMPEG_FUNCTIONS(F)               \
   F(avutil, av_color_primaries_name)          \
   F(avutil, av_color_space_name)              \
@@ -84,14 +84,14 @@ struct FfmpegCalls {
 #undef ULF_MEMBER
 };
 
-// Throws Error, which names the packages, if the libraries of the version that ulf was built with are not
-// installed.
+// Returns the loaded functions. Throws Error, which names the packages, if the libraries of the version that
+// ulf was built with are not installed; so do the functions below. May be called from any thread.
 const FfmpegCalls& Ffmpeg();
 
-// Returns the meaning of an error number of FFmpeg.
+// Returns the text of an error code (AVERROR, negative) that FFmpeg returned.
 std::string FfmpegErrorText(int status);
 
-// Sends FFmpeg's own messages to our log as details, from the first call on.
+// Sends FFmpeg's warnings and errors to our log at the level debug from now on. Further calls do nothing.
 void RouteFfmpegLog();
 
 }  // namespace ulf

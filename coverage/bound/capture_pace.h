@@ -1,8 +1,8 @@
 // Measures how fast a capture covers its cap, and predicts from that how long the rest takes.
 //
-// Only time of work counts: while new area is covered, or the camera moves to where area will be. While it
-// rests, or the pose is lost, the clock stands, so that a pause is no slower pace. The pace is that of the
-// last minute of work; without newly covered area there is none.
+// Only time of work counts. Signs of work are new views that cover area, and movements of the camera by more
+// than a disc radius; a long time between two signs is a pause, and is left out. The pace is that of the last
+// minute of work; it is unknown when work has covered less than one view for long.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,27 +16,28 @@ class CapturePace {
  public:
   // Guessed; docs/capture.md#guidance has the results with simulated people.
   struct Options {
-    double least_s = 8;      // shortest time of work to measure over,
-    double least_views = 4;  // and smallest area, in views
+    double least_s = 8;      // the pace is unknown after less work than this,
+    double least_views = 4;  // or less covered area, in areas of a view
   };
-  // Call it after every frame with the covered area, the number of views, and the camera's direction from the
-  // subject (none: unknown). `disc_radius`: what a view covers around it, radians.
+  // Call it after every frame with the device's time, the covered area, the number of recorded views, and the
+  // camera's direction from the subject, unit length (none: unknown). `disc_radius`: angle around its
+  // direction that a view covers, radians.
   void Update(double time_s, double covered_sr, std::size_t views,
               const std::optional<Eigen::Vector3d>& direction, double disc_radius);
-  // Returns the time for this area; none when there is no pace yet, or no longer. `sr_per_view`: the area
-  // that a view covers.
+  // Returns the time of work that it takes to cover `open_sr`; none when the pace is unknown. `sr_per_view`:
+  // the area that a view newly covers on average.
   std::optional<double> SecondsFor(double open_sr, double sr_per_view) const;
 
  private:
   struct Worked {
-    double work_s = 0, painted_sr = 0;  // so far
+    double work_s = 0, painted_sr = 0;  // so far; the area is what new views covered
   };
   Options options_;
   double known_sr_ = 0;
   std::size_t known_views_ = 0;
   bool begun_ = false;
   double sign_s_ = 0;                       // when the last sign of work was seen
-  std::optional<Eigen::Vector3d> sign_at_;  // and where the camera stood then
+  std::optional<Eigen::Vector3d> sign_at_;  // the camera's direction at that sign
   Worked now_;
   std::deque<Worked> before_;  // at signs of work, the oldest first
 };

@@ -1,6 +1,6 @@
-// Detects that the requested cap no longer fills although the camera keeps moving round the subject: the rest
-// may be out of reach (a wall, the floor, an arm's length). Reports it once, with what is open and with the
-// smaller cap that is covered.
+// Detects that the covered share of the requested cap (coverage_map.h) no longer grows although the camera
+// keeps moving round the subject: the rest may be out of reach (a wall, the floor, an arm's length). Reports
+// it, with the largest gap and with the smaller cap that is covered.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,16 +15,18 @@ namespace ulf::coverage {
 
 class CapWatch {
  public:
-  // Guessed.
   struct Options {
-    double step = Radians(2);  // round the subject; less is a hand's trembling and no movement
+    // The camera's movement counts in steps of this angle at the subject, radians; less is the hand's tremor.
+    // Guessed.
+    double step = Radians(2);
   };
-  // `share` of the cap ends the capture. `turns`: the subject turns before a fixed camera; then only whole
-  // turns without a gain count. `source`: advice to move is given only for a camera in the hand.
+  // The capture ends when `share` (0 to 1) of the cap is covered. `turns`: the subject turns on a turntable,
+  // and a whole turn without a gain is reported. `source`: pictures that are taken already get no advice for
+  // the running capture.
   CapWatch(double share, bool turns, FrameSource source) : share_(share), turns_(turns), source_(source) {}
-  // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
-  // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
-  // operator, at most once between two gains.
+  // Call it after every frame that has a pose, with the camera's centre. `would_record`: the frame became a
+  // view, or did not only because its direction is covered. Movement at other frames (pause, full disk, blur)
+  // does not count. Returns a message for the operator, at most once until the covered share changes.
   std::optional<std::string> Update(const CoverageMap& map, const Eigen::Vector3d& center_in_world,
                                     bool would_record);
 
@@ -34,13 +36,14 @@ class CapWatch {
   const FrameSource source_;
   const Options options_{};
   double most_covered_ = 0;
-  std::optional<Eigen::Vector3d> from_;  // where the present step began
-  double moved_ = 0;                     // since the last gain, radians
+  std::optional<Eigen::Vector3d> from_;  // direction from the subject in which the present step began
+  double moved_ = 0;                     // angle since the last gain, radians
   bool reported_ = false;
 };
 
-// Returns the largest cap of the same shape and middle, in whole degrees, of which at least `share` is
-// covered; none if not even one of a degree.
+// Returns the largest cap with the same centre and about the same proportions as the map's, in whole degrees,
+// of which at least `share` (0 to 1) is covered; none if that would be less than a degree wide or high, or if
+// nothing is recorded.
 std::optional<Cap> LargestCovered(const CoverageMap& map, double share);
 
 }  // namespace ulf::coverage

@@ -1,6 +1,7 @@
 // A surface for drawing and input: a window (GLFW), or a picture without a window (EGL). Both use the same
 // drawing code. Input events are values, so that a test can simulate the user. While a surface lives, OpenGL
-// 4.5 core is current in the thread that made it; only one surface may live at a time.
+// 4.5 core is current in the thread that made it, which alone may use it. Only one surface may live at a
+// time.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,13 +36,13 @@ struct KeyPressed {
   bool shift = false;
 };
 struct Typed {
-  char32_t character;  // by the keyboard's layout
+  char32_t character;  // Unicode, as the keyboard's layout gives it
 };
 struct MouseMoved {
-  Eigen::Vector2d at;  // pixels of the framebuffer
+  Eigen::Vector2d at;  // pixels of the framebuffer, from its upper left corner
 };
 struct MouseButton {
-  int button = 0;  // 0 left, 1 right
+  int button = 0;  // 0 left, 1 right, 2 middle
   bool down = false;
 };
 struct WheelTurned {
@@ -58,13 +59,14 @@ class SurfaceGone : public Error {
   using Error::Error;
 };
 
-// Reports that a running display server has cut the connection, as xkill does: the user wanted to close it.
+// Reports that the display server still runs but has cut the connection, as xkill makes it do: the user
+// wanted to close the window.
 class SurfaceKilled : public SurfaceGone {
  public:
   using SurfaceGone::SurfaceGone;
 };
 
-// Keeps an object that must not be released until the process ends.
+// Keeps an object until the process ends and never destroys it (SurfaceGone).
 template <typename Thing>
 void Abandon(std::unique_ptr<Thing> thing) {
   static auto* const abandoned = new std::vector<Thing*>;
@@ -81,18 +83,22 @@ class Surface {
   virtual void Bind() = 0;     // makes this the target of drawing
   virtual void Present() = 0;  // shows what was drawn
   virtual void ToggleFullScreen() = 0;
-  cv::Mat Read();  // the pixels drawn since Bind(), 8-bit B, G, R
+  // Returns what was drawn since Bind(): CV_8UC3, B, G, R. In a window it is undefined after Present().
+  cv::Mat Read();
 };
 
-// Opens a window of `points` points. Throws Error if there is no display, or no OpenGL 4.5 on it. All
-// functions of the window throw SurfaceGone once its display server has ended. A window that another program
-// has destroyed sends CloseAsked with every TakeEvents() and shows nothing.
+// Opens a window; call it in the process's first thread. `points`: its size in points (ContentScale). Throws
+// Error if there is no display, or no OpenGL 4.5 on it. Once the display server has ended, all functions but
+// ContentScale() and ToggleFullScreen() throw SurfaceGone. A window that another program has destroyed sends
+// CloseAsked with every TakeEvents() and shows nothing.
 std::unique_ptr<Surface> OpenWindow(const std::string& title, cv::Size points);
 
 class OffscreenSurface : public Surface {
  public:
+  // `size`: pixels. Throws Error without OpenGL 4.5.
   explicit OffscreenSurface(cv::Size size, double content_scale = 1);
   ~OffscreenSurface() override;
+  // Adds an event for TakeEvents(), which never waits here.
   void Push(InputEvent event) { events_.push_back(event); }
   void Resize(cv::Size size, double content_scale);
 
@@ -115,9 +121,9 @@ class OffscreenSurface : public Surface {
   std::vector<InputEvent> events_;
 };
 
-// Parses keys from a line of text: "b,m,Left,Shift+Up". Names are separated by commas: a typed character
-// (`comma` and `Space` for these two), or Left, Right, Up, Down, PageUp, PageDown, Home, Enter, Escape,
-// Backspace, Delete, F1, F11; "Shift+" before them holds Shift. Throws Refusal for others.
+// Parses names of keys, separated by commas: "b,comma,Left,Shift+Up". A single character, `comma` or `Space`
+// becomes Typed. Left, Right, Up, Down, PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1 and F11
+// become KeyPressed, with Shift held after "Shift+". Throws Refusal for other names.
 std::vector<InputEvent> KeysFromNames(const std::string& names);
 
 }  // namespace ulf::render

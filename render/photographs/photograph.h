@@ -1,13 +1,13 @@
-// A photograph for renderers: a pyramid, of which they read one level at a time.
+// A photograph as a pyramid, of which renderers read one level at a time.
 //
 // Level 0 is the photograph; each further level is half the size (areas averaged in linear light), with the
-// sizes of OpenGL's mipmaps: rounded down, at least one pixel. All photographs of a scene have one of two
-// forms:
+// sizes of OpenGL's mipmaps: rounded down, at least one pixel. All photographs of a scene have the same form,
+// one of two:
 //
 //   CV_8UC3   8-bit sRGB, B G R
-//   CV_16FC4  half floats in linear light, B G R and the share of the pixel that has light at all. B G R are
-//             multiplied by the share. Pixels of the photograph that are not finite have no light, and
-//             clipped ones may have a small share (MakeLinearPyramid).
+//   CV_16FC4  half floats in linear light: B G R, premultiplied by the fourth channel, the pixel's share (as
+//             alpha). The share is 0 for pixels of the photograph that are not finite, may be small for
+//             clipped ones (MakeLinearPyramid), and is 1 for others.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +20,15 @@ namespace ulf::render {
 
 // All levels, finest first.
 using ViewPyramid = std::vector<cv::Mat>;
+// Makes CV_8UC3 levels; the first shares the pixels of `srgb8`.
 ViewPyramid MakePyramid(const cv::Mat& srgb8);
 // Makes CV_16FC4 levels of a CV_32FC3 image in linear light, which is resized to `size` first if that is
-// given. `clipped` marks pixels (not 0) whose share is only kShareOfClipped; empty marks none. A pixel of a
-// coarser level is the mean of all light in it, clipped or not, and has the mean of the shares, so that
-// clipped areas do not vanish from small pictures.
+// given. `clipped` (CV_8UC1, as large as `linear`) is not 0 at pixels whose share is to be kShareOfClipped;
+// empty: nowhere. A pixel of a coarser level has the unweighted mean light of its area, clipped or not, times
+// the mean share, so that clipped areas do not vanish from small pictures.
 ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {}, const cv::Mat& clipped = {});
-// The share of clipped pixels is so small that any view with light at a place outweighs clipped ones, and
-// large enough to show the place if all are clipped. Guessed.
+// The share of clipped pixels is so small that an unclipped view of a place outweighs clipped ones, and large
+// enough to show the place if all are clipped. Guessed.
 inline constexpr float kShareOfClipped = 1.0f / 256;
 
 class Photograph {
@@ -44,12 +45,12 @@ class Photograph {
   cv::Size LevelSize(int level) const;
   std::size_t LevelBytes(int level) const;
 
-  // Returns continuous pixels; callers must not write to them. It may wait for the disk, and several threads
-  // may call it. Throws Error for a photograph that is missing, truncated or not of its camera's size.
+  // Returns a continuous matrix (cv::Mat::isContinuous); callers must not write to it. It may wait for the
+  // disk, and several threads may call it. Throws Error for a photograph that is missing, truncated or not of
+  // its camera's size.
   virtual cv::Mat Level(int level) const = 0;
-  // Returns a digest of the bytes of the files from which the pixels are made, which is the same on every
-  // machine while the pixels may differ; for a photograph in memory that of its pixels. Throws as Level()
-  // does.
+  // Returns a digest of the files from which the pixels are made, because decoders of different machines may
+  // give different pixels; for a photograph in memory, a digest of its pixels. Throws as Level() does.
   virtual std::uint64_t ContentDigest() const;
 
  private:
@@ -57,7 +58,7 @@ class Photograph {
   bool linear_;
 };
 
-// Returns the photograph without its first `first` levels.
+// Returns the photograph without its `first` finest levels.
 std::shared_ptr<const Photograph> FromLevel(std::shared_ptr<const Photograph> photograph, int first);
 
 }  // namespace ulf::render

@@ -2,9 +2,9 @@
 // the view's place.
 //
 // A point is compared with the four texels around it (percentage closer filtering, Reeves et al. 1987), so
-// that visibility fades over one texel. It fades one texel before an edge, where a photograph mixes the
-// colours of both sides. Inverse depths are compared, because they are linear in the image over a plane, so
-// that the tolerance for a slanted surface is exactly the change of its inverse depth over a texel.
+// that visibility fades over one texel. The fade lies outside the proxy's outline, because a photograph
+// mixes the colours of both sides there. Inverse depths are compared, because they are linear in the image
+// over a plane, so that the tolerance for a slanted surface follows from their change per texel.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,10 +20,11 @@
 namespace ulf::render {
 
 struct ShadowMap {
-  CameraModel camera;           // without distortion, covering the view's image
-  cv::Mat least_inverse_depth;  // CV_32F: points with a smaller inverse depth are hidden
+  CameraModel camera;  // without distortion, covering the view's image
+  // CV_32F, 1 / (depth along the optical axis), tolerance included: points with a smaller one are hidden.
+  cv::Mat least_inverse_depth;
 
-  // Returns 0 for hidden to 1 for visible. Points outside the map are visible.
+  // Returns 0 for hidden to 1 for visible. Points outside the map or behind the camera are visible.
   double Visibility(const Eigen::Vector3d& point_in_view) const;
 };
 
@@ -35,12 +36,15 @@ struct ShadowMapOptions {
   double tolerance = 0.01;
 };
 
-// Returns the camera of a view's map: it covers what the view sees, without the view's distortion.
+// Returns the camera of a view's map, without distortion: it covers what the view sees up to 71 degrees to
+// each side of its axis.
 CameraModel ShadowMapCamera(const CameraModel& view);
+// Draws the map on the CPU.
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
                         const Rigid3& view_from_world, const ShadowMapOptions& options = {});
 
-// Makes the map at the first Get(), in that thread: a picture needs the maps of a few of many views.
+// Makes the map at the first Get(), in its thread, because a rendering needs the maps of only a few views.
+// Several threads may call Get().
 class LazyShadowMap {
  public:
   LazyShadowMap(std::shared_ptr<const TriangleMesh> occluder, const CameraModel& view_camera,

@@ -2,7 +2,7 @@
 //
 //   studio   a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
 //            terrazzo table in front of a stone wall
-//   easel    the studio, and a board of markers on an easel beside the subject (its frame is the board's)
+//   easel    the studio, and a board of markers on an easel beside the subject (Scene::board())
 //   wall     one plane covered with posters: the degenerate case for two-view initialisation
 //   gloss    polished vases on the studio's table, which mirror the room, each other and the lamps
 //   glass    a ball and a tumbler of solid glass before painted things
@@ -12,13 +12,13 @@
 //   picture  one framed picture, flat on a plain wall
 //   branch   a branch in a pot, which sways for a while (SimulationOptions::sways_from_s)
 //   lightbox things in bright boxes of light beside things behind dark glass: sixteen stops in one picture
-//   turntable  a still life on a printed board on a turntable, in the studio (its frame is the board's)
+//   turntable  a still life on a printed board on a turntable, in the studio (Scene::board())
 //
 // The lamps do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
 // textures: reflectance times irradiance (a large area light with exact penumbras, ambient light with
-// occlusion). What depends on the viewpoint, mirror images and glass, is in surface_light.h. What sways keeps
-// the light and the shadows that it has at rest. Not simulated: indirect light beyond a constant term, light
-// bent by glass onto other things, light of what shines by itself (Primitive::glow) onto others, lens blur.
+// occlusion). Mirror images and glass depend on the viewpoint; surface_light.h computes them. Moving parts
+// keep the light, and cast the shadows, that they have at rest. Not simulated: indirect light beyond a
+// constant term, caustics, light that glowing things (Primitive::glow) cast on others, lens blur.
 #pragma once
 
 #include <memory>
@@ -33,10 +33,11 @@
 
 namespace ulf::acquisition {
 
-// A rectangular lamp that shines towards its normal.
+// A rectangular lamp that shines towards its normal (unit length). Its corners are
+// center +- half_u +- half_v, metres, world frame.
 struct AreaLight {
   Eigen::Vector3f center, half_u, half_v, normal;
-  float power = 1;  // irradiance on a surface that faces it at one metre, unshadowed
+  float power = 1;  // irradiance at one metre on a surface that faces it; 1 gives a white card radiance 1
 };
 
 // A printed board that stands in the scene.
@@ -45,15 +46,16 @@ struct StandingBoard {
   Rigid3 board_from_world;  // metres, the frame of core/fiducials/board.h
 };
 
-// The motion of a pendulum or a turntable: a rotation about an axis through a pivot, world frame.
+// The motion of the parts with Primitive::moves, as a pendulum or a turntable: a rotation about an axis (unit
+// length) through a pivot, world frame.
 struct Sway {
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::UnitY();
-  double amplitude = 0;  // radians
+  double amplitude = 0;  // radians; with period_s, of a pendulum only
   double period_s = 1;
   bool goes_round = false;  // a turntable, as fast as SimulationOptions::turn_speed says
 };
 
-// The first surface along a ray.
+// The first surface along a ray, and its distance in metres.
 struct Hit {
   double distance = std::numeric_limits<double>::infinity();
   int part = -1;  // index into Scene::primitives()
@@ -61,34 +63,36 @@ struct Hit {
 
 class Scene {
  public:
-  // Built on first use and shared from then on. Throws Refusal that lists the scenes for any other name.
+  // Returns a scene. The first call builds it, which takes seconds; later calls share it. Several threads may
+  // call it. Throws Refusal, which lists the names, for any other name.
   static std::shared_ptr<const Scene> Named(const std::string& name);
   static std::vector<std::string> Names();
 
   const std::vector<Primitive>& primitives() const { return primitives_; }
+  // Returns the baked radiance of a chart; `index` is Primitive::first_chart + SurfacePoint::chart.
   const MipTexture& Chart(int index) const { return charts_[static_cast<std::size_t>(index)]; }
   const std::vector<AreaLight>& lights() const { return lights_; }
 
-  // Returns the sphere that encloses the subject: exact geometry, no estimate.
+  // Returns the subject's bounding sphere.
   const Subject& subject() const { return subject_; }
   Eigen::Vector3d UpInWorld() const { return Eigen::Vector3d::UnitZ(); }
-  // Returns the board, only in the scenes `easel` and `turntable`, with the turntable at rest.
+  // Returns the board of `easel` or `turntable`, with the turntable at rest; none in other scenes.
   const std::optional<StandingBoard>& board() const { return board_; }
-  // Return where a capture starts: the direction from the subject, unit length, and the distance.
+  // Return where a capture starts: direction (unit length) and distance (metres) from the subject's centre.
   const Eigen::Vector3d& FirstDirection() const { return first_direction_; }
   double FirstDistance() const { return first_distance_; }
 
-  // Returns the motion, only in the scenes `branch` and `turntable`.
+  // Returns the motion in `branch` or `turntable`; none in other scenes.
   const std::optional<Sway>& sway() const { return sway_; }
   bool IsTurntable() const { return sway_ && sway_->goes_round; }
-  // Returns the angle of what moves, `since_s` after it has begun to: a swing that grows and dies away within
-  // `lasts_s`; 0 before and after, and in scenes where nothing sways.
+  // Returns the angle, radians, of a swing that began `since_s` ago and grows and dies away within `lasts_s`.
+  // It is 0 before and after, where nothing sways, and for a turntable (see SimulatedCamera::SwayAngle).
   double SwayAngle(double since_s, double lasts_s) const;
-  // Returns the motion of a moving part from rest to that angle.
+  // Returns the transform, in the world frame, that moves a moving part from rest to that angle.
   Rigid3 MovedFromRest(double sway_angle) const;
 
   // Returns the first surface along a unit direction, in double precision; there is one, because the room
-  // encloses the scene. Glass is a surface like others.
+  // encloses the scene. `through_glass` leaves out surfaces of glass.
   Hit FirstHit(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,
                double sway_angle = 0, bool through_glass = false) const;
   double DepthAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,

@@ -1,4 +1,4 @@
-// Lists the pictures of a folder, and describes other files that somebody put there.
+// Lists the pictures of a folder, and describes the files and folders in it that are left out.
 #pragma once
 
 #include <cstddef>
@@ -11,30 +11,33 @@
 namespace ulf {
 
 struct PictureFolder {
-  // Visible files with a picture's ending, sorted by name with numbers by value. A raw file with a picture of
-  // the same name is left out.
+  // Paths of the files that are not hidden and have a picture's extension (HasImageEnding()), in NameOrder().
+  // A camera's raw file is left out if there is another picture of the same name but for the extension.
   std::vector<std::filesystem::path> pictures;
-  std::size_t others = 0;  // files
-  // Clauses for people, each with a count and names: pictures of unread kinds, pictures without a picture's
-  // ending, files that are no pictures (except notes and files that programs keep beside photographs),
-  // folders with pictures.
+  std::size_t others = 0;  // number of other files, hidden ones and notes included
+  // Clauses for messages, each with a count: pictures of each kind that ulf does not read, pictures without a
+  // picture's extension, files that are no pictures (except notes and files that programs keep beside
+  // photographs), and folders inside that hold pictures. All but the first kind name some files
+  // (AbbreviatedList()).
   std::vector<std::string> left_out;
-  // Returns the same in one line, for an error; empty if there is nothing.
+  // Returns `left_out` in one line, joined by "; ".
   std::string LeftOut() const;
 };
 
-// Files and folders of the names `used` are not reported. Throws std::filesystem::filesystem_error if the
-// folder cannot be read.
+// Lists a folder without those inside it. `used`: names of files and folders that `left_out` omits, though
+// `pictures` and `others` do not. Throws std::filesystem::filesystem_error if the folder cannot be read.
 PictureFolder PicturesIn(const std::filesystem::path& folder, const std::set<std::string>& used = {});
 
-// The first word that differs from the most frequent one (on a tie, from the first), and one that has it.
-// Returns none if all are alike.
 struct Mismatch {
-  std::size_t odd = 0, usual = 0, usual_count = 0;
+  std::size_t odd = 0;          // index of the first word that is not the most frequent one
+  std::size_t usual = 0;        // index of the first word that is
+  std::size_t usual_count = 0;  // number of words that are
 };
+// Finds a word that differs from the most frequent one; on a tie the one that comes first counts as that.
+// Returns none if all words are equal.
 std::optional<Mismatch> FirstMismatch(const std::vector<std::string>& words);
 
-// Lists up to three names: "a.jpg, b.jpg, ...".
+// Lists the first three names: "a.jpg, b.jpg, c.jpg, ..."; without dots if there are no more.
 std::string AbbreviatedList(const std::vector<std::string>& names);
 
 }  // namespace ulf

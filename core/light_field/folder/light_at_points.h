@@ -14,20 +14,20 @@
 namespace ulf {
 
 struct LightAtPointsOptions {
-  int patch_px = 5;  // width of the average around a point. Guessed.
-  // Darker or brighter light is not compared: it is mostly noise, or nearly clipped. Shares of full scale.
-  // Guessed.
+  int patch_px = 5;  // width, odd, of the square around a point whose mean is taken. Guessed.
+  // Shares of full scale. A patch whose mean is below the first is mostly noise; a pixel above the second is
+  // nearly clipped. Guessed.
   float least_light = 0.01f, most_light = 0.9f;
 };
 
 class LightAtPoints {
  public:
-  // Reads the view's image of most bits, and its `clipped` pixels (ReadViewLight). Throws Error if that
-  // cannot be read.
+  // Reads the view's image of highest dynamic range; `clipped` receives its clipped pixels in the form of
+  // ReadViewLight(). Throws Error if the image cannot be read.
   LightAtPoints(const LightField& light_field, const View& view, const LightAtPointsOptions& options = {},
                 cv::Mat* clipped = nullptr);
-  // Returns mean light above black, B G R; none if the patch leaves the picture, holds a nearly clipped
-  // pixel, or is dark in any channel.
+  // Returns the mean linear light above black around `img` (pixels of the recorded image): B G R, shares of
+  // full scale; none if the patch leaves the image, holds a nearly clipped pixel, or is dark in any channel.
   std::optional<std::array<double, 3>> At(const Eigen::Vector2d& img) const;
 
  private:
@@ -36,9 +36,10 @@ class LightAtPoints {
   cv::Mat light_;
 };
 
-// Pairs of places (px) in two views' images that show the same point.
+// Pairs of places (px) in two views' recorded images that show the same point.
 using SharedPoints = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
-// Returns them by the other view's id; empty if the light field's points have no observations.
+// Returns the pairs (place in the view, place in the other view) by the other view's id; empty if the light
+// field's points have no observations.
 std::map<int, SharedPoints> PointsSharedWith(const LightField& light_field, int view_id);
 
 }  // namespace ulf

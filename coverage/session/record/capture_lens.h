@@ -1,6 +1,7 @@
-// Holds the camera models of a running capture: of the live frames, and of what is recorded, which is the
-// same unless the device takes photographs. Every part of a capture takes them from here, because the tracker
-// may replace the given lens (tracking/tracker_options.h, LensUse::kRefine).
+// Holds the lenses (camera models) of a running capture: that of the live frames and that of the recorded
+// images. They differ only if the device records stills. Every part of a capture takes them from here,
+// because the tracker may replace the lens of live frames (LensUse::kRefine), which a capture of stills
+// refuses.
 #pragma once
 
 #include <optional>
@@ -13,24 +14,24 @@ namespace ulf::coverage {
 
 class CaptureLens {
  public:
-  // `still`: the camera of photographs, where these are recorded in place of live frames.
+  // `still`: the lens of stills, if these are recorded in place of live frames.
   explicit CaptureLens(const CameraModel& live, const std::optional<CameraModel>& still = {})
       : live_(live), still_(still) {}
 
   const CameraModel& live() const { return live_; }
   const CameraModel& recorded() const { return still_ ? *still_ : live_; }
 
-  // Call it after each frame of `poses`. Returns the former live lens where the tracker has replaced it in
-  // this frame: everything that holds poses or points under the former one must be converted.
+  // Call it after each PoseSource::Step(), with the track that it returned. Returns the former live lens if
+  // the tracker replaced it in this frame: whoever holds poses or points under it must then convert them.
   std::optional<CameraModel> Update(const tracking::Track& track, const tracking::PoseSource& poses);
-  // Does the same after PoseSource::Finish().
+  // Call it after PoseSource::Finish(). Returns the former live lens if Finish() replaced it.
   std::optional<CameraModel> UpdateAfterFinish(const tracking::PoseSource& poses);
 
   // Returns the lens that replaced the given one; none: the given one is in use.
   const std::optional<tracking::RefinedLens>& found() const { return found_; }
-  // Returns where the lens that was found is from, for the record.
+  // Returns where found() is from, for the light field's files: "the images of the capture (± 1.2 px)".
   std::string FoundSource() const;
-  // Returns what the images say against the lens in use, as they said it first; none if nothing (any more).
+  // Returns how the images contradict the lens in use, as first found; none while they do not.
   const std::optional<tracking::CalibrationCheck>& contradicted() const { return contradicted_; }
 
  private:
@@ -41,8 +42,8 @@ class CaptureLens {
   std::optional<tracking::CalibrationCheck> contradicted_;
 };
 
-// Returns by how much two lenses show the same ray apart, at most, in pixels of a picture with this longer
-// side.
+// Returns the largest distance between the pixels at which two lenses show the same ray, in pixels of an
+// image whose longer side is `longer_side_px`. Both lenses must be of images of one size.
 double LargestShiftPx(const CameraModel& a, const CameraModel& b, int longer_side_px);
 
 }  // namespace ulf::coverage
