@@ -24,7 +24,7 @@
 #include "core/light_field/points/point_tracks.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::commands_test {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -563,4 +563,4 @@ TEST(InfoCommand, RealCaptureInARow) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::commands_test

@@ -12,7 +12,7 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::few_views_test {
 namespace {
 
 struct FewViews {
@@ -162,4 +162,4 @@ TEST(FewViews, AFolderOfFilesIsNotToldToMove) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::few_views_test

@@ -8,7 +8,7 @@
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::refusals {
+namespace ulf::test::refusals_test {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -131,4 +131,4 @@ TEST(Refusals, JournalsReasonsComeFirst) {
 }
 
 }  // namespace
-}  // namespace ulf::test::refusals
+}  // namespace ulf::test::refusals_test

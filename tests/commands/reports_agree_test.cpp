@@ -18,7 +18,7 @@
 #include "core/base/json_text.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::reports_agree_test {
 namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -302,4 +302,4 @@ TEST(ReportsAgree, OnACaptureToldAsJson) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::reports_agree_test

@@ -26,7 +26,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test::signals {
+namespace ulf::test::signals_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -291,4 +291,4 @@ TEST(Signals, LeaveTheFormerStateOrTheNewOne) {
 }
 
 }  // namespace
-}  // namespace ulf::test::signals
+}  // namespace ulf::test::signals_test

@@ -18,7 +18,7 @@
 #include "core/base/host_time.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::standard_streams_test {
 namespace {
 
 using commands::FlushStandardOutput;
@@ -159,4 +159,4 @@ TEST(StandardStreams, ASlowReaderGetsTheWholeReport) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::standard_streams_test

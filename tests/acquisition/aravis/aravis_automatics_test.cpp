@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::aravis_automatics {
+namespace ulf::test::aravis_automatics_test {
 namespace {
 
 using ::testing::AllOf;
@@ -178,4 +178,4 @@ TEST_F(AravisAutomatics, HoldAGainInTheCamerasOwnUnits) {
 }
 
 }  // namespace
-}  // namespace ulf::test::aravis_automatics
+}  // namespace ulf::test::aravis_automatics_test

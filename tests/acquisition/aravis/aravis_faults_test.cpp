@@ -18,7 +18,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::aravis_faults {
+namespace ulf::test::aravis_faults_test {
 namespace {
 
 using ::testing::AllOf;
@@ -245,4 +245,4 @@ TEST(FrameIds, GapsLateArrivalsAndTheWrapAreToldApart) {
 }
 
 }  // namespace
-}  // namespace ulf::test::aravis_faults
+}  // namespace ulf::test::aravis_faults_test

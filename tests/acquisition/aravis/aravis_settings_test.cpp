@@ -24,7 +24,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::aravis_settings {
+namespace ulf::test::aravis_settings_test {
 namespace {
 
 using ::testing::AllOf;
@@ -389,4 +389,4 @@ TEST_F(AravisSettings, FormatsMayChangeFromStreamToStream) {
 }
 
 }  // namespace
-}  // namespace ulf::test::aravis_settings
+}  // namespace ulf::test::aravis_settings_test

@@ -10,7 +10,7 @@
 #include "acquisition/device/device.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 
-namespace ulf::test {
+namespace ulf::test::aravis_teardown_test {
 namespace {
 
 class AravisTeardown : public CameraInNamespace {};
@@ -34,4 +34,4 @@ TEST_F(AravisTeardown, AtAnyMomentIsSafeAndQuick) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::aravis_teardown_test

@@ -16,7 +16,7 @@
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::aravis_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -268,4 +268,4 @@ TEST_F(AravisDevice, AShortPauseIsNoLoss) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::aravis_test

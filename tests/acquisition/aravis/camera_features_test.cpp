@@ -20,7 +20,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::camera_features {
+namespace ulf::test::camera_features_test {
 namespace {
 
 using ::testing::AllOf;
@@ -70,7 +70,7 @@ TEST(FeatureValues, AreTheSameHoweverTheyAreWritten) {
   EXPECT_TRUE(SameValue(Number(0, 100, 0.5, FeatureType::kFloat), "33.3", "33.5")) << "half a step";
 }
 
-TEST(FeatureNames, SuggestTheNearest) {
+TEST(CameraFeatures, SuggestTheNearest) {
   const std::vector<std::string> names = {"Width",    "Height",       "ExposureTime", "ExposureAuto",
                                           "GainAuto", "ExposureMode", "Gain",         "OffsetX"};
   EXPECT_EQ(NearestNames("ExposureTim", names).front(), "ExposureTime");
@@ -342,4 +342,4 @@ TEST_F(Features, OurOwnDescriptionIsReadWhole) {
 }
 
 }  // namespace
-}  // namespace ulf::test::camera_features
+}  // namespace ulf::test::camera_features_test

@@ -20,7 +20,7 @@
 #include "core/frames/pixel_format.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::acquisition {
+namespace ulf::acquisition::feature_names_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -377,4 +377,4 @@ TEST(GenicamFiles, LoadAndAreUnderstood) {
 }
 
 }  // namespace
-}  // namespace ulf::acquisition
+}  // namespace ulf::acquisition::feature_names_test

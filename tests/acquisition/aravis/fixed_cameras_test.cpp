@@ -12,7 +12,7 @@
 #include "acquisition/opening/open_device.h"
 #include "tests/acquisition/aravis/edited_camera.h"
 
-namespace ulf::test::fixed_cameras {
+namespace ulf::test::fixed_cameras_test {
 namespace {
 
 using ::testing::AllOf;
@@ -496,4 +496,4 @@ TEST_F(FixedCameras, ChunkDataHaveRoomBesideTheImage) {
 }
 
 }  // namespace
-}  // namespace ulf::test::fixed_cameras
+}  // namespace ulf::test::fixed_cameras_test

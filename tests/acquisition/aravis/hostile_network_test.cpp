@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/gige_packets.h"
 
-namespace ulf::test::hostile_network {
+namespace ulf::test::hostile_network_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -239,4 +239,4 @@ TEST_F(HostileNetwork, WrongPortIsOverriddenByTheAddress) {
 }
 
 }  // namespace
-}  // namespace ulf::test::hostile_network
+}  // namespace ulf::test::hostile_network_test

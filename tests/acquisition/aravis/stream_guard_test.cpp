@@ -9,7 +9,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/gige_packets.h"
 
-namespace ulf::test {
+namespace ulf::test::stream_guard_test {
 namespace {
 
 constexpr std::uint32_t kPayload = 100'000;
@@ -130,4 +130,4 @@ TEST(StreamGuard, RefusesSizesThatCarryNothing) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::stream_guard_test

@@ -36,7 +36,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/usb/u3v_camera.h"
 
-namespace ulf {
+namespace ulf::u3v_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -750,4 +750,4 @@ TEST(AravisUsb, NameTheHolderOfABusyCamera) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::u3v_test

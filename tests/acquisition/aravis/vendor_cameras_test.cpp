@@ -12,7 +12,7 @@
 #include "acquisition/opening/open_device.h"
 #include "tests/acquisition/aravis/edited_camera.h"
 
-namespace ulf::test::vendor_cameras {
+namespace ulf::test::vendor_cameras_test {
 namespace {
 
 using ::testing::AllOf;
@@ -254,4 +254,4 @@ TEST_F(VendorCameras, BinningMayBeAChoice) {
 }
 
 }  // namespace
-}  // namespace ulf::test::vendor_cameras
+}  // namespace ulf::test::vendor_cameras_test

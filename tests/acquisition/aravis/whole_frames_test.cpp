@@ -8,7 +8,7 @@
 #include "tests/acquisition/aravis/edited_camera.h"
 #include "tests/support/gige_packets.h"
 
-namespace ulf::test::whole_frames {
+namespace ulf::test::whole_frames_test {
 namespace {
 
 using ::testing::Contains;
@@ -87,4 +87,4 @@ TEST_F(WholeFrames, AreToldByPacketsWhenRoomIsLarger) { ExpectEach("2048*2048");
 TEST_F(WholeFrames, AreToldByPacketsWhenRoomIsTooSmall) { ExpectEach("W"); }
 
 }  // namespace
-}  // namespace ulf::test::whole_frames
+}  // namespace ulf::test::whole_frames_test

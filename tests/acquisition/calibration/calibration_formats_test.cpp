@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::calibration_formats {
+namespace ulf::calibration_formats_test {
 namespace {
 
 using ::testing::AllOf;
@@ -300,4 +300,4 @@ TEST(CalibrationCommand, BindsAFileToACameraAndRegion) {
 }
 
 }  // namespace
-}  // namespace ulf::calibration_formats
+}  // namespace ulf::calibration_formats_test

@@ -10,7 +10,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::calibration_io_test {
 namespace {
 
 using ::testing::AllOf;
@@ -121,4 +121,4 @@ TEST(CalibrationIo, ErrorsNameFileAndTrouble) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::calibration_io_test

@@ -14,7 +14,7 @@
 #include "core/image/color_difference.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::color_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -146,4 +146,4 @@ TEST(GreyCard, RefusesOtherThings) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::color_test

@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::intrinsics_test {
 namespace {
 
 using ::testing::AllOf;
@@ -404,4 +404,4 @@ TEST_F(Intrinsics, AreReadForARealSequence) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::intrinsics_test

@@ -15,7 +15,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::lens_choice_test {
 namespace {
 
 using test::MakeViews;
@@ -220,4 +220,4 @@ TEST(CalibrateReal, BoardThatNeverMovesIsRefused) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::lens_choice_test

@@ -18,7 +18,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::other_board_test {
 namespace {
 
 using ::testing::AllOf;
@@ -346,4 +346,4 @@ TEST(OtherBoard, PoorViewsOfARightBoardAreSaidToBePoor) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::other_board_test

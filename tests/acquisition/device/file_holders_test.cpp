@@ -9,7 +9,7 @@
 
 #include "tests/support/test_paths.h"
 
-namespace ulf::acquisition {
+namespace ulf::acquisition::file_holders_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -33,4 +33,4 @@ TEST(FileHolders, AreTheOtherProgramsThatHaveTheFileOpen) {
 }
 
 }  // namespace
-}  // namespace ulf::acquisition
+}  // namespace ulf::acquisition::file_holders_test

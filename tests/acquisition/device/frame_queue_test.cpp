@@ -9,7 +9,7 @@
 #include "acquisition/device/frame_id_counter.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::frame_queue_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -155,4 +155,4 @@ TEST(FrameIdCounter, AFrameWithoutItsNumberFillsItsGap) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::frame_queue_test

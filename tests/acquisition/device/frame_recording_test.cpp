@@ -21,7 +21,7 @@
 #include "tests/support/slow_disk.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::frame_recording_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -367,4 +367,4 @@ TEST(FrameRecording, FullDiskDropsWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::frame_recording_test

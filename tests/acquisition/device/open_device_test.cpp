@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::open_device_test {
 namespace {
 
 using ::testing::AllOf;
@@ -68,4 +68,4 @@ TEST(DeviceUri, NumbersAreReadWhole) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::open_device_test

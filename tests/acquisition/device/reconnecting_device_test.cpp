@@ -13,7 +13,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/scripted_device.h"
 
-namespace ulf::test {
+namespace ulf::test::reconnecting_device_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -320,4 +320,4 @@ TEST(ReconnectingDevice, IsFoundBySerialWhereItIsNow) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::reconnecting_device_test

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-namespace ulf {
+namespace ulf::repeated_events_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -60,4 +60,4 @@ TEST(RepeatedEvents, LossesOfTheCameraAreSaidEach) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::repeated_events_test

@@ -29,7 +29,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/video/sample_video.h"
 
-namespace ulf {
+namespace ulf::replay_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -610,4 +610,4 @@ TEST(NameOrder, SortsNumbersNaturally) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::replay_test

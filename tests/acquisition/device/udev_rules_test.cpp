@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::udev_rules {
+namespace ulf::udev_rules_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -77,7 +77,7 @@ constexpr const char* kVideoDevice =
 std::optional<std::string> Replay(const std::string& device, const std::string& path, std::string* why) {
   ScratchFolder scratch;
   Write(scratch / "rules.d/70-ulf-cameras.rules",
-        Read(fs::path(ULF_SOURCE_DIR) / "udev/70-ulf-cameras.rules"));
+        Read(fs::path(CHECKOUT) / "udev/70-ulf-cameras.rules"));
   Write(scratch / "device.umockdev", device);
   fs::create_directories(scratch / "empty");
   fs::create_directories(scratch / "own");
@@ -181,7 +181,7 @@ TEST(UdevRules, MissingOnesAreNoticed) {
   EXPECT_THAT(*MissingUdevRulesHint(folders), AllOf(HasSubstr("open USB3 Vision cameras"),
                                                     Not(HasSubstr("DSLR")), Not(HasSubstr("webcams"))));
 
-  Write(lib / "70-ulf-cameras.rules", Read(fs::path(ULF_SOURCE_DIR) / "udev/70-ulf-cameras.rules"));
+  Write(lib / "70-ulf-cameras.rules", Read(fs::path(CHECKOUT) / "udev/70-ulf-cameras.rules"));
   EXPECT_EQ(InstalledUdevRules(kUsb3Vision, folders), lib / "70-ulf-cameras.rules");
   EXPECT_FALSE(MissingUdevRulesHint(folders));
   for (const auto kind : {kUsb3Vision, kVideo, kStill}) {
@@ -236,4 +236,4 @@ TEST(UdevRules, MissingOnesAreSpokenOfByUlfDevices) {
 }
 
 }  // namespace
-}  // namespace ulf::udev_rules
+}  // namespace ulf::udev_rules_test

@@ -7,7 +7,7 @@
 #include "acquisition/gphoto2/camera_bracket.h"
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"
 
-namespace ulf::test {
+namespace ulf::test::gphoto_bracket_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -195,4 +195,4 @@ TEST(CameraBracket, SettingsOfEitherMakerAreFound) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::gphoto_bracket_test

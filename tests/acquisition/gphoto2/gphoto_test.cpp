@@ -24,7 +24,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/ptp_wire.h"
 
-namespace ulf::test {
+namespace ulf::test::gphoto_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -757,4 +757,4 @@ TEST(UsbHolders, AreFoundByTheirOpenFiles) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::gphoto_test

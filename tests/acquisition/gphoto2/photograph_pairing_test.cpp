@@ -6,7 +6,7 @@
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::photograph_pairing_test {
 namespace {
 
 using ::testing::IsEmpty;
@@ -125,4 +125,4 @@ TEST_F(GphotoTest, LateFileAnswersNoNewerRequest) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::photograph_pairing_test

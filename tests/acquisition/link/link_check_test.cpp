@@ -18,7 +18,7 @@
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::link_check_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -312,4 +312,4 @@ TEST(DevicesCheck, TheCommandSaysWhetherTheLinkHolds) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::link_check_test

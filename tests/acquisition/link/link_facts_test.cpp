@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-namespace ulf::acquisition {
+namespace ulf::acquisition::link_facts_test {
 namespace {
 
 using ::testing::AllOf;
@@ -223,4 +223,4 @@ TEST(LinkRate, CountsHeadersAndGaps) {
 }
 
 }  // namespace
-}  // namespace ulf::acquisition
+}  // namespace ulf::acquisition::link_facts_test

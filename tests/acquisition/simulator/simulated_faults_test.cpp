@@ -17,7 +17,7 @@
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::simulated_faults_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -235,4 +235,4 @@ TEST_F(FaultyGigeCamera, TheLightDrifts) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::simulated_faults_test

@@ -7,7 +7,7 @@
 #include "core/geometry/camera_model.h"
 #include "tests/support/floors.h"
 
-namespace ulf::simulator_hand {
+namespace ulf::simulator_hand_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -148,4 +148,4 @@ TEST(Hand, GoesOnForHoursAndThenRests) {
 }
 
 }  // namespace
-}  // namespace ulf::simulator_hand
+}  // namespace ulf::simulator_hand_test

@@ -22,7 +22,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::simulator_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -503,4 +503,4 @@ TEST(SimulatedDevice, WrongOptionsAreNamed) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::simulator_test

@@ -27,7 +27,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/v4l2_camera.h"
 
-namespace ulf {
+namespace ulf::v4l2_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -611,4 +611,4 @@ TEST_F(V4l2, StopsAtOnceWhileNothingComes) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::v4l2_test

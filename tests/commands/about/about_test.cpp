@@ -25,7 +25,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test {
+namespace ulf::test::about_test {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -327,4 +327,4 @@ print -r -- "$line" | tr -d '\r' | sed -n '/BEGIN$/,/^END/p'
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::about_test

@@ -24,7 +24,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::calibrate_command_test {
 namespace {
 
 using ::testing::AllOf;
@@ -341,4 +341,4 @@ TEST(CalibrateCommand, FindsColoursFromPhotographs) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::calibrate_command_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::guide_picture_test {
 namespace {
 
 using ::testing::AllOf;
@@ -134,4 +134,4 @@ TEST(CollectPhotographs, EachIsAskedForAndAnswered) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::guide_picture_test

@@ -8,7 +8,7 @@
 #include "core/base/json_text.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::commands {
+namespace ulf::commands::camera_commands_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -45,4 +45,4 @@ TEST(RecordCommand, KeepsFramesAndRefusesATakenFolder) {
 }
 
 }  // namespace
-}  // namespace ulf::commands
+}  // namespace ulf::commands::camera_commands_test

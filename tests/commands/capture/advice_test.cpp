@@ -26,7 +26,7 @@
 #include "tests/support/floors.h"
 #include "tracking/tracker/track.h"
 
-namespace ulf {
+namespace ulf::advice_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -236,4 +236,4 @@ TEST(Advice, WithoutLiveViewNamesPhotographs) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::advice_test

@@ -8,7 +8,7 @@
 #include "coverage/session/capture_meters.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::capture_arguments_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -88,4 +88,4 @@ TEST(CaptureMeters, TellTheRecentRate) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::capture_arguments_test

@@ -21,7 +21,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::capture_kill_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -168,4 +168,4 @@ TEST(CaptureProcess, SigintClosesAndResumeGoesOn) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::capture_kill_test

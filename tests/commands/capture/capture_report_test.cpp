@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-namespace ulf {
+namespace ulf::capture_report_test {
 namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -185,4 +185,4 @@ TEST(CaptureReport, NoViewNamesTheCommonestReason) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::capture_report_test

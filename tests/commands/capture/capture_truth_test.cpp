@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::capture_truth_test {
 namespace {
 
 constexpr const char* kUri = "sim:studio?width=320&height=240&speed_deg_s=20";
@@ -78,4 +78,4 @@ TEST(CaptureOutputs, AreCheckedBeforeTheWork) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::capture_truth_test

@@ -39,7 +39,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::geometry_capture_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -541,4 +541,4 @@ TEST(GeometryCapture, DeterministicGeometryIsRepeatable) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::geometry_capture_test

@@ -11,7 +11,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::link_preflight_test {
 namespace {
 
 using ::testing::AllOf;
@@ -42,4 +42,4 @@ TEST(LinkPreflight, NamesAThrottledCamera) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::link_preflight_test

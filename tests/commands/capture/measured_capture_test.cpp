@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::measured_capture_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,4 +148,4 @@ TEST(MeasuredCapture, OptionsThatContradictAreRefused) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::measured_capture_test

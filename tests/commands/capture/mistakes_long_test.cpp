@@ -20,7 +20,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::mistakes_long_test {
 namespace {
 
 using nlohmann::json;
@@ -154,4 +154,4 @@ TEST(MistakesLong, RecordingsByOthersHaveWhatTheyHave) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::mistakes_long_test

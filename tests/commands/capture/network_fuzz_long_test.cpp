@@ -20,7 +20,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::network_fuzz_long_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -166,4 +166,4 @@ TEST_F(NetworkFuzz, NeitherEndFalls) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::network_fuzz_long_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::operator_capture_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -99,4 +99,4 @@ INSTANTIATE_TEST_SUITE_P(TwentySeeds, TrackedCapture, ::testing::ValuesIn(Days()
 #endif
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::operator_capture_test

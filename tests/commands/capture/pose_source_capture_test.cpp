@@ -27,7 +27,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::pose_source_capture_test {
 namespace {
 
 using test::RunUlf;
@@ -241,4 +241,4 @@ TEST(PoseSourceCapture, ARobotSendsThePoses) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::pose_source_capture_test

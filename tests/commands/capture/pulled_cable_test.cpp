@@ -21,7 +21,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test {
+namespace ulf::test::pulled_cable_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,4 +206,4 @@ TEST_F(PulledCable, FinalLossClosesTheLightField) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::pulled_cable_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::real_sets_long_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -84,4 +84,4 @@ TEST(RealSets, VideoOfAKitchenIsCapturedAndRendered) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::real_sets_long_test

@@ -14,7 +14,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::commands {
+namespace ulf::commands::resume_options_test {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -165,4 +165,4 @@ TEST_F(Resumed, NeverRefusesUsedOptions) {
 }
 
 }  // namespace
-}  // namespace ulf::commands
+}  // namespace ulf::commands::resume_options_test

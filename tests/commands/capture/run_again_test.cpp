@@ -11,7 +11,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::run_again_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -103,4 +103,4 @@ TEST(RunAgain, ALightFieldReplaysItsViews) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::run_again_test

@@ -23,7 +23,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test::streams {
+namespace ulf::test::streams_test {
 namespace {
 
 using ::testing::AllOf;
@@ -235,4 +235,4 @@ TEST(Streams, AHangupEndsARecordingInGoodOrder) {
 }
 
 }  // namespace
-}  // namespace ulf::test::streams
+}  // namespace ulf::test::streams_test

@@ -20,7 +20,7 @@
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::turntable_capture_test {
 namespace {
 
 using test::RunUlf;
@@ -167,4 +167,4 @@ TEST(Tripod, StandsForATurnAndIsThenRaised) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::turntable_capture_test

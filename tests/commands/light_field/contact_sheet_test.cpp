@@ -12,7 +12,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::contact_sheet_test {
 namespace {
 
 TEST(ContactSheet, FitsPanelsWithoutDistortingThem) {
@@ -66,4 +66,4 @@ TEST(ContactSheet, IsMadeFromACapturedLightField) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::contact_sheet_test

@@ -26,7 +26,7 @@
 #include "tracking/refine/refine_input.h"
 #include "tracking/refine/triangulate.h"
 
-namespace ulf {
+namespace ulf::export_command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -351,4 +351,4 @@ TEST(ExportOfACapture, IsAQuiltOfFortyEightViews) {
 #endif
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::export_command_test

@@ -26,7 +26,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
 
-namespace ulf::test {
+namespace ulf::test::known_faults_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -233,4 +233,4 @@ TEST_F(KnownFaults, AreSaidAgainForARealSet) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::known_faults_test

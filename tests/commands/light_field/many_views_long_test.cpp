@@ -21,7 +21,7 @@
 
 extern char** environ;
 
-namespace ulf::test {
+namespace ulf::test::many_views_long_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -117,4 +117,4 @@ TEST(ManyViews, TenThousandAreOpenedDescribedAndRendered) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::many_views_long_test

@@ -12,7 +12,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::merge_command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -95,4 +95,4 @@ TEST(MergeCommand, RefusesWhatItCannotBracketOrMerge) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::merge_command_test

@@ -19,7 +19,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::programs_of_others_long_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -228,4 +228,4 @@ TEST_F(ProgramsOfOthers, LoadersReadWhatIsExportedForThem) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::programs_of_others_long_test

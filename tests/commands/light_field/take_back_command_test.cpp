@@ -21,7 +21,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::take_back_command_test {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -283,4 +283,4 @@ TEST(CoverageChange, IsPrintedOnlyWithDifferingDecimals) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::take_back_command_test

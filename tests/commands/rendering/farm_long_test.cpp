@@ -20,7 +20,7 @@
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::farm {
+namespace ulf::test::farm_long_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -218,4 +218,4 @@ TEST(FarmLong, SlurmTasksGiveTheBytesOfOneProcess) {
 }
 
 }  // namespace
-}  // namespace ulf::test::farm
+}  // namespace ulf::test::farm_long_test

@@ -16,7 +16,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::protocol_command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -202,4 +202,4 @@ TEST_F(ProtocolCommand, RefusesWhatWouldLeak) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::protocol_command_test

@@ -18,7 +18,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::proxy_command_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -319,4 +319,4 @@ TEST(ProxyCommand, SaysWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::proxy_command_test

@@ -9,7 +9,7 @@
 #include "core/base/json_text.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::proxy_long_test {
 namespace {
 
 using test::RunUlf;
@@ -62,4 +62,4 @@ TEST(ProxyOfPhotographs, ShopFromAGrid) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::proxy_long_test

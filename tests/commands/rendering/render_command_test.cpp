@@ -25,7 +25,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::render_command_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -571,4 +571,4 @@ TEST(RenderCommandAlone, AsksForASubjectWhereThereIsNone) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::render_command_test

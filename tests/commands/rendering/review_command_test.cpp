@@ -11,7 +11,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::review_command_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -56,4 +56,4 @@ TEST_F(ReviewCommand, AMarkerThatDoesNotExistIsWrongUsage) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::review_command_test

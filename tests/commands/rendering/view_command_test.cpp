@@ -19,7 +19,7 @@
 #include "tests/support/test_run.h"
 #include "tests/support/x11_person.h"
 
-namespace ulf::test {
+namespace ulf::test::view_command_test {
 namespace {
 
 using ::testing::AllOf;
@@ -250,4 +250,4 @@ TEST_F(ViewCommand, ClosesByAPersonAndOutlivesTheServer) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::view_command_test

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-namespace ulf::commands {
+namespace ulf::commands::lens_report_test {
 namespace {
 
 using testing::HasSubstr;
@@ -43,4 +43,4 @@ TEST(LensApartText, NamesBothAndWhichIsKept) {
 }
 
 }  // namespace
-}  // namespace ulf::commands
+}  // namespace ulf::commands::lens_report_test

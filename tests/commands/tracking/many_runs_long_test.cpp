@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::many_runs_long_test {
 namespace {
 
 nlohmann::json TrackReportOf(const std::string& arguments) {
@@ -197,4 +197,4 @@ TEST(ManyRuns, WrongLensesAreNoticedInRecordings) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::many_runs_long_test

@@ -32,7 +32,7 @@
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/track.h"
 
-namespace ulf {
+namespace ulf::track_command_test {
 namespace {
 
 TEST(TrackCommand, SigintWritesThePosesSoFar) {
@@ -379,7 +379,7 @@ TEST(TrackCommand, FindsTheLensFromAGuess) {
   EXPECT_EQ(acquisition::ReadCalibration(lens).fx, report["refined_lens"]["focal_px"].get<double>());
 }
 
-TEST(CaptureCommand, ResumesUnderALensThatItFound) {
+TEST(TrackCommand, ResumesUnderALensThatItFound) {
   const test::ScratchFolder scratch;
   const std::string room = "replay:" + (scratch / "room").string() + "?glob=*.png",
                     lens = (scratch / "lens.json").string(), dir = (scratch / "lf").string();
@@ -510,4 +510,4 @@ TEST(TrackCommand, TrackingSideIsObeyedOrRefused) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::track_command_test

@@ -43,7 +43,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test {
+namespace ulf::test::base_test {
 namespace {
 
 using ::testing::AllOf;
@@ -316,4 +316,4 @@ TEST(Clocks, TheThreadsClockCountsWorkAndNotSleep) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::base_test

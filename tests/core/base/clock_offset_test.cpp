@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace ulf {
+namespace ulf::clock_offset_test {
 namespace {
 
 TEST(ClockOffset, IsTheLeastDelayAndTheSpreadRoundIt) {
@@ -50,4 +50,4 @@ TEST(ClockOffset, BeginsAnewWhereTheHostsClockIsSetBack) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::clock_offset_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::april_grid_test {
 namespace {
 
 using ::testing::AllOf;
@@ -214,4 +214,4 @@ TEST(BoardCommand, PrintsAnAprilGrid) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::april_grid_test

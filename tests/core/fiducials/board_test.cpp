@@ -20,7 +20,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::board_test {
 namespace {
 
 using ::testing::AllOf;
@@ -309,4 +309,4 @@ TEST(MarkerDetector, FindsNumberAndSubpixelCorners) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::board_test

@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 
-namespace ulf {
+namespace ulf::pixel_format_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -350,4 +350,4 @@ TEST(PixelFormat, PrefersRawColorAtEightBits) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::pixel_format_test

@@ -13,7 +13,7 @@
 #include "core/geometry/similarity3.h"
 #include "core/geometry/triangulation.h"
 
-namespace ulf {
+namespace ulf::angles_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -108,4 +108,4 @@ TEST(Triangulation, FindsThePointOfTwoRaysInFrontOfBoth) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::angles_test

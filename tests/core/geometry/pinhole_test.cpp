@@ -8,7 +8,7 @@
 
 #include "core/geometry/digest.h"
 
-namespace ulf {
+namespace ulf::pinhole_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -41,4 +41,4 @@ TEST(Digest, EveryChangeIsAnotherChecksum) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::pinhole_test

@@ -10,7 +10,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 
-namespace ulf {
+namespace ulf::trajectory_test {
 namespace {
 
 using test::Draw;
@@ -172,4 +172,4 @@ TEST(Trajectory, BadFilesAreNamed) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::trajectory_test

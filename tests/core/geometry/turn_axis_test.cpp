@@ -6,7 +6,7 @@
 #include "core/geometry/turn_axis.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::turn_axis_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -78,4 +78,4 @@ TEST(TurnAxis, ACarriedCameraHasNone) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::turn_axis_test

@@ -23,7 +23,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::values_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -295,4 +295,4 @@ TEST(ViewNumbers, AreNamedInRuns) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::values_test

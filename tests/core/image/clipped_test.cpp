@@ -9,7 +9,7 @@
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::clipped_test {
 namespace {
 
 TEST(Clipped, IsWhatIsFullInAnyChannel) {
@@ -89,4 +89,4 @@ TEST(Clipped, InARawFileIsFoundBeforeTheColourMatrix) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::clipped_test

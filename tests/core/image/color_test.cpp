@@ -8,7 +8,7 @@
 #include "core/image/color_difference.h"
 #include "core/image/color_profile.h"
 
-namespace ulf {
+namespace ulf::color_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -111,4 +111,4 @@ TEST(ColorProfile, IsKeptAsJson) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::color_test

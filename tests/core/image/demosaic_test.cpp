@@ -11,7 +11,7 @@
 #include "core/image/image.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::demosaic_test {
 namespace {
 
 constexpr std::array kOrders{Mosaic::kRggb, Mosaic::kGrbg, Mosaic::kGbrg, Mosaic::kBggr};
@@ -213,4 +213,4 @@ TEST(Demosaic, GrayOfAMosaicIsTheGrayOfItsColors) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::demosaic_test

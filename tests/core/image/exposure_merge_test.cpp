@@ -12,7 +12,7 @@
 #include "core/image/exposure_alignment.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::exposure_merge_test {
 namespace {
 
 constexpr int kWidth = 384, kHeight = 256, kStops = 16;
@@ -252,4 +252,4 @@ TEST(ExposureAlignment, UsesPoseDepthAndSkipsHiddenParts) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::exposure_merge_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::flat_field_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -153,4 +153,4 @@ TEST(FlatField, ALightFieldKeepsItAndIsReadCorrected) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::flat_field_test

@@ -22,7 +22,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::damage {
+namespace ulf::damage_test {
 namespace {
 
 using test::ScratchFolder;
@@ -136,4 +136,4 @@ TEST(Damage, AByteThatFlipsCostsOneViewAtMost) {
 }
 
 }  // namespace
-}  // namespace ulf::damage
+}  // namespace ulf::damage_test

@@ -27,7 +27,7 @@
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::findings_test {
 namespace {
 
 using test::ScratchFolder;
@@ -294,4 +294,4 @@ TEST(Findings, EveryCheckHasARowInTheTable) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::findings_test

@@ -32,7 +32,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::light_field_test {
 namespace {
 
 using nlohmann::json;
@@ -681,4 +681,4 @@ TEST(LightFieldPoints, ImportedOnesAreKeptWhenReplaced) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::light_field_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::view_exposures_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -150,4 +150,4 @@ TEST(ViewExposures, RefuseAPathOutOfTheFolder) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::view_exposures_test

@@ -14,7 +14,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/video/sample_video.h"
 
-namespace ulf {
+namespace ulf::video_reader_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -510,4 +510,4 @@ TEST(VideoReader, NamesFilesThatAreNoVideo) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::video_reader_test

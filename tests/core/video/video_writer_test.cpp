@@ -8,7 +8,7 @@
 #include "core/video/video_reader.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::video_writer_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -55,4 +55,4 @@ TEST(VideoWriter, NamesAWrongSizeAndAMissingFolder) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::video_writer_test

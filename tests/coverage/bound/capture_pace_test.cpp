@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace ulf::test {
+namespace ulf::test::capture_pace_test {
 namespace {
 
 using coverage::CapturePace;
@@ -93,4 +93,4 @@ TEST(CapturePace, CorrectionsAreNotCountedAsWork) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::capture_pace_test

@@ -15,7 +15,7 @@
 #include "coverage/bound/gap_words.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test::coverage_map {
+namespace ulf::test::coverage_map_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -307,4 +307,4 @@ TEST(GapWords, SayHowManyHowMuchAndWhereTheLargestIs) {
 }
 
 }  // namespace
-}  // namespace ulf::test::coverage_map
+}  // namespace ulf::test::coverage_map_test

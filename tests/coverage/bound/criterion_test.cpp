@@ -16,7 +16,7 @@
 #include "tests/support/bound_oracle.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test::criterion {
+namespace ulf::test::criterion_test {
 namespace {
 
 // The error at one pixel of `recorded`; 0 is the thesis's central one.
@@ -524,4 +524,4 @@ TEST(Plan, HugeThresholdCoversEveryDirection) {
 }
 
 }  // namespace
-}  // namespace ulf::test::criterion
+}  // namespace ulf::test::criterion_test

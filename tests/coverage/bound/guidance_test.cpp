@@ -13,7 +13,7 @@
 #include "coverage/bound/capture_prediction.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test::guidance {
+namespace ulf::test::guidance_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -380,4 +380,4 @@ TEST(Guide, ExpectsTheTimeThatItThenTakes) {
 }
 
 }  // namespace
-}  // namespace ulf::test::guidance
+}  // namespace ulf::test::guidance_test

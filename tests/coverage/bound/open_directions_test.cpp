@@ -7,7 +7,7 @@
 
 #include "tests/support/floors.h"
 
-namespace ulf::test::open_directions {
+namespace ulf::test::open_directions_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -74,4 +74,4 @@ TEST(OpenDirections, GrowWithTheViewsWithoutACap) {
 }
 
 }  // namespace
-}  // namespace ulf::test::open_directions
+}  // namespace ulf::test::open_directions_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::subject_light_test {
 namespace {
 
 std::vector<Eigen::Vector2d> Circle(double x, double y, double radius) {
@@ -63,4 +63,4 @@ TEST(SubjectLight, IsTheSameOfLinearLightInSixteenBits) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::subject_light_test

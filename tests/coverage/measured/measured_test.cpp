@@ -15,7 +15,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf::measured {
+namespace ulf::measured_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -444,4 +444,4 @@ TEST(ThresholdByErrors, LastsInTheLightField) {
 }
 
 }  // namespace
-}  // namespace ulf::measured
+}  // namespace ulf::measured_test

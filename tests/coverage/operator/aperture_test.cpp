@@ -9,7 +9,7 @@
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::aperture_test {
 namespace {
 
 double Sharpness(const cv::Mat& picture, const cv::Rect& where) {
@@ -135,4 +135,4 @@ TEST(SpreadPictures, StayFewAndFarApart) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::aperture_test

@@ -11,7 +11,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
-namespace ulf::test {
+namespace ulf::test::coverage_drawing_test {
 namespace {
 
 // How many pixels have a colour of their own: paint does, the ground does not.
@@ -141,4 +141,4 @@ TEST(ShownSphere, ExcludesTheFarSide) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::coverage_drawing_test

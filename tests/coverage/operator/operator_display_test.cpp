@@ -11,7 +11,7 @@
 #include "tests/coverage/operator/display_stage.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::operator_display_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -532,4 +532,4 @@ TEST(SubjectTool, AsksForASubjectAndTakesTheFoundOne) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::operator_display_test

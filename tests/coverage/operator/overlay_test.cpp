@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
-namespace ulf::test {
+namespace ulf::test::overlay_test {
 namespace {
 
 using ::testing::IsEmpty;
@@ -551,4 +551,4 @@ TEST(Palette, TheSecondIsToldApartByColourBlindEyes) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::overlay_test

@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
-namespace ulf::test {
+namespace ulf::test::panels_test {
 namespace {
 
 using ::testing::Contains;
@@ -242,4 +242,4 @@ TEST(KeyTables, OnTheViewersPageMatchTheViewer) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::panels_test

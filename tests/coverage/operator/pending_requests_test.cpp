@@ -11,7 +11,7 @@
 #include "tests/coverage/operator/display_stage.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::pending_requests_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -219,7 +219,7 @@ TEST(SubjectTool, ShiftArrowsMoveTheSphereInThePicture) {
   }
 }
 
-TEST(Review, DeleteTakesBackTheViewThatIsMarked) {
+TEST(PendingRequests, DeleteTakesBackTheViewThatIsMarked) {
   Stage stage({640, 480});
   stage.capture.RecordRows(-10, 10, -5, 5, 5);  // 1 to 5, 6 to 10, 11 to 15
   const Rigid3 pose = stage.capture.CameraAt(4.4, 0.7);
@@ -260,7 +260,7 @@ TEST(Review, DeleteTakesBackTheViewThatIsMarked) {
   EXPECT_THAT(stage.Asked<TakeBackLast>(), IsEmpty());
 }
 
-TEST(Review, NothingIsMarkedWithoutACameraToLookFrom) {
+TEST(PendingRequests, NothingIsMarkedWithoutACameraToLookFrom) {
   Desk desk;
   const auto state = Tracked();
   state->view_ids = {1, 2, 3};
@@ -275,4 +275,4 @@ TEST(Review, NothingIsMarkedWithoutACameraToLookFrom) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::pending_requests_test

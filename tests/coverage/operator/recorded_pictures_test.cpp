@@ -17,7 +17,7 @@
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::recorded_pictures_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -271,4 +271,4 @@ TEST(RecordedPictures, ResumedCaptureShowsEarlierViews) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::recorded_pictures_test

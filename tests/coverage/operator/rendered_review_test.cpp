@@ -19,7 +19,7 @@
 #include "tests/coverage/operator/display_stage.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::rendered_review_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -280,4 +280,4 @@ TEST(RenderedReview, RetriesAfterAWhileAndOnNewViews) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::rendered_review_test

@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::review_test {
 namespace {
 
 // ---- review in the display
@@ -319,4 +319,4 @@ TEST_F(LookingByMarker, BoardFollowsANewlyPlacedSubject) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::review_test

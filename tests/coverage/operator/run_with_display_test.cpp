@@ -13,7 +13,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
-namespace ulf::test {
+namespace ulf::test::run_with_display_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -288,4 +288,4 @@ TEST(RunWithDisplay, LosingTheSurfaceResumesRecording) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::run_with_display_test

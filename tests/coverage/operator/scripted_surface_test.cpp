@@ -18,7 +18,7 @@
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::scripted_surface_test {
 namespace {
 
 using ::testing::AllOf;
@@ -126,4 +126,4 @@ TEST(OffscreenCapture, IsPressedAndLookedAt) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::scripted_surface_test

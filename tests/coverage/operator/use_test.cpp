@@ -34,7 +34,7 @@
 #include "tests/support/test_paths.h"
 #include "tracking/sources/poses_spec.h"
 
-namespace ulf::test {
+namespace ulf::test::use_test {
 namespace {
 
 double Asked(const char* variable, double usual) {
@@ -165,4 +165,4 @@ TEST(Use, ExercisesEverythingTheDisplayOffers) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::use_test

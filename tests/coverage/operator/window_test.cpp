@@ -22,7 +22,7 @@
 #include "tests/support/test_run.h"
 #include "tests/support/x11_person.h"
 
-namespace ulf::test {
+namespace ulf::test::window_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -233,4 +233,4 @@ TEST(Window, WithoutADisplayServerTheCaptureGoesOn) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::window_test

@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::beginning_test {
 namespace {
 
 using ::testing::AllOf;
@@ -502,4 +502,4 @@ TEST(Beginning, AnswersARequestForAMissingProposal) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::beginning_test

@@ -12,7 +12,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::cap_watch {
+namespace ulf::test::cap_watch_test {
 namespace {
 
 using ::testing::Contains;
@@ -182,7 +182,7 @@ TEST(CoverageMap, AMapWithoutAnOpenCellIsCoveredWholly) {
   }
 }
 
-TEST(CaptureSession, EndsOnAWholeCap) {
+TEST(CapWatch, EndsOnAWholeCap) {
   const ScratchFolder scratch;
   std::vector<PlanarShot> shots;
   for (double elevation : {0.0, 3.0, -3.0})
@@ -196,4 +196,4 @@ TEST(CaptureSession, EndsOnAWholeCap) {
 }
 
 }  // namespace
-}  // namespace ulf::test::cap_watch
+}  // namespace ulf::test::cap_watch_test

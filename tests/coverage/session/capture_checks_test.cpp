@@ -23,7 +23,7 @@
 #include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
 
-namespace ulf::test {
+namespace ulf::test::capture_checks_test {
 namespace {
 
 using ::testing::AllOf;
@@ -517,4 +517,4 @@ TEST(SubjectMoved, IsNoticedOnlyByTheTrackersPoints) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::capture_checks_test

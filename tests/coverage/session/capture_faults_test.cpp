@@ -29,7 +29,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test::capture_faults {
+namespace ulf::test::capture_faults_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -505,4 +505,4 @@ TEST(CaptureFaults, TwoCapturesIntoOneFolder) {
 }
 
 }  // namespace
-}  // namespace ulf::test::capture_faults
+}  // namespace ulf::test::capture_faults_test

@@ -9,7 +9,7 @@
 #include "tests/support/growth/capture_growth.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::capture_growth {
+namespace ulf::test::capture_growth_test {
 namespace {
 
 using ::testing::AllOf;
@@ -118,4 +118,4 @@ TEST(CaptureGrowth, ACameraThatStandsIsRecordedOnce) {
 }
 
 }  // namespace
-}  // namespace ulf::test::capture_growth
+}  // namespace ulf::test::capture_growth_test

@@ -24,7 +24,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test::capture_kills {
+namespace ulf::test::capture_kills_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -329,4 +329,4 @@ TEST(CaptureFaults, KilledWhateverItWrites) {
 }
 
 }  // namespace
-}  // namespace ulf::test::capture_kills
+}  // namespace ulf::test::capture_kills_test

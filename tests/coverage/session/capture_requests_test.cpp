@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::capture_requests_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -464,4 +464,4 @@ TEST(CaptureStateTest, ExpectsViewsByEstimateThenByGaps) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::capture_requests_test

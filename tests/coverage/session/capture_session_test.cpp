@@ -21,7 +21,7 @@
 #include "tests/support/planar_device.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::capture_session_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -500,4 +500,4 @@ TEST(LightFieldReport, SaysGapsSpacingAndRedundancy) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::capture_session_test

@@ -15,7 +15,7 @@
 #include "tests/support/test_run.h"
 #include "tests/support/v4l2_camera.h"
 
-namespace ulf::test::corrupt_payload {
+namespace ulf::test::corrupt_payload_test {
 namespace {
 
 using Jpeg = std::vector<std::uint8_t>;
@@ -102,4 +102,4 @@ TEST(CorruptPayload, IsCountedAndNeverRecorded) {
 }
 
 }  // namespace
-}  // namespace ulf::test::corrupt_payload
+}  // namespace ulf::test::corrupt_payload_test

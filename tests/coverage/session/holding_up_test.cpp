@@ -21,7 +21,7 @@
 #include "tests/support/slow_disk.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test::holding_up {
+namespace ulf::test::holding_up_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -308,4 +308,4 @@ TEST(HoldingUp, FailingDiskEndsTheCaptureCountingFrames) {
 }
 
 }  // namespace
-}  // namespace ulf::test::holding_up
+}  // namespace ulf::test::holding_up_test

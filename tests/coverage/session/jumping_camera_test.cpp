@@ -12,7 +12,7 @@
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::jumping_camera_test {
 namespace {
 
 constexpr double kJumps_s = 6, kIsBack_s = 7.5, kEnds_s = 12;
@@ -88,4 +88,4 @@ TEST(JumpingCamera, NothingWrongIsRecordedOrMeasured) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::jumping_camera_test

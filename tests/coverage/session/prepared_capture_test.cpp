@@ -13,7 +13,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::prepared_capture_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,4 +100,4 @@ TEST(KeepPhotographs, GoBesideALightFieldThatTakesNone) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::prepared_capture_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::request_lines_test {
 namespace {
 
 using ::testing::AllOf;
@@ -117,4 +117,4 @@ TEST(RequestLines, WorkThroughTheCommand) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::request_lines_test

@@ -12,7 +12,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::session_lenses_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -168,4 +168,4 @@ TEST_F(ResumedLens, RefusesPicturesOfAnotherSizeOrPlace) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::session_lenses_test

@@ -10,7 +10,7 @@
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::turn_back_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -163,4 +163,4 @@ TEST(TurnBack, TurningWithoutAMapAsksToMoveSideways) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::turn_back_test

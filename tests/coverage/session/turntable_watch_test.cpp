@@ -6,7 +6,7 @@
 #include "coverage/session/turntable_watch.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::turntable_watch_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -89,4 +89,4 @@ TEST(DepthOfUpright, IsThatOfWhatStandsOnTheBoard) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::turntable_watch_test

@@ -10,7 +10,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/imagined_capture.h"
 
-namespace ulf::test {
+namespace ulf::test::operator_test {
 namespace {
 
 #ifdef ULF_ALL_SEEDS
@@ -98,4 +98,4 @@ TEST(OperatorOptions, AreParsed) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::operator_test

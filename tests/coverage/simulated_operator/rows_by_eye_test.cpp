@@ -8,7 +8,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
-namespace ulf::test {
+namespace ulf::test::rows_by_eye_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
@@ -43,4 +43,4 @@ TEST(RowsByEye, KnowNothingBeforeADiscIsDrawn) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::rows_by_eye_test

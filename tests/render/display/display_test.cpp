@@ -11,7 +11,7 @@
 #include "render/display/surface.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::display_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -141,4 +141,4 @@ TEST(PictureWindow, WithoutADisplayIsAnError) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::display_test

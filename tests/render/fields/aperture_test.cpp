@@ -25,7 +25,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::aperture_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -369,4 +369,4 @@ TEST(Aperture, IsReadFromTheCommandLine) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::aperture_test

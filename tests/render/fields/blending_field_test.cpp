@@ -21,7 +21,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::blending_field {
+namespace ulf::blending_field_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -409,4 +409,4 @@ TEST(Fields, NamesRoundTripAndUnknownOnesAreListed) {
 }
 
 }  // namespace
-}  // namespace ulf::blending_field
+}  // namespace ulf::blending_field_test

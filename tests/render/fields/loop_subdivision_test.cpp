@@ -13,7 +13,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::loop_subdivision {
+namespace ulf::loop_subdivision_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -181,4 +181,4 @@ TEST(LoopSubdivision, LoopsOwnRulesByHand) {
 }
 
 }  // namespace
-}  // namespace ulf::loop_subdivision
+}  // namespace ulf::loop_subdivision_test

@@ -18,7 +18,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test::gl_memory {
+namespace ulf::test::gl_memory_test {
 namespace {
 
 using testing::AllOf;
@@ -174,4 +174,4 @@ TEST(GlMemory, PlanesAreSweptWhenThereIsRoomAgain) {
 }
 
 }  // namespace
-}  // namespace ulf::test::gl_memory
+}  // namespace ulf::test::gl_memory_test

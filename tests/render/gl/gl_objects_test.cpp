@@ -13,7 +13,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::gl_objects_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -130,4 +130,4 @@ TEST_F(GlObjects, ShadowMapsAreMadeForTheViewsThatNeedThem) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::gl_objects_test

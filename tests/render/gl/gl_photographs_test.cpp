@@ -17,7 +17,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::gl_photographs_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -261,4 +261,4 @@ TEST(GlPhotographs, ReadExpectedOnesAhead) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::gl_photographs_test

@@ -18,7 +18,7 @@
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::turntable_masks_test {
 namespace {
 
 using testing::HasSubstr;
@@ -168,4 +168,4 @@ TEST(SilhouetteHull, HoldsTheBallAndForgivesASilhouette) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::turntable_masks_test

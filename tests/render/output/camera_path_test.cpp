@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::camera_path_test {
 namespace {
 
 using Eigen::Quaterniond;
@@ -388,4 +388,4 @@ TEST_F(PathFiles, FaultyNerfstudioPathsAreNamed) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::camera_path_test

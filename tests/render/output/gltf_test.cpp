@@ -24,7 +24,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::gltf_test {
 namespace {
 
 using Eigen::Matrix4d;
@@ -452,4 +452,4 @@ TEST(GltfFile, HoldsTheMeshItsTextureAndTheCameras) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::gltf_test

@@ -18,7 +18,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::large_long_test {
 namespace {
 
 class Large : public testing::Test {
@@ -90,4 +90,4 @@ TEST_F(Large, PictureOf16384SquaredIsRendered) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::large_long_test

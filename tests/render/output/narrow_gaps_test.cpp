@@ -5,7 +5,7 @@
 
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::narrow_gaps_test {
 namespace {
 
 TEST(NarrowGaps, AreClosedWithWhatIsBesideThem) {
@@ -33,4 +33,4 @@ TEST(NarrowGaps, LeaveEmptyAndWholePicturesAlone) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::narrow_gaps_test

@@ -43,7 +43,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::picture_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -211,7 +211,7 @@ TEST(Frames, NumbersAndRangesAreRead) {
     EXPECT_THROW(ParseFrames(bad), Refusal) << bad;
 }
 
-TEST(Display, ExposureIsInStopsOfLight) {
+TEST(PictureOnADisplay, ExposureIsInStopsOfLight) {
   Rendering picture;
   picture.linear = cv::Mat(2, 2, CV_32FC3, cv::Scalar::all(0.1));
   const cv::Mat brighter = DisplaySrgb8(picture.linear, 2);
@@ -513,4 +513,4 @@ TEST(Disk, FullDiskIsReportedAndFilesStay) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::picture_files_test

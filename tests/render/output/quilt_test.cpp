@@ -15,7 +15,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::quilt_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -192,4 +192,4 @@ TEST(Quilt, NamesAndDisplays) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::quilt_test

@@ -18,7 +18,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::clipped_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -262,4 +262,4 @@ TEST(Exposures, PointsThatContradictEachOtherGiveNone) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::clipped_test

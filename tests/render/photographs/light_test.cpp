@@ -28,7 +28,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::light_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -323,4 +323,4 @@ TEST(Light, FaultyExrFilesAreNamed) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::light_test

@@ -20,7 +20,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::photograph_store_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -271,4 +271,4 @@ TEST(PhotographLoader, DropsUnwantedRequests) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::photograph_store_test

@@ -17,7 +17,7 @@
 #include "tests/render/prediction/seen_scene.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::error_cause_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -169,4 +169,4 @@ TEST(ErrorCause, EveryOneHasANameAndWords) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::error_cause_test

@@ -18,7 +18,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::prediction_error_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -280,4 +280,4 @@ TEST(BlockAlignment, FindsAShiftOfSeveralPixels) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::prediction_error_test

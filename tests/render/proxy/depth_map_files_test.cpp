@@ -24,7 +24,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf::test {
+namespace ulf::test::depth_map_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -295,4 +295,4 @@ TEST_F(DepthMapFiles, InvalidIndexFallsBackToTheMesh) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::depth_map_files_test

@@ -15,7 +15,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::mesh_file_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -210,4 +210,4 @@ TEST(MeshFile, AMillionTrianglesComeBackAsTheyWere) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::mesh_file_test

@@ -10,7 +10,7 @@
 #include "render/proxy/mesh_resolution.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::mesh_resolution_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -36,7 +36,7 @@ TriangleMesh Box(int steps) {
   return box;
 }
 
-TEST(MeshSimplification, ACoarserBoxKeepsFacesAndCorners) {
+TEST(MeshResolution, ACoarserBoxKeepsFacesAndCorners) {
   const TriangleMesh fine = Box(40);
   const TriangleMesh coarse = Simplified(fine, 1500);
   EXPECT_LE(coarse.triangles.size(), 1500u);
@@ -78,4 +78,4 @@ TEST(MeshSplit, AFinerMeshIsTheSameSurfaceWithoutCracks) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::mesh_resolution_test

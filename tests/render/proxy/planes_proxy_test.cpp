@@ -19,7 +19,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::planes_proxy {
+namespace ulf::planes_proxy_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -285,4 +285,4 @@ TEST(PlanesProxyTest, BeatsOnePlaneAndNearsTheMesh) {
 }
 
 }  // namespace
-}  // namespace ulf::planes_proxy
+}  // namespace ulf::planes_proxy_test

@@ -20,7 +20,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::proxy_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -381,4 +381,4 @@ TEST(PlaneProxy, InTheWorldStaysWhereItIs) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::proxy_test

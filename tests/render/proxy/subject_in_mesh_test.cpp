@@ -11,7 +11,7 @@
 #include "core/geometry/angles.h"
 #include "tests/render/prediction/seen_scene.h"
 
-namespace ulf {
+namespace ulf::subject_in_mesh_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -101,4 +101,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SubjectInSeenMesh, ::testing::Values("studio", 
                          [](const auto& scene) { return std::string(scene.param); });
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::subject_in_mesh_test

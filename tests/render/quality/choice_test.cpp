@@ -14,7 +14,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::choice_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -260,4 +260,4 @@ TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::choice_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::error_shares_test {
 namespace {
 
 // Random texture, smooth enough that a displacement by half a pixel is still a picture of it.
@@ -78,4 +78,4 @@ TEST(ErrorShares, CountWhatIsValidAndTheWorst) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::error_shares_test

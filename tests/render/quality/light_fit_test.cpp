@@ -24,7 +24,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::light_fit_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -305,4 +305,4 @@ TEST(LightFit, UnfittedViewTakesItsNeighboursExposure) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::light_fit_test

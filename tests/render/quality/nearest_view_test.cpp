@@ -8,7 +8,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::nearest_view_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -44,4 +44,4 @@ TEST(NearestView, ChoosesByDirectionAndNotByDistance) {
 TEST(NearestView, NeedsAView) { EXPECT_THROW(NearestViewRenderer(RenderScene{}), Error); }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::nearest_view_test

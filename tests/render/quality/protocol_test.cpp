@@ -12,7 +12,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::protocol_test {
 namespace {
 
 using test::ScratchFolder;
@@ -175,4 +175,4 @@ TEST(Protocol, PixelsWithoutLightDoNotCount) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::protocol_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace ulf {
+namespace ulf::quality_test {
 namespace {
 
 cv::Mat Noise(int seed) {
@@ -79,4 +79,4 @@ TEST(Quality, OnlyTheMaskCounts) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::quality_test

@@ -9,7 +9,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::cut_out_renderer_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -53,4 +53,4 @@ TEST(CutOutRenderer, AlphaIsWhatTheMasksLeave) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::cut_out_renderer_test

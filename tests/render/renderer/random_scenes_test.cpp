@@ -24,7 +24,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::random_scenes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -199,4 +199,4 @@ TEST_P(RandomScenes, OpenGlEqualsTheReference) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomScenes, ::testing::Range(1u, 1u + SEEDS));
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::random_scenes_test

@@ -24,7 +24,7 @@
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::renderer_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -562,4 +562,4 @@ TEST(Renderers, ARealRingIsBlendedAlike) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::renderer_test

@@ -26,7 +26,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::soft_pixel_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -351,4 +351,4 @@ TEST(ViewDepthMap, KeepsDepthsToAStep) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::soft_pixel_test

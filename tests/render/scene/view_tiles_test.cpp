@@ -12,7 +12,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::view_tiles_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -127,4 +127,4 @@ TEST(ViewTiles, FewViewsAreSearched) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::view_tiles_test

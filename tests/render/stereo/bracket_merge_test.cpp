@@ -11,7 +11,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::bracket_merge_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -147,4 +147,4 @@ TEST(BracketMerge, TheFileHoldsLightAndWhereItIsNotSure) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::bracket_merge_test

@@ -9,7 +9,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf::gl_plane_sweep {
+namespace ulf::gl_plane_sweep_test {
 namespace {
 
 using test::Draw;
@@ -104,4 +104,4 @@ TEST(GlPlaneSweep, FindsTheDepthThatTheProcessorFinds) {
 }
 
 }  // namespace
-}  // namespace ulf::gl_plane_sweep
+}  // namespace ulf::gl_plane_sweep_test

@@ -16,7 +16,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::growing_geometry_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -339,4 +339,4 @@ TEST(Stopwatch, CountsFromLapToLap) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::growing_geometry_test

@@ -11,7 +11,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::stereo_parts_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -101,4 +101,4 @@ TEST(PlaneCarrier, TakesPixelsByWayOfAPlane) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::stereo_parts_test

@@ -18,7 +18,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::stereo_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -507,4 +507,4 @@ TEST(PlaneSweep, NearSurfacesAloneGiveTheSameDepths) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::stereo_test

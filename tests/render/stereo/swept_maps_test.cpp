@@ -15,7 +15,7 @@
 #include "render/proxy/depth_map_files.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::swept_maps_test {
 namespace {
 
 using nlohmann::json;
@@ -122,4 +122,4 @@ TEST_F(SweptMapsOnDisk, AMapWhoseBytesHaveChangedIsRefused) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::swept_maps_test

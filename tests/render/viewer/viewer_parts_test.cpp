@@ -13,7 +13,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::viewer_parts_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -142,4 +142,4 @@ TEST(MeshView, LinesMeetTheProjectedViewpoints) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::viewer_parts_test

@@ -14,7 +14,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::viewer_state_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -306,4 +306,4 @@ TEST(ViewerInput, RequestsAreTakenOnce) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::viewer_state_test

@@ -24,7 +24,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::viewer_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -447,4 +447,4 @@ TEST(StartingCameraTest, StandsAtAViewOfARing) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::viewer_test

@@ -13,7 +13,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf::triangulations {
+namespace ulf::triangulations_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -114,4 +114,4 @@ TEST(SubjectCenter, IsToldUpToRounding) {
 }
 
 }  // namespace
-}  // namespace ulf::triangulations
+}  // namespace ulf::triangulations_test

@@ -12,7 +12,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::viewpoint_mesh_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -230,4 +230,4 @@ TEST(ViewpointMesh, OutwardDirectionsLeaveTheMesh) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::viewpoint_mesh_test

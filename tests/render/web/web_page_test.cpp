@@ -32,7 +32,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::web_page_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -507,4 +507,4 @@ TEST(WebPageProgram, IsBundledFromItsSources) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::web_page_test

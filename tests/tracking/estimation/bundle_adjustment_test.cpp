@@ -10,7 +10,7 @@
 #include "tracking/estimation/bundle_uncertainty.h"
 #include "tracking/estimation/residuals.h"
 
-namespace ulf {
+namespace ulf::bundle_adjustment_test {
 namespace {
 
 using test::Draw;
@@ -486,4 +486,4 @@ TEST(Residuals, IntrinsicDerivativesAgreeNumerically) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::bundle_adjustment_test

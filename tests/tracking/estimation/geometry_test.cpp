@@ -10,7 +10,7 @@
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
 
-namespace ulf {
+namespace ulf::geometry_test {
 namespace {
 
 using test::DegreesBetween;
@@ -233,4 +233,4 @@ TEST(RelativePoseTest, ChanceAndTooLittleAreRefused) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::geometry_test

@@ -19,7 +19,7 @@
 #include "tracking/tracker/row_motion.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::rolling_shutter_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -385,4 +385,4 @@ TEST(RollingShutter, IsCompensatedWithAMapperThread) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::rolling_shutter_test

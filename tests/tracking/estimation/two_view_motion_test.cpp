@@ -8,7 +8,7 @@
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 
-namespace ulf {
+namespace ulf::two_view_motion_test {
 namespace {
 
 using test::DegreesBetween;
@@ -67,4 +67,4 @@ TEST(TwoViewMotion, PointsBehindCountAsOutliers) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::two_view_motion_test

@@ -12,7 +12,7 @@
 #include "tracking/features/matching.h"
 #include "tracking/features/patch_alignment.h"
 
-namespace ulf {
+namespace ulf::features_test {
 namespace {
 
 using test::TexturedRoom;
@@ -201,4 +201,4 @@ TEST(PatchAlignmentTest, RefusesAnotherPlaceAndTheBorder) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::features_test

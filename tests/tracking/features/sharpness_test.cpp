@@ -8,7 +8,7 @@
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
 
-namespace ulf {
+namespace ulf::sharpness_test {
 namespace {
 
 cv::Mat GrayAt(int frame) {
@@ -36,4 +36,4 @@ TEST(SharpnessTest, IsMeasuredOnAtMost2000Pixels) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::sharpness_test

@@ -14,7 +14,7 @@
 #include "tracking/map/pose_error.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf::test {
+namespace ulf::test::lens_watch_test {
 namespace {
 
 using tracking::CalibrationCheck;
@@ -303,4 +303,4 @@ TEST(LensWatch, QualityKnowsWhatAWrongLensDoesToPoses) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::lens_watch_test

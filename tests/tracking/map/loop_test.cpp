@@ -10,7 +10,7 @@
 #include "tracking/estimation/pose_graph.h"
 #include "tracking/map/loop_closer.h"
 
-namespace ulf {
+namespace ulf::loop_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -336,4 +336,4 @@ TEST(LoopCloserTest, TheSameMapGivesTheSameBytesTwice) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::loop_test

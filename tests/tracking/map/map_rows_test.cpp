@@ -11,7 +11,7 @@
 #include "tracking/map/map_adjustment.h"
 #include "tracking/map/readout_estimator.h"
 
-namespace ulf {
+namespace ulf::map_rows_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -140,4 +140,4 @@ TEST(EstimateReadoutTest, NeedsKeyframesEnough) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::map_rows_test

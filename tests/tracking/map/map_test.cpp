@@ -17,7 +17,7 @@
 #include "tracking/map/map_matching.h"
 #include "tracking/map/relocalizer.h"
 
-namespace ulf {
+namespace ulf::map_test {
 namespace {
 
 using test::Disturbed;
@@ -493,4 +493,4 @@ TEST(GatherCandidatesNearTest, TakesNearAtOnceRestInTurn) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::map_test

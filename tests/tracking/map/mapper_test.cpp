@@ -10,7 +10,7 @@
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/mapped_wall.h"
 
-namespace ulf {
+namespace ulf::mapper_test {
 namespace {
 
 using World = test::MappedWall;
@@ -158,4 +158,4 @@ TEST(MapperTest, ForgetsEverythingWithItsLastPart) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::mapper_test

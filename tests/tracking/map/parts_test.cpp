@@ -12,7 +12,7 @@
 #include "tracking/tracker/track.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf::test {
+namespace ulf::test::parts_test {
 namespace {
 
 using namespace tracking;
@@ -145,4 +145,4 @@ TEST(Parts, MainPartIsTheLongerOrTheRecordedOne) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::parts_test

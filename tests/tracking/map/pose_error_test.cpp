@@ -6,7 +6,7 @@
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/mapped_wall.h"
 
-namespace ulf {
+namespace ulf::pose_error_test {
 namespace {
 
 TEST(QualityOfTest, IsOneHalfAtAHundredthOfTheDistance) {
@@ -35,4 +35,4 @@ TEST(MapDriftEstimateTest, IsHowFarGivenPosesHaveMoved) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::pose_error_test

@@ -15,7 +15,7 @@
 #include "tracking/map/pose_log_odds.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::relocalization_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -196,4 +196,4 @@ TEST(RelocalizationTest, ASavedMapIsFoundInAtOnce) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::relocalization_test

@@ -17,7 +17,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
 
-namespace ulf::test {
+namespace ulf::test::locate_photographs_test {
 namespace {
 
 using testing::HasSubstr;
@@ -180,4 +180,4 @@ TEST(RefineCommand, LocatedPhotographsBecomeViews) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::locate_photographs_test

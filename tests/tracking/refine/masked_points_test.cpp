@@ -9,7 +9,7 @@
 #include "tests/support/test_paths.h"
 #include "tracking/refine/refine_input.h"
 
-namespace ulf::test {
+namespace ulf::test::masked_points_test {
 namespace {
 
 TEST(WithoutMasked, ObservationsInMaskedPixelsAreLeftOut) {
@@ -50,4 +50,4 @@ TEST(WithoutMasked, ObservationsInMaskedPixelsAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::masked_points_test

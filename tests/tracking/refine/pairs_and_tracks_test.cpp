@@ -12,7 +12,7 @@
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/view_matching.h"
 
-namespace ulf {
+namespace ulf::pairs_and_tracks_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -198,4 +198,4 @@ TEST(RefineSceneTest, AlignToStartUndoesASimilarity) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::pairs_and_tracks_test

@@ -25,7 +25,7 @@
 #include "tracking/refine/pose_check.h"
 #include "tracking/refine/refine_input.h"
 
-namespace ulf {
+namespace ulf::pose_check_long_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -208,4 +208,4 @@ TEST(PoseCheckData, FindsEveryWrongPoseOfStrecha) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::pose_check_long_test

@@ -23,7 +23,7 @@
 #include "tests/tracking/refine/refine_views.h"
 #include "tracking/refine/refine_input.h"
 
-namespace ulf::test {
+namespace ulf::test::pose_check_test {
 namespace {
 
 using ::testing::AllOf;
@@ -274,4 +274,4 @@ TEST(PoseCheck, RealSetsAgree) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::pose_check_test

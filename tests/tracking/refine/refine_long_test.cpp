@@ -13,7 +13,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
 
-namespace ulf {
+namespace ulf::refine_long_test {
 namespace {
 
 using test::Disturbed;
@@ -121,4 +121,4 @@ TEST(RefineData, StrechaComesBack) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::refine_long_test

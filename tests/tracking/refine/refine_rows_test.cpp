@@ -9,7 +9,7 @@
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/refine/refine_input.h"
 
-namespace ulf::test {
+namespace ulf::test::refine_rows_test {
 namespace {
 
 constexpr double kReadout_s = 0.02;
@@ -112,4 +112,4 @@ TEST(RefineRows, ALightFieldTellsReadoutAndVelocities) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::refine_rows_test

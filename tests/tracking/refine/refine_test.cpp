@@ -27,7 +27,7 @@
 #include "tracking/refine/refine_scene.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::refine_test {
 namespace {
 
 using test::After;
@@ -537,4 +537,4 @@ TEST(RefineCommand, UnwritableFolderFailsBeforeTheWork) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::refine_test

@@ -14,7 +14,7 @@
 #include "tracking/refine/refine.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf::test {
+namespace ulf::test::rows_long_test {
 namespace {
 
 constexpr int kFrames = 150, kStep = 4;
@@ -134,4 +134,4 @@ TEST(RefineRowsLong, ImprovePosesWhenKnown) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::rows_long_test

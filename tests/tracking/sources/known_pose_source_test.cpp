@@ -5,7 +5,7 @@
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/sources/pose_sources.h"
 
-namespace ulf::known_pose_source {
+namespace ulf::known_pose_source_test {
 namespace {
 
 using test::TexturedRoom;
@@ -62,4 +62,4 @@ TEST(TrackerPoseSource, IsTheTracker) {
 }
 
 }  // namespace
-}  // namespace ulf::known_pose_source
+}  // namespace ulf::known_pose_source_test

@@ -22,7 +22,7 @@
 #include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/pose_source.h"
 
-namespace ulf {
+namespace ulf::markers_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -529,4 +529,4 @@ TEST(Markers, RealTagsAreFound) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::markers_test

@@ -26,7 +26,7 @@
 #include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/pose_source.h"
 
-namespace ulf {
+namespace ulf::outside_poses_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -390,4 +390,4 @@ TEST(OutsidePoses, TrackCommandTakesATrajectoryFile) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::outside_poses_test

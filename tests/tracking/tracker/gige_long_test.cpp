@@ -17,7 +17,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::gige_long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -102,4 +102,4 @@ TEST(GigeLong, LosesNoFrameInFiveMinutesOfTracking) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::gige_long_test

@@ -8,7 +8,7 @@
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/track.h"
 
-namespace ulf {
+namespace ulf::initializer_test {
 namespace {
 
 using test::TexturedRoom;
@@ -81,4 +81,4 @@ TEST(TrackWords, SayWhatTheOperatorCanDo) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::initializer_test

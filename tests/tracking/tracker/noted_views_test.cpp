@@ -11,7 +11,7 @@
 #include "tracking/map/map.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::noted_views_test {
 namespace {
 
 using test::TexturedRoom;
@@ -67,4 +67,4 @@ TEST(NotedViews, GoWithPointsThatAreMergedAndRemoved) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::noted_views_test

@@ -11,7 +11,7 @@
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::photograph_locator_test {
 namespace {
 
 using test::TexturedRoom;
@@ -153,4 +153,4 @@ TEST(PhotographsWithoutAMap, AreNotLocated) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::photograph_locator_test

@@ -13,7 +13,7 @@
 #include "tests/support/test_paths.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf::test {
+namespace ulf::test::spliced_film_long_test {
 namespace {
 
 using namespace tracking;
@@ -149,4 +149,4 @@ TEST(SplicedFilm, AMirroredPlaceIsNotJoined) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::spliced_film_long_test

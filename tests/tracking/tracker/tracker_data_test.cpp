@@ -6,7 +6,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/tracker_data.h"
 
-namespace ulf {
+namespace ulf::tracker_data_test {
 namespace {
 
 TEST(TrackerData, ScanStartsAndFollows) {
@@ -39,4 +39,4 @@ TEST(TrackerData, KitchenStartsByFrame40AndFollows) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::tracker_data_test

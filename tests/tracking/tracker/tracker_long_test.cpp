@@ -15,7 +15,7 @@
 #include "tests/tracking/scenes/standing.h"
 #include "tests/tracking/scenes/tracker_data.h"
 
-namespace ulf {
+namespace ulf::tracker_long_test {
 namespace {
 
 TEST(TrackerLong, AMinuteOnOneSpotAddsNothingAndStays) { test::ExpectNothingAdded(test::StandStill(1800)); }
@@ -168,4 +168,4 @@ TEST(TrackerLong, QualityPredictsTheError) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::tracker_long_test

@@ -18,7 +18,7 @@
 #include "tests/tracking/scenes/standing.h"
 #include "tests/tracking/scenes/textured_room.h"
 
-namespace ulf {
+namespace ulf::tracker_test {
 namespace {
 
 using test::TexturedRoom;
@@ -330,4 +330,4 @@ TEST(TrackerTest, QualityPredictsTheError) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::tracker_test

@@ -11,7 +11,7 @@
 #include "tracking/tracker/track.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf::test {
+namespace ulf::test::turn_tracker_test {
 namespace {
 
 using namespace tracking;
@@ -133,4 +133,4 @@ TEST(TurnTrackerTest, UnrelatedFramesGiveNoTurn) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::turn_tracker_test

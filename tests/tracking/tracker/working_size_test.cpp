@@ -17,7 +17,7 @@
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/tracker.h"
 
-namespace ulf {
+namespace ulf::working_size_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -251,4 +251,4 @@ TEST(WorkingSizeData, FollowsTheKitchenAt3840Pixels) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::working_size_test

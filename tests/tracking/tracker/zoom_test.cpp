@@ -16,7 +16,7 @@
 #include "tracking/tracker/tracker.h"
 #include "tracking/tracker/zoom_watch.h"
 
-namespace ulf::test {
+namespace ulf::test::zoom_test {
 namespace {
 
 using tracking::FocalChange;
@@ -197,4 +197,4 @@ TEST(ZoomWatch, WordsSayByHowMuch) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::zoom_test

@@ -20,7 +20,7 @@
 #include "tests/acquisition/calibration/lens_files/lens_texts.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::lens_texts {
+namespace ulf::lens_files_test {
 namespace {
 
 using ::testing::AllOf;
@@ -330,4 +330,4 @@ TEST(LensFiles, ThePageNamesEveryProgram) {
 }
 
 }  // namespace
-}  // namespace ulf::lens_texts
+}  // namespace ulf::lens_files_test

@@ -9,7 +9,7 @@
 
 #include "tests/acquisition/calibration/lens_files/lens_texts.h"
 
-namespace ulf::lens_programs {
+namespace ulf::lens_programs_test {
 namespace {
 
 using namespace lens_texts;
@@ -251,4 +251,4 @@ TEST(LensPrograms, SetsOfPhotographs) {
 }
 
 }  // namespace
-}  // namespace ulf::lens_programs
+}  // namespace ulf::lens_programs_test

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::lens_refusals {
+namespace ulf::lens_refusals_test {
 namespace {
 
 using ::testing::AllOf;
@@ -479,4 +479,4 @@ TEST(LensRefusals, CommandListsModelsAndWritesNothing) {
 }
 
 }  // namespace
-}  // namespace ulf::lens_refusals
+}  // namespace ulf::lens_refusals_test

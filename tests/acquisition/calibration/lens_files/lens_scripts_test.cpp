@@ -11,7 +11,7 @@
 
 #include "tests/acquisition/calibration/lens_files/lens_texts.h"
 
-namespace ulf::lens_scripts {
+namespace ulf::lens_scripts_test {
 namespace {
 
 using namespace lens_texts;
@@ -294,4 +294,4 @@ TEST(LensScripts, OkvisAndMcCalib) {
 }
 
 }  // namespace
-}  // namespace ulf::lens_scripts
+}  // namespace ulf::lens_scripts_test

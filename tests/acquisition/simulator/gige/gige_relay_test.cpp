@@ -15,7 +15,7 @@
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::gige_relay_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -185,4 +185,4 @@ TEST_F(GigeRelayed, AddressesAreAddedAndRemoved) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::gige_relay_test

@@ -16,7 +16,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::simulated_gige_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -112,4 +112,4 @@ TEST_F(SimulatedGige, EndsOnItsSignalAndTheClientLetsGo) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::simulated_gige_test

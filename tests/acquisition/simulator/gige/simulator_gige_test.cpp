@@ -27,7 +27,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::simulator_gige_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -448,4 +448,4 @@ TEST_F(GigeSimulator, StopsASequencerLeftRunning) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::simulator_gige_test

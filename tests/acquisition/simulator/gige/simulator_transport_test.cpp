@@ -24,7 +24,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::simulator_transport_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -257,4 +257,4 @@ TEST(PoseFile, AFullDiskIsToldForEachPose) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::simulator_transport_test

@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/own_namespaces.h"
 
-namespace ulf {
+namespace ulf::simulator_trigger_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -183,4 +183,4 @@ TEST(SparseTriggers, LoseNothing) { RunSparseTriggers(4, 1); }
 TEST(SparseTriggers, LoseNothingInTenMinutes) { RunSparseTriggers(600, 10); }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::simulator_trigger_test

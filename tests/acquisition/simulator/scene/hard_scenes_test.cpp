@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::hard_scenes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -288,4 +288,4 @@ TEST(Sway, MovesTheBranchAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::hard_scenes_test

@@ -30,7 +30,7 @@
 #include "tests/support/pictures/sample_pictures.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::named_pictures_test {
 namespace {
 
 using testing::AllOf;
@@ -500,4 +500,4 @@ TEST_F(NamedPictures, LabIsConvertedByItsOwnWhite) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::named_pictures_test

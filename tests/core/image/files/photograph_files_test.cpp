@@ -19,7 +19,7 @@
 #include "core/image/image.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::photograph_files_test {
 namespace {
 
 void WriteBytes(const std::filesystem::path& path, const std::string& bytes) {
@@ -153,7 +153,7 @@ TEST_F(LyingSize, IsRefusedInTiff) {
   ExpectRefused("a.tiff", tiff);
 }
 
-TEST(TiffFile, SizesOfAnyWholeNumberAreRead) {
+TEST(TiffPhotograph, SizesOfAnyWholeNumberAreRead) {
   const ScratchFolder folder;
   const std::string path = (folder / "a.tiff").string(), tiff = Encoded(".tiff", cv::Mat(48, 64, CV_8UC3));
   for (const char type : {1, 3, 4, 6, 8, 9, 13}) {
@@ -318,4 +318,4 @@ TEST(JpegFile, IsDecodedWholeOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::photograph_files_test

@@ -26,7 +26,7 @@
 #include "tests/support/pictures/sample_pictures.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::pictures_test {
 namespace {
 
 using testing::Contains;
@@ -554,4 +554,4 @@ TEST_F(PictureFiles, AnotherLibraryReadsThemAlike) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::pictures_test

@@ -15,7 +15,7 @@
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::raw_file_test {
 namespace {
 
 using ::testing::AllOf;
@@ -372,4 +372,4 @@ TEST(RawFile, AnythingElseIsRefusedWithTheWayOut) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::raw_file_test

@@ -18,7 +18,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::recorded_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -281,4 +281,4 @@ TEST(AtomicFile, TheNextWriterRemovesWhatAKilledOneLeft) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::recorded_files_test

@@ -15,7 +15,7 @@
 #include "core/light_field/exchange/set_readers.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::bundler_set_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -327,4 +327,4 @@ TEST_F(BundlerSet, ListsAndPhotographsMustBelongToIt) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::bundler_set_test

@@ -28,7 +28,7 @@
 #include "tests/support/pictures/sample_pictures.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::export_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -466,4 +466,4 @@ TEST(Export, AFullDiskIsNamedAndNothingStays) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::export_test

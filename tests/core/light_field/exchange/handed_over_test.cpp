@@ -31,7 +31,7 @@
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::handed_over_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -539,4 +539,4 @@ TEST(HandedOver, NamesAreToldApartWithoutTheirEndings) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::handed_over_test

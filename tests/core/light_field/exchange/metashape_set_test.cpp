@@ -19,7 +19,7 @@
 #include "core/light_field/formats/xml_file.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::metashape_set_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -448,4 +448,4 @@ TEST(XmlFile, SurvivesDeepNesting) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::metashape_set_test

@@ -24,7 +24,7 @@
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::nerf_sets_test {
 namespace {
 
 using nlohmann::json;
@@ -402,4 +402,4 @@ TEST_F(SetNamedElsewhere, ALightFieldHoldsItsOwn) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::nerf_sets_test

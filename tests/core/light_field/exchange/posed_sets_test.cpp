@@ -37,7 +37,7 @@
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::posed_sets_test {
 namespace {
 
 using nlohmann::json;
@@ -626,4 +626,4 @@ TEST(PosedSets, TakesInAForwardFacingSetWithoutSubject) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::posed_sets_test

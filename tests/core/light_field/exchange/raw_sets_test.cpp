@@ -23,7 +23,7 @@
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::raw_sets_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -372,4 +372,4 @@ TEST_F(RawSetTest, RecordedRawFileIsAMaster) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::raw_sets_test

@@ -18,7 +18,7 @@
 #include "core/light_field/exchange/set_readers.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::realityscan_set_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -300,4 +300,4 @@ TEST_F(RealityScanSet, NeedsPosesAndPhotographs) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::realityscan_set_test

@@ -31,7 +31,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::transforms_test {
 namespace {
 
 using nlohmann::json;
@@ -625,4 +625,4 @@ TEST(Import, TakesInRealCaptures) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::transforms_test

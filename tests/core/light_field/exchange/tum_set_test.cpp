@@ -22,7 +22,7 @@
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::tum_set_test {
 namespace {
 
 using test::ScratchFolder;
@@ -271,4 +271,4 @@ TEST_F(TumSet, ARealRecordingFitsItsPoses) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::tum_set_test

@@ -29,7 +29,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::folder_accidents_test {
 namespace {
 
 using test::PrintFaultRow;
@@ -480,4 +480,4 @@ TEST_F(FolderAccident, TheNextWriterLeavesNoLitter) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::folder_accidents_test

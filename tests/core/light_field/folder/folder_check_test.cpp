@@ -27,7 +27,7 @@
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::folder_check_test {
 namespace {
 
 using nlohmann::json;
@@ -1025,4 +1025,4 @@ TEST_F(Folder, FailedRepairLeavesTheFolderAsItWas) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::folder_check_test

@@ -20,7 +20,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::light_check_test {
 namespace {
 
 using testing::HasSubstr;
@@ -219,4 +219,4 @@ TEST(LampDrift, SaysByHowMuch) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::light_check_test

@@ -23,7 +23,7 @@
 #include "tests/support/own_namespaces.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::unposed_photographs_test {
 namespace {
 
 using test::ScratchFolder;
@@ -219,4 +219,4 @@ TEST(Unposed, OnAFullDiskThePhotographStaysWhereItIs) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::unposed_photographs_test

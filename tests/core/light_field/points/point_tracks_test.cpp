@@ -19,7 +19,7 @@
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::point_tracks_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -224,4 +224,4 @@ TEST(Points, DamageWithAValidChecksumDoesNoHarm) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::point_tracks_test

@@ -15,7 +15,7 @@
 #include "tests/support/test_paths.h"
 #include "tracking/sources/poses_spec.h"
 
-namespace ulf::test {
+namespace ulf::test::bracket_capture_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -231,4 +231,4 @@ TEST(BracketCapture, LimitsWaitingAndPosesLostFrames) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::bracket_capture_test

@@ -20,7 +20,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 
-namespace ulf::test {
+namespace ulf::test::capture_lens_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -433,4 +433,4 @@ TEST(CaptureLens, EndsWithThreadsAndARollingShutter) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::capture_lens_test

@@ -14,7 +14,7 @@
 #include "tests/support/slow_disk.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::capture_record_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -106,4 +106,4 @@ TEST(CaptureRecord, TellsWhetherAMeshMayStillCome) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::capture_record_test

@@ -22,7 +22,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_run.h"
 
-namespace ulf {
+namespace ulf::live_geometry_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -456,4 +456,4 @@ TEST(LiveGeometry, EndsAtOnceWhenItIsDropped) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::live_geometry_test

@@ -24,7 +24,7 @@
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_input.h"
 
-namespace ulf::test {
+namespace ulf::test::posed_photographs_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -446,4 +446,4 @@ TEST(WithoutASubject, RefusesCommandsThatNeedOne) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::posed_photographs_test

@@ -8,7 +8,7 @@
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::recorded_views_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -149,4 +149,4 @@ TEST(RecordedViews, MapAndJournalHaveTheSamePoses) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::recorded_views_test

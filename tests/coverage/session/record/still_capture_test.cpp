@@ -33,7 +33,7 @@
 #include "tests/support/ptpip_camera.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::still_capture_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -473,4 +473,4 @@ TEST(AsSeenBy, IsTheOtherCamerasPicture) {
 #endif
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::still_capture_test

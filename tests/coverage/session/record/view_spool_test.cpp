@@ -62,7 +62,7 @@ extern "C" int renameat2(int from_folder, const char* from, int to_folder, const
   return static_cast<int>(syscall(SYS_renameat2, from_folder, from, to_folder, to, flags));
 }
 
-namespace ulf::test {
+namespace ulf::test::view_spool_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -395,4 +395,4 @@ TEST(ViewSpool, SurvivesSigkillAtAnyMoment) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::view_spool_test

@@ -14,7 +14,7 @@
 #include "coverage/session/watch/mistake_watch.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::mistakes_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -198,4 +198,4 @@ TEST(PictureTracks, AnotherSceneIsAGapAndNoChange) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::mistakes_test
