@@ -19,7 +19,7 @@ if(ULF_MARCH)
 endif()
 
 option(ULF_WARNINGS_AS_ERRORS "Fail on any warning" ON)
-target_compile_options(ulf_flags INTERFACE $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wno-psabi>
+target_compile_options(ulf_flags INTERFACE $<BUILD_INTERFACE:-pthread> $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wno-psabi>
   $<$<BOOL:${ULF_WARNINGS_AS_ERRORS}>:$<BUILD_INTERFACE:-Werror>>)
 
 # Clang alone checks what core/base/mutex.h says of locks. The cache knows a precompiled header by its content, so no
@@ -65,23 +65,60 @@ endif()
 # and tools that read compile_commands.json see only one file in 32.
 option(ULF_UNITY "Compile the libraries' files 32 at a time" OFF)
 
-# ulf_library(NAME [APART ...] LINK ... PRECOMPILE ...): every source under this folder is one library.
-# APART: files with private names that others have, too, or that take long (CMake itself keeps files with options of their
-# own apart).
+# What the floors' files include, compiled once for each set of options. (GCC takes the optimiser's level from the precompiled
+# header, whatever the command says.)
+function(ulf_precompile name level)
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/${name}.cpp CONTENT "")  # as it is where it is there
+  add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/generated/${name}.cpp)
+  target_link_libraries(${name} PRIVATE ulf_flags Eigen3::Eigen opencv_core opencv_imgproc fmt::fmt spdlog::spdlog
+    nlohmann_json::nlohmann_json Threads::Threads ${ARGN})
+  target_compile_options(${name} PRIVATE ${level})
+  target_precompile_headers(${name} PRIVATE
+    <Eigen/Cholesky> <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <fmt/core.h> <nlohmann/json.hpp> <opencv2/core.hpp>
+    <opencv2/imgproc.hpp> <spdlog/spdlog.h> <algorithm> <array> <atomic> <chrono> <cmath> <condition_variable> <deque>
+    <filesystem> <fstream> <functional> <map> <memory> <mutex> <numeric> <optional> <ranges> <set> <span> <sstream> <string>
+    <string_view> <thread> <tuple> <unordered_map> <utility> <variant> <vector>)
+endfunction()
+set(ulf_cold_options $<$<CONFIG:Release>:-O1>)
+
+# ulf_library(NAME [APART ...] [COLD ...] [HEADERS ...] LINK ...): every source under this folder is one library.
+# APART: files with private names that others have, too (CMake itself keeps files with options of their own apart).
+# COLD: rooms, as regular expressions, that read files, wait for devices and write: the optimiser's first level does for them,
+# in two thirds of the time. HEADERS: whose precompiled headers the library uses.
 function(ulf_library name)
-  cmake_parse_arguments(ARG "" "" "APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.cpp)
-  add_library(${name} STATIC ${sources})
-  target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
-  if(ULF_UNITY)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 32)
-    set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-      target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # takes a file in a batch for a header
-    endif()
+  cmake_parse_arguments(ARG "" "HEADERS" "APART;COLD;LINK;LINK_PRIVATE" ${ARGN})
+  if(NOT ARG_HEADERS)
+    set(ARG_HEADERS ulf_headers)
   endif()
-  if(ARG_PRECOMPILE)
-    target_precompile_headers(${name} PRIVATE ${ARG_PRECOMPILE})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.cpp)
+  set(cold)
+  if(ARG_COLD)
+    set(cold ${sources})
+    list(JOIN ARG_COLD "|" rooms)
+    list(FILTER cold INCLUDE REGEX "^(${rooms})/?[^/]*$")
+    list(REMOVE_ITEM sources ${cold})
+  endif()
+  add_library(${name} STATIC ${sources})
+  set(parts ${name})
+  if(cold)
+    add_library(${name}_cold OBJECT ${cold})
+    target_sources(${name} PRIVATE $<TARGET_OBJECTS:${name}_cold>)
+    target_compile_options(${name}_cold PRIVATE ${ulf_cold_options})
+    target_precompile_headers(${name}_cold REUSE_FROM ulf_cold_headers)
+    list(APPEND parts ${name}_cold)
+  endif()
+  target_precompile_headers(${name} REUSE_FROM ${ARG_HEADERS})
+  foreach(part IN LISTS parts)
+    target_link_libraries(${part} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
+    if(ULF_UNITY)
+      set_target_properties(${part} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 32)
+      if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+        target_compile_options(${part} PRIVATE -Wno-subobject-linkage)  # takes a file in a batch for a header
+      endif()
+    endif()
+  endforeach()
+  if(ULF_UNITY)
+    set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
 endfunction()
 
@@ -109,18 +146,4 @@ function(ulf_headers_alone folder library)
     set_property(TARGET ${folder}_headers_alone APPEND PROPERTY ${property} $<TARGET_PROPERTY:${library},${property}>)
   endforeach()
   add_dependencies(headers_alone ${folder}_headers_alone)
-endfunction()
-
-# Command files parse arguments and print: nothing in them is worth much of the optimiser's time, and what they include
-# costs more to compile than what they do, so it is compiled once for them and for main.cpp.
-set(ulf_command_options -pthread $<$<NOT:$<CONFIG:Debug>>:-O1>)
-function(ulf_precompile_command_headers)
-  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp CONTENT "")  # as it is where it is there
-  add_library(ulf_command_headers OBJECT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp)
-  target_link_libraries(ulf_command_headers PRIVATE ulf_flags Eigen3::Eigen opencv_core fmt::fmt spdlog::spdlog
-    nlohmann_json::nlohmann_json CLI11::CLI11 Threads::Threads)
-  target_compile_options(ulf_command_headers PRIVATE ${ulf_command_options})
-  target_precompile_headers(ulf_command_headers PRIVATE
-    <CLI/CLI.hpp> <Eigen/Core> <Eigen/Geometry> <fmt/core.h> <nlohmann/json.hpp> <opencv2/core.hpp>
-    <memory> <optional> <string> <vector>)
 endfunction()

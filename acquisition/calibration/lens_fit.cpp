@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/geometry/silent_solver.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -189,17 +190,16 @@ std::array<double, kIntrinsics> Sigmas(const std::vector<Vector3d>& board_points
       reduced(r, c) = normal(free[static_cast<std::size_t>(r)], free[static_cast<std::size_t>(c)]);
   // Scales to a unit diagonal, because units differ by orders of magnitude.
   const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * reduced *
-                                                             scale.asDiagonal());
+  const EigenvaluesX eigen = EigenvaluesOfAnySize(scale.asDiagonal() * reduced * scale.asDiagonal());
   std::array<double, kIntrinsics> sigma{};
   const double freedom = 2.0 * static_cast<double>(fit.corners) - static_cast<double>(count) -
                          6.0 * static_cast<double>(views.size());
-  const bool determined = freedom > 0 && eigen.eigenvalues().minCoeff() > 1e-12;
+  const bool determined = freedom > 0 && eigen.values.minCoeff() > 1e-12;
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kIntrinsics, kIntrinsics);
   if (determined) {
-    const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
-                                    eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                                    eigen.eigenvectors().transpose() * scale.asDiagonal();
+    const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.vectors *
+                                    eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose() *
+                                    scale.asDiagonal();
     for (Eigen::Index r = 0; r < count; ++r)
       for (Eigen::Index c = 0; c < count; ++c)
         covariance(free[static_cast<std::size_t>(r)], free[static_cast<std::size_t>(c)]) =

@@ -20,8 +20,9 @@ Eigenvalues3 EigenvaluesOf(const Matrix3d& symmetric) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-Eigen::VectorXd SmallestEigenvector(const Eigen::MatrixXd& symmetric) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric).eigenvectors().col(0);
+EigenvaluesX EigenvaluesOfAnySize(const Eigen::MatrixXd& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
+  return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
 std::optional<Matrix3d> InverseOf(const Matrix3d& matrix) {

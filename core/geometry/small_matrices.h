@@ -23,8 +23,12 @@ struct Eigenvalues3 {
 };
 Eigenvalues3 EigenvaluesOf(const Eigen::Matrix3d& symmetric);
 
-// Returns the eigenvector of the smallest eigenvalue of a symmetric matrix of any size.
-Eigen::VectorXd SmallestEigenvector(const Eigen::MatrixXd& symmetric);
+// The same of a symmetric matrix of any size.
+struct EigenvaluesX {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+EigenvaluesX EigenvaluesOfAnySize(const Eigen::MatrixXd& symmetric);
 
 // Returns none if the matrix is singular to the precision of its numbers.
 std::optional<Eigen::Matrix3d> InverseOf(const Eigen::Matrix3d& matrix);

@@ -1,10 +1,11 @@
 #include "core/geometry/turn_axis.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf {
 namespace {
@@ -53,7 +54,7 @@ Vector3d PointOn(const Vector3d& axis, std::span<const Turn* const> turns) {
     normal += a.transpose() * a;
     right += a.transpose() * turn->shift;
   }
-  Vector3d point = normal.ldlt().solve(right);
+  const Vector3d point = SolveNormal(normal, right);
   return point - axis.dot(point) * axis;
 }
 
@@ -65,8 +66,7 @@ bool Agrees(const Turn& turn, const Vector3d& axis, const Vector3d& point) {
 TurnAxis FitTo(std::span<const Turn* const> turns) {
   Matrix3d scatter = Matrix3d::Zero();
   for (const Turn* turn : turns) scatter += turn->weight * turn->axis * turn->axis.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(scatter);
-  const Vector3d axis = axes.eigenvectors().col(2);
+  const Vector3d axis = EigenvaluesOf(scatter).vectors.col(2);
   return {PointOn(axis, turns), axis};
 }
 

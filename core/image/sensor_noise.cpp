@@ -1,6 +1,5 @@
 #include "core/image/sensor_noise.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -8,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf {
 namespace {
@@ -85,7 +85,7 @@ Eigen::Vector3d NotNegative(const Eigen::Matrix3d& products, const Eigen::Vector
         those(i, i) = 1;
         of_those[i] = 0;
       }
-    const Eigen::Vector3d unknowns = those.ldlt().solve(of_those);
+    const Eigen::Vector3d unknowns = SolveNormal(those, of_those);
     const double squares = unknowns.dot(products * unknowns) - 2 * unknowns.dot(right);
     if (unknowns.minCoeff() < 0 || !(squares < least)) continue;
     least = squares;

@@ -1,9 +1,9 @@
 #include "coverage/session/subject_anchors.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::coverage {
 namespace {
@@ -87,7 +87,7 @@ std::optional<Subject> SubjectAnchors::ReplaceLens(const CameraModel& now, const
     weighted += across * origin + share * along * along.dot(origin + guess * along);
   }
   if (sightings.empty()) return std::nullopt;
-  Subject subject{weights.ldlt().solve(weighted), 0};
+  Subject subject{SolveNormal(weights, weighted), 0};
   for (const Sighting& seen : sightings) {
     const double depth = (seen.cam_from_world * subject.center_in_world).z();
     subject.radius += depth * (seen.rim_ray - seen.center_ray).norm() / static_cast<double>(sightings.size());

@@ -1,6 +1,6 @@
 #include "render/proxy/mesh_resolution.h"
+#include "core/geometry/small_matrices.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -34,15 +34,15 @@ Vector3d PlaceOf(const GridCell& cell, double cell_size) {
   constexpr double kLeastShare =
       1e-2;  // of the largest eigenvalue: below it planes count as parallel. Guessed.
   const Vector3d middle = cell.sum / cell.points;
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(cell.quadric);
-  const double largest = solver.eigenvalues()(2);
+  const Eigenvalues3 quadric = EigenvaluesOf(cell.quadric);
+  const double largest = quadric.values(2);
   if (!(largest > 0)) return middle;
   const Vector3d residual = cell.quadric_by_point - cell.quadric * middle;
   Vector3d step = Vector3d::Zero();
   for (int i = 0; i < 3; ++i)
-    if (solver.eigenvalues()(i) > kLeastShare * largest) {
-      const Vector3d axis = solver.eigenvectors().col(i);
-      step += axis * (axis.dot(residual) / solver.eigenvalues()(i));
+    if (quadric.values(i) > kLeastShare * largest) {
+      const Vector3d axis = quadric.vectors.col(i);
+      step += axis * (axis.dot(residual) / quadric.values(i));
     }
   if (step.norm() > cell_size) return middle;  // planes that meet far away
   return middle + step;

@@ -122,7 +122,7 @@ std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, cons
       for (int k = 0; k < 3; ++k) rows.block<1, 3>(r, 3 * k) = cross(r, k) * pair.first.transpose();
     normal += rows.transpose() * rows;
   }
-  const Eigen::VectorXd h = SmallestEigenvector(normal);
+  const Eigen::VectorXd h = EigenvaluesOfAnySize(normal).vectors.col(0);
   Matrix3d homography = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
   const double determinant = homography.determinant();
   if (std::abs(determinant) < 1e-9) return std::nullopt;

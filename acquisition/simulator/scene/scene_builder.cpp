@@ -3,6 +3,7 @@
 #include "acquisition/simulator/scene/bake.h"
 #include "acquisition/simulator/scene/materials.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::acquisition {
 
@@ -35,7 +36,7 @@ void SceneBuilder::AddRod(const Vector3d& from, const Vector3d& to, double radiu
   solid.shape = Shape::kFrustum;
   solid.size = {static_cast<float>(radius), static_cast<float>(radius), static_cast<float>(along.norm())};
   solid.position = from;
-  solid.world_from_local = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along);
+  solid.world_from_local = TurnBetween(Vector3d::UnitZ(), along);
   Add(solid);
 }
 

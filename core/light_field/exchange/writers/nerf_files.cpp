@@ -10,6 +10,7 @@
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/camera_json.h"
+#include "core/geometry/small_matrices.h"
 #include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {
@@ -45,8 +46,7 @@ Similarity3 NerfFromWorld(const LightField& light_field, const Subject& subject)
   const double distance = Median(DistancesTo(light_field, subject));
   nerf_from_world.scale = distance > 0 ? kCameraDistance / distance : 1;
   nerf_from_world.rotation =
-      Eigen::Quaterniond::FromTwoVectors(light_field.UpInWorld(), Eigen::Vector3d::UnitZ())
-          .toRotationMatrix();
+      TurnBetween(light_field.UpInWorld(), Eigen::Vector3d::UnitZ()).toRotationMatrix();
   nerf_from_world.translation = -nerf_from_world.scale * (nerf_from_world.rotation * subject.center_in_world);
   return nerf_from_world;
 }
