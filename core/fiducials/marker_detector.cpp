@@ -1,6 +1,5 @@
 #include "core/fiducials/marker_detector.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,6 @@
 
 #include "core/base/error.h"
 #include "core/image/files/picture_kind.h"
-#include "core/image/image.h"
 
 namespace ulf {
 

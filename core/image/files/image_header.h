@@ -3,7 +3,6 @@
 // for decoding.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <opencv2/core.hpp>

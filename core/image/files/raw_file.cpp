@@ -8,13 +8,11 @@
 #include <fstream>
 #include <functional>
 #include <memory>
-#include <set>
 #include <system_error>
 #include <utility>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/base/lowercase.h"
 #include "core/image/clipped.h"
 #include "core/image/files/dng_layout.h"
 #include "core/image/files/image_header.h"

@@ -15,7 +15,6 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/points/ply_reader.h"

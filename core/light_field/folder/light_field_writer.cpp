@@ -1,7 +1,6 @@
 #include "core/light_field/folder/light_field_writer.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <map>

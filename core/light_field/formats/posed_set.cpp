@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <climits>
-#include <cmath>
 #include <functional>
 #include <opencv2/core.hpp>
 
@@ -13,11 +12,9 @@
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/geometry/small_matrices.h"
-#include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
-#include "core/image/image.h"
 
 namespace ulf {
 namespace {
