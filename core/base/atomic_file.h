@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/file_descriptor.h"
+
 namespace ulf {
 
 // Writes a temporary file beside `path`, syncs it, renames it and syncs the folder. Throws DiskFullError,
@@ -53,7 +55,7 @@ class FileBatch {
  private:
   struct File {
     std::filesystem::path path, temporary;
-    int descriptor = -1;
+    FileDescriptor descriptor;
     bool replaced = false, renamed = false;
   };
   void TakeBack(std::size_t first);
@@ -68,6 +70,12 @@ class FileBatch {
 std::filesystem::path FolderOf(const std::filesystem::path& path);
 
 void SyncFolder(const std::filesystem::path& folder);
+
+// Returns whether the path leads to the opened file or folder.
+bool IsSameFile(int descriptor, const std::filesystem::path& path);
+
+// Returns false if the disk refused; see errno.
+bool WriteAll(int descriptor, std::string_view bytes);
 
 // Moves a file or folder to `to` or, where that name is taken, to the first free name beside it (a-2.png for
 // a.png); never replaces anything. Returns the name. Throws Error.

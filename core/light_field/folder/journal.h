@@ -40,6 +40,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/file_descriptor.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -92,9 +93,6 @@ JournalContents ReadJournal(const std::filesystem::path& file, const LightField&
 class Journal {
  public:
   explicit Journal(const std::filesystem::path& file);
-  ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
 
   // Removes a damaged end; call it before the first append to an existing journal.
   void CutAt(std::size_t whole_bytes);
@@ -133,7 +131,7 @@ class Journal {
   void Open();
   void BreakHardLinks();
   std::filesystem::path file_;
-  int descriptor_ = -1;
+  FileDescriptor descriptor_;
 };
 
 }  // namespace ulf

@@ -20,104 +20,72 @@
 
 namespace ulf {
 
-namespace {
-
-bool IsSameFile(int descriptor, const std::filesystem::path& path) {
-  struct stat of_descriptor {
-  }, of_path{};
-  return fstat(descriptor, &of_descriptor) == 0 && stat(path.c_str(), &of_path) == 0 &&
-         of_descriptor.st_ino == of_path.st_ino && of_descriptor.st_dev == of_path.st_dev;
-}
-
-}  // namespace
-
 Journal::Journal(const std::filesystem::path& file) : file_(file) {
   // Another writer may replace the file by a copy before we hold the lock.
   constexpr int kMostTries = 100;  // a limit for file systems that report two numbers of one file
-  for (int tries = 0; tries == 0 || (tries < kMostTries && !IsSameFile(descriptor_, file_)); ++tries) {
-    if (descriptor_ >= 0) close(descriptor_);
+  for (int tries = 0; tries == 0 || (tries < kMostTries && !IsSameFile(descriptor_.Number(), file_)); ++tries)
     Open();
-  }
 }
 
 void Journal::Open() {
-  descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0644);
-  if (descriptor_ < 0)
+  descriptor_ = {};
+  descriptor_ =
+      FileDescriptor(open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0644));
+  if (!descriptor_.IsOpen())
     throw Error("{}: cannot be opened for writing: {}; check permissions", file_.string(),
                 std::strerror(errno));
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    close(descriptor_);
-    descriptor_ = -1;
+  if (flock(descriptor_.Number(), LOCK_EX | LOCK_NB) != 0)
     throw Error("{}: another process is recording into this light field; stop it or choose another folder",
                 file_.parent_path().string());
-  }
 }
 
 void Journal::BreakHardLinks() {
   struct stat status {
   }, of_name{};
   const bool is_link = lstat(file_.c_str(), &of_name) == 0 && S_ISLNK(of_name.st_mode);
-  if (!is_link && (fstat(descriptor_, &status) != 0 || status.st_nlink <= 1)) return;
+  if (!is_link && (fstat(descriptor_.Number(), &status) != 0 || status.st_nlink <= 1)) return;
   const std::filesystem::path copy = TemporaryName(file_);
   const std::string bytes = ReadWholeFile(file_);
-  const int shared =
-      std::exchange(descriptor_, open(copy.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
-  const auto refuse = [&] {
+  FileDescriptor own(open(copy.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
+  // The copy is locked before it gets the name, so that no other writer can intervene.
+  if (!own.IsOpen() || flock(own.Number(), LOCK_EX | LOCK_NB) != 0 || !WriteAll(own.Number(), bytes) ||
+      fsync(own.Number()) != 0 || rename(copy.c_str(), file_.c_str()) != 0) {
     const int reason = errno;
-    if (descriptor_ >= 0) close(descriptor_);
     unlink(copy.c_str());
-    descriptor_ = shared;
     ThrowDiskError(reason, fmt::format("{}: shares its bytes with another light field and cannot be copied",
                                        file_.string()));
-  };
-  // The copy is locked before it gets the name, so that no other writer can intervene.
-  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) != 0) refuse();
-  for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t written = write(descriptor_, bytes.data() + done, bytes.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) refuse();
-    done += static_cast<std::size_t>(written);
   }
-  if (fsync(descriptor_) != 0 || rename(copy.c_str(), file_.c_str()) != 0) refuse();
+  descriptor_ = std::move(own);
   SyncFolder(FolderOf(file_));
-  close(shared);
 }
 
 void Journal::CutAt(std::size_t whole_bytes) {
   struct stat status {};
-  if (fstat(descriptor_, &status) == 0 && static_cast<std::size_t>(status.st_size) == whole_bytes) return;
+  if (fstat(descriptor_.Number(), &status) == 0 && static_cast<std::size_t>(status.st_size) == whole_bytes)
+    return;
   BreakHardLinks();
-  if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
+  if (ftruncate(descriptor_.Number(), static_cast<off_t>(whole_bytes)) != 0)
     throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
-}
-
-Journal::~Journal() {
-  if (descriptor_ >= 0) close(descriptor_);
 }
 
 void Journal::Append(const std::string& lines) {
   BreakHardLinks();
   const std::string text = lines + "\n";
-  const off_t before = lseek(descriptor_, 0, SEEK_END);
+  const int number = descriptor_.Number();
+  const off_t before = lseek(number, 0, SEEK_END);
   // Removes a partial line: the next one would be appended to it.
   const auto undo = [&](const char* what) {
     const int reason = errno;
-    if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);
+    if (ftruncate(number, before) == 0) fsync(number);
     ThrowDiskError(reason, fmt::format("{}: {} (everything before this is safe)", file_.string(), what));
   };
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t written = write(descriptor_, text.data() + done, text.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) undo("writing failed");
-    done += static_cast<std::size_t>(written);
-  }
-  if (fsync(descriptor_) != 0) undo("syncing to disk failed");
+  if (!WriteAll(number, text)) undo("writing failed");
+  if (fsync(number) != 0) undo("syncing to disk failed");
 }
 
 void Journal::NoteRepair(std::uint64_t bytes) {
   const std::string line = JsonText(nlohmann::json{{"event", "repaired"}});
-  const auto now = static_cast<std::uint64_t>(lseek(descriptor_, 0, SEEK_END)) + line.size() + 1;
+  const auto now = static_cast<std::uint64_t>(lseek(descriptor_.Number(), 0, SEEK_END)) + line.size() + 1;
   Append(line + std::string(now < bytes ? bytes - now : 0, ' '));
 }
 
