@@ -31,18 +31,13 @@ constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",  
 
 // Adds a camera of the header, or of a line of its own.
 void AppendCamera(const json& camera, const std::string& where, JournalContents& contents) {
-  LightField& light_field = contents.light_field;
-  const int index = static_cast<int>(light_field.cameras.size());
-  const CameraModel model = CameraFromJson({camera, where});
-  std::optional<FlatField> flat_field;
-  std::optional<ColorProfile> color_profile;
-  if (camera.contains("flat_field")) flat_field = FlatFieldFromJson(camera["flat_field"], where);
-  if (camera.contains("color_profile")) color_profile = ColorProfileFromJson(camera["color_profile"], where);
-  light_field.cameras.push_back(model);
-  contents.recorded_cameras.resize(light_field.cameras.size(), model);
-  if (flat_field) light_field.flat_fields[index] = *flat_field;
-  if (color_profile) light_field.color_profiles[index] = *color_profile;
-  NoteCalibrationSource({camera, where}, index, light_field);
+  NewCamera added{CameraFromJson({camera, where}), {}, {}, ""};
+  if (camera.contains("flat_field")) added.flat_field = FlatFieldFromJson(camera["flat_field"], where);
+  if (camera.contains("color_profile"))
+    added.color_profile = ColorProfileFromJson(camera["color_profile"], where);
+  added.calibration_source = JsonPlace{camera, where}.Text("calibration_source", "");
+  contents.light_field.AddCamera(added);
+  contents.recorded_cameras.resize(contents.light_field.cameras.size(), added.camera);
 }
 
 void ApplyHeader(const JsonPlace& event, JournalContents& contents) {

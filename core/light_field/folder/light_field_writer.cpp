@@ -72,14 +72,9 @@ int LightFieldWriter::AddCamera(const NewCamera& camera) {
   if (camera.camera.width != now.width || camera.camera.height != now.height)
     throw Error("{}: its pictures have {}x{} pixels, the other camera's {}x{}; begin a new light field",
                 light_field.root.string(), now.width, now.height, camera.camera.width, camera.camera.height);
-  const int index = static_cast<int>(light_field.cameras.size());
-  state_->journal.AddCamera(index, camera);
-  light_field.cameras.push_back(camera.camera);
+  state_->journal.AddCamera(static_cast<int>(light_field.cameras.size()), camera);
   state_->recorded_cameras.push_back(camera.camera);
-  if (camera.flat_field) light_field.flat_fields[index] = *camera.flat_field;
-  if (camera.color_profile) light_field.color_profiles[index] = *camera.color_profile;
-  if (!camera.calibration_source.empty()) light_field.calibration_sources[index] = camera.calibration_source;
-  return state_->camera = index;
+  return state_->camera = light_field.AddCamera(camera);
 }
 
 void LightFieldWriter::KeepMosaics(bool keep) { state_->keep_mosaics = keep; }
@@ -142,19 +137,11 @@ void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3
   const std::string name = ExposureName(view_id, view->exposures.size() + 1);
   View taken;
   NoteFrame(frame, taken);
-  ViewExposure exposure{.image_path = files.image ? name + files.image_extension : "",
-                        .master_path = files.master ? name + ".master" + files.master->extension : "",
-                        .master_transfer = files.master_transfer,
-                        .master_mosaic = files.master_mosaic,
-                        .raw_white_balance = {},
-                        .exposure_from_view = exposure_from_view,
-                        .pose_is_between = pose_is_between,
-                        .device_time_s = taken.device_time_s,
-                        .host_time_s = taken.host_time_s,
-                        .exposure_s = taken.exposure_s,
-                        .gain = taken.gain,
-                        .black_level = taken.black_level,
-                        .f_number = taken.f_number};
+  ViewExposure exposure{taken, exposure_from_view, pose_is_between};
+  if (files.image) exposure.image_path = name + files.image_extension;
+  if (files.master) exposure.master_path = name + ".master" + files.master->extension;
+  exposure.master_transfer = files.master_transfer;
+  exposure.master_mosaic = files.master_mosaic;
   if (files.raw) exposure.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   state_->MakeFolder(kExposuresFolder);
   FileBatch batch(FileBatch::Existing::kKeep);

@@ -72,17 +72,13 @@ bool HeaderFromTransforms(const fs::path& dir, Found& found) {
     found.problem += fmt::format("; {} is by another program", kTransformsFile);
     return false;
   }
-  found.settings = text.light_field;
-  found.header = std::move(text.light_field);
-  found.header->views.clear();
-  found.header->doubts.clear();
-  found.header->subject.reset();
-  found.header->up_in_world.reset();
-  found.header->goal.reset();
-  found.header->readout.reset();
-  found.header->turntable.reset();
-  found.header->capture_s = 0;
-  found.header->reasons.clear();
+  LightField& header = found.header.emplace();
+  static_cast<CaptureFacts&>(header) = text.light_field;
+  header.root = text.light_field.root;
+  header.cameras = text.light_field.cameras;
+  header.calibration_sources = text.light_field.calibration_sources;
+  header.measured = text.light_field.measured;
+  found.settings = std::move(text.light_field);
   return true;
 }
 

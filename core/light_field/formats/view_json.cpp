@@ -158,19 +158,9 @@ nlohmann::json ExposureToJson(const ViewExposure& exposure) {
 ViewExposure ExposureFromJson(const JsonPlace& place) {
   View photograph;
   ReadPhotographJson(place, photograph);
-  ViewExposure exposure{.image_path = place.Text("image", ""),
-                        .master_path = photograph.master_path,
-                        .master_transfer = photograph.master_transfer,
-                        .master_mosaic = photograph.master_mosaic,
-                        .raw_white_balance = photograph.raw_white_balance,
-                        .exposure_from_view = PoseFromJson(place, "exposure_from_view"),
-                        .pose_is_between = place.Text("pose", "found") == "between",
-                        .device_time_s = photograph.device_time_s,
-                        .host_time_s = photograph.host_time_s,
-                        .exposure_s = photograph.exposure_s,
-                        .gain = photograph.gain,
-                        .black_level = photograph.black_level,
-                        .f_number = photograph.f_number};
+  photograph.image_path = place.Text("image", "");
+  ViewExposure exposure{photograph, PoseFromJson(place, "exposure_from_view"),
+                        place.Text("pose", "found") == "between"};
   if (exposure.image_path.empty() && exposure.master_path.empty())
     throw Error("{}: an exposure needs 'image' or 'master'", place.where);
   if (!(exposure.exposure_s > 0))
@@ -304,7 +294,7 @@ std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event) {
 }
 
 nlohmann::json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept) {
-  nlohmann::json event{{"event", "checked"}, {"check", check}, {"found", nlohmann::json::array()}};
+  nlohmann::json event{{"check", check}, {"found", nlohmann::json::array()}};
   for (const KeptFinding& each : kept) {
     nlohmann::json views = nlohmann::json::object();
     for (const auto& [id, judged] : each.views) {

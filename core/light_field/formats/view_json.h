@@ -64,7 +64,7 @@ ShutterReadout ReadoutFromJson(const JsonPlace& place);
 nlohmann::json CoverageGoalToJson(const CoverageGoal& goal);
 CoverageGoal CoverageGoalFromJson(const JsonPlace& place);
 
-// The form is {"event":"checked","check":"light","found":[{"text":"...","whole":false,"views":
+// The form is {"check":"light","found":[{"text":"...","whole":false,"views":
 // {"7":{"photograph":"...","pose":"..."}}}]}.
 std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event);
 nlohmann::json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept);
