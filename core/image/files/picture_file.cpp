@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "core/base/atomic_file.h"
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/exr_file.h"
@@ -147,10 +148,8 @@ bool HasAlphaChannel(const std::filesystem::path& path) {
         return false;  // the reader reports it
       }
     case PictureKind::kWebp: {
-      std::array<char, 256> head{};
       std::ifstream file(path, std::ios::binary);
-      file.read(head.data(), head.size());
-      return WebpHasAlpha({head.data(), static_cast<std::size_t>(file.gcount())});
+      return WebpHasAlpha(BytesAt(file, 0, 256));
     }
     default:
       return false;

@@ -1,11 +1,10 @@
 #include "core/light_field/folder/kept_findings.h"
 
 #include <algorithm>
-#include <array>
 #include <fstream>
 #include <iterator>
-#include <set>
 
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/folder_check.h"
@@ -31,15 +30,10 @@ std::string PhotographDigest(const LightField& light_field, const View& view) {
   if (!fs::is_regular_file(file, unknown)) return {};
   const std::uint64_t size = fs::file_size(file, unknown);
   std::ifstream stream(file, std::ios::binary);
-  std::array<char, 4096> block;
   std::string bytes = std::to_string(size);
-  for (const std::uint64_t part : {0, 1, 2}) {
-    const std::uint64_t last = size > block.size() ? size - block.size() : 0;
-    stream.clear();
-    stream.seekg(static_cast<std::streamoff>(part * last / 2));
-    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
-    bytes.append(block.data(), static_cast<std::size_t>(std::max<std::streamsize>(0, stream.gcount())));
-  }
+  constexpr std::size_t kBlock = 4096;
+  for (const std::uint64_t part : {0, 1, 2})
+    bytes += BytesAt(stream, part * (size > kBlock ? size - kBlock : 0) / 2, kBlock);
   return ChecksumText(ChecksumOf(bytes));
 }
 

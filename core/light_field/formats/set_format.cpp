@@ -7,6 +7,7 @@
 #include <fstream>
 #include <utility>
 
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/light_field/formats/transforms_json.h"
@@ -31,11 +32,8 @@ constexpr std::array<std::pair<SetFormat, const char*>, 9> kSetFormats{
 std::string BeginningOf(const fs::path& file) {
   constexpr std::size_t kEnough = 4096;
   if (std::error_code unknown; !fs::is_regular_file(file, unknown)) return {};
-  std::string text(kEnough, '\0');
   std::ifstream stream(file, std::ios::binary);
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
+  return BytesAt(stream, 0, kEnough);
 }
 
 bool IsMetashapeFile(const fs::path& file) {
