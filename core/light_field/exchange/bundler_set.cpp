@@ -321,24 +321,17 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
       ++unregistered;
       continue;
     }
-    View view;
-    view.image_path = photographs.Find(name);
-    if (view.image_path.empty()) {
+    const std::string path = photographs.Find(name);
+    if (path.empty()) {
       missing.push_back(name);
       continue;
     }
-    const auto [other, is_new] = taken.try_emplace(view.image_path, name);
+    const auto [other, is_new] = taken.try_emplace(path, name);
     if (!is_new)
       throw Error("{}: '{}' and '{}' both lead to {}; give the folder from which the names count with {}",
-                  list.file.string(), other->second, name, (root / view.image_path).string(),
-                  Parameter("images"));
-    view.id = view_ids[At(i)] = static_cast<int>(light_field.views.size()) + 1;
-    view.mask_path = photographs.images().MaskOf(view.image_path);
-    view.camera =
-        IndexOfCamera(ModelOfBundled(camera, root / view.image_path, bundle_out.string() + ", " + owner),
-                      light_field.cameras);
-    view.cam_from_world = camera.cam_from_world;
-    light_field.views.push_back(std::move(view));
+                  list.file.string(), other->second, name, (root / path).string(), Parameter("images"));
+    const CameraModel model = ModelOfBundled(camera, root / path, bundle_out.string() + ", " + owner);
+    view_ids[At(i)] = AddView(path, model, camera.cam_from_world, photographs.images(), light_field).id;
   }
   if (unregistered == At(camera_count))
     throw Error(
@@ -347,9 +340,7 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of {} are not in {}; {}", bundle_out.string(),
                 missing.front(), list.file.string(), root.string(), ImagesRemedy());
-  if (unregistered > 0)
-    light_field.doubts.push_back(
-        fmt::format("{} left out: not registered (focal length 0)", Counted(unregistered, "camera")));
+  NoteLeftOut(unregistered, "camera", "not registered (focal length 0)", light_field.doubts);
   if (!missing.empty())
     light_field.doubts.push_back(fmt::format("{} left out: no photograph in {}: {}{}",
                                              Counted(missing.size(), "camera"), root.string(),
