@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <array>
 #include <fstream>
 #include <mutex>
 #include <opencv2/imgproc.hpp>

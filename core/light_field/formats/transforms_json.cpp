@@ -182,26 +182,14 @@ class Cameras {
  public:
   explicit Cameras(std::vector<CameraModel>& cameras) : cameras_(cameras) {}
   int IndexOf(const CameraModel& camera) {
-    const auto [found, is_new] = indices_.try_emplace(Values(camera), static_cast<int>(cameras_.size()));
+    const auto [found, is_new] = indices_.try_emplace(camera, static_cast<int>(cameras_.size()));
     if (is_new) cameras_.push_back(camera);
     return found->second;
   }
 
  private:
-  static std::vector<double> Values(const CameraModel& camera) {
-    std::vector<double> values = {static_cast<double>(camera.width),
-                                  static_cast<double>(camera.height),
-                                  static_cast<double>(camera.distortion),
-                                  camera.fx,
-                                  camera.fy,
-                                  camera.cx,
-                                  camera.cy};
-    values.insert(values.end(), camera.coefficients.begin(), camera.coefficients.end());
-    return values;
-  }
-
   std::vector<CameraModel>& cameras_;
-  std::map<std::vector<double>, int> indices_;
+  std::map<CameraModel, int> indices_;
 };
 
 void AddOnce(const std::string& doubt, std::vector<std::string>& doubts) {

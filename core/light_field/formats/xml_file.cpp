@@ -54,17 +54,10 @@ std::string BytesOfXml(const fs::path& file) {
   std::error_code unknown;
   if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give an XML file", file.string());
   RequireRegularFile(file);
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream) throw Error("{}: cannot be read: {}", file.string(), std::strerror(errno));
-  const std::streamoff size = stream.tellg();
-  if (size < 0) throw Error("{}: cannot be read; give a file on a disk", file.string());
-  if (static_cast<std::uintmax_t>(size) > kMostXmlBytes)
+  if (const std::uintmax_t size = fs::file_size(file); size > kMostXmlBytes)
     throw Error("{}: has {} bytes; XML of up to {} is read: is it the right file?", file.string(), size,
                 kMostXmlBytes);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  stream.seekg(0);
-  if (!stream.read(bytes.data(), size)) throw Error("{}: cannot be read to its end", file.string());
-  return bytes;
+  return ReadWholeFile(file);
 }
 
 }  // namespace
@@ -84,13 +77,9 @@ std::optional<XmlElement> XmlElement::Find(const char* name) const {
 }
 
 std::optional<XmlElement> XmlElement::FindPath(const std::string& path) const {
-  std::optional<XmlElement> at = *this;
-  for (std::size_t begin = 0; at && begin <= path.size();) {
-    const std::size_t end = std::min(path.find('/', begin), path.size());
-    at = at->Find(path.substr(begin, end - begin).c_str());
-    begin = end + 1;
-  }
-  return at;
+  const pugi::xml_node found = NodeOf(node_).first_element_by_path(path.c_str());
+  if (!found) return std::nullopt;
+  return XmlElement(document_, found.internal_object());
 }
 
 XmlElement XmlElement::Child(const char* name) const {
