@@ -330,6 +330,16 @@ void FileBatch::Commit() {
   committed_ = true;
 }
 
+void FileBatch::Commit(const std::function<void()>& note) {
+  Commit();
+  try {
+    note();
+  } catch (...) {
+    TakeBack();
+    throw;
+  }
+}
+
 void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
   // A pipe or a device takes bytes; it must not be replaced by a file.
   std::error_code unknown;

@@ -48,6 +48,8 @@ class FileBatch {
   // Syncs all files, renames them and syncs their folders; the next Write() begins a new batch. Throws as
   // Write() does; then nothing of the batch is left, except files that have already replaced older ones.
   void Commit();
+  // Does the same, then calls `note`, which names the files in an index; takes them back if it throws.
+  void Commit(const std::function<void()>& note);
   // Removes the files, committed or not, for a caller that could not write the index that names them. Files
   // that have replaced older ones stay, because removing them would lose both.
   void TakeBack() { TakeBack(0); }

@@ -61,7 +61,7 @@ class LineStaysError : public Error {
 void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const int index = event.Integer("index"), there = static_cast<int>(light_field.cameras.size());
-  const JsonPlace camera{event.Raw("camera"), event.where + ", camera"};
+  const JsonPlace camera = event.Inside("camera");
   if (index > there)
     throw LineStaysError("{}: camera {} cannot be read without camera {}, which is missing", event.where,
                          index, there);
@@ -136,7 +136,7 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   std::vector<std::pair<View*, Rigid3>> poses;
   std::map<std::size_t, CorrectedLens> cameras;
-  const JsonPlace given{event.Raw("poses"), event.where + ", poses"};
+  const JsonPlace given = event.Inside("poses");
   for (const auto& [id, pose] : given.object.items())
     if (View* view = FindView(light_field, std::atoi(id.c_str())))
       poses.emplace_back(view, PoseFromJson(given, id.c_str()));
@@ -191,7 +191,7 @@ void ApplyMerged(const JsonPlace& event, LightField& light_field) {
 // Masks of missing views are ignored.
 void ApplyMasks(const JsonPlace& event, LightField& light_field) {
   std::vector<std::pair<View*, std::string>> paths;
-  const JsonPlace given{event.Raw("masks"), event.where + ", masks"};
+  const JsonPlace given = event.Inside("masks");
   for (const auto& [id, path] : given.object.items())
     if (View* view = FindView(light_field, std::atoi(id.c_str()))) {
       const std::string path = given.Text(id.c_str());
@@ -265,10 +265,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     ApplyChecked(event, contents);
   } else if (kind == "close") {
     light_field.capture_s = event.Number("capture_s", 0);
-    if (event.Has("reasons"))
-      light_field.reasons = ReasonsFromJson({event.Raw("reasons"), event.where + ", reasons"});
-    if (event.Has("measured"))
-      light_field.measured = MeasuredFromJson({event.Raw("measured"), event.where + ", measured"});
+    if (event.Has("reasons")) light_field.reasons = ReasonsFromJson(event.Inside("reasons"));
+    if (event.Has("measured")) light_field.measured = MeasuredFromJson(event.Inside("measured"));
   } else if (kind != "gap" && kind != "repaired") {
     throw LineStaysError("{}: unknown event '{}'; use a newer ulf", event.where, kind);
   }

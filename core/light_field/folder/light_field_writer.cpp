@@ -116,13 +116,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     }
     if (added[i].files.image) batch.Write(root / views[i].image_path, added[i].files.image->content);
   }
-  batch.Commit();
-  try {
-    state_->journal.AddViews(views);
-  } catch (...) {
-    batch.TakeBack();  // a photograph without its journal line is no view
-    throw;
-  }
+  batch.Commit([&] { state_->journal.AddViews(views); });
   state_->light_field.views.insert(state_->light_field.views.end(), views.begin(), views.end());
   return views;
 }
@@ -147,13 +141,7 @@ void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3
   FileBatch batch(FileBatch::Existing::kKeep);
   if (files.image) batch.Write(root / exposure.image_path, files.image->content);
   if (files.master) batch.Write(root / exposure.master_path, files.master->content);
-  batch.Commit();
-  try {
-    state_->journal.AddExposure(view_id, exposure);
-  } catch (...) {
-    batch.TakeBack();  // the caller can try again
-    throw;
-  }
+  batch.Commit([&] { state_->journal.AddExposure(view_id, exposure); });
   view->exposures.push_back(std::move(exposure));
 }
 
@@ -230,13 +218,7 @@ void LightFieldWriter::SetMasks(const std::map<int, cv::Mat>& masks) {
     if (!view.mask_path.empty()) replaced.push_back(view.mask_path);
   }
   if (paths.empty()) return;
-  batch.Commit();
-  try {
-    state_->journal.SetMasks(paths);
-  } catch (...) {
-    batch.TakeBack();
-    throw;
-  }
+  batch.Commit([&] { state_->journal.SetMasks(paths); });
   for (View& view : state_->light_field.views)
     if (const auto path = paths.find(view.id); path != paths.end()) view.mask_path = path->second;
   for (const std::string& path : replaced) {
@@ -301,13 +283,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& proble
     view.master_mosaic = files.master_mosaic;
     if (files.raw) view.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   }
-  batch.Commit();
-  try {
-    state_->journal.NoteUnposed(photograph);
-  } catch (...) {
-    batch.TakeBack();  // the caller can try again
-    throw;
-  }
+  batch.Commit([&] { state_->journal.NoteUnposed(photograph); });
   state_->light_field.unposed.push_back(std::move(photograph));
 }
 
@@ -327,13 +303,7 @@ void LightFieldWriter::AddUnposed(std::vector<View> photographs) {
     };
     copy("images", view.image_path);
     if (!view.master_path.empty()) copy("masters", view.master_path);
-    batch.Commit();
-    try {
-      state_->journal.AddViews({&view, 1});
-    } catch (...) {
-      batch.TakeBack();
-      throw;
-    }
+    batch.Commit([&] { state_->journal.AddViews({&view, 1}); });
     std::error_code refused;  // otherwise it remains in both places
     for (const fs::path& file : done) fs::remove(file, refused);
     std::erase_if(light_field.unposed, [&](const UnposedPhotograph& noted) {

@@ -63,22 +63,17 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
     throw NewerFormatError("{}: format version {} is newer than this program's {}; use a newer ulf",
                            ours.where, version, kFormatVersion);
   if (ours.Has("subject")) {
-    const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
+    const JsonPlace subject = ours.Inside("subject");
     light_field.subject = Subject{Vector3FromJson(subject, "center"), subject.Positive("radius")};
   }
   if (ours.Has("up")) light_field.up_in_world = Vector3FromJson(ours, "up").normalized();
-  if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
-  if (ours.Has("readout"))
-    light_field.readout = ReadoutFromJson({ours.Raw("readout"), ours.where + ", readout"});
-  if (ours.Has("turntable"))
-    light_field.turntable =
-        Turntable{JsonPlace{ours.Raw("turntable"), ours.where + ", turntable"}.Text("board", "")};
-  if (ours.Has("measured"))
-    light_field.measured = MeasuredFromJson({ours.Raw("measured"), ours.where + ", measured"});
+  if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson(ours.Inside("goal"));
+  if (ours.Has("readout")) light_field.readout = ReadoutFromJson(ours.Inside("readout"));
+  if (ours.Has("turntable")) light_field.turntable = Turntable{ours.Inside("turntable").Text("board", "")};
+  if (ours.Has("measured")) light_field.measured = MeasuredFromJson(ours.Inside("measured"));
   ReadCaptureJson(ours, light_field);
   light_field.capture_s = ours.Number("capture_s", 0);
-  if (ours.Has("reasons"))
-    light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
+  if (ours.Has("reasons")) light_field.reasons = ReasonsFromJson(ours.Inside("reasons"));
 }
 
 template <std::size_t N>
@@ -262,7 +257,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (files.may_be_resized) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
     view.camera = cameras.IndexOf(camera);
     if (frame.Has("ulf")) {
-      const JsonPlace ours{frame.Raw("ulf"), frame.where + ", ulf"};
+      const JsonPlace ours = frame.Inside("ulf");
       ReadOurView(files, ours, view);
       NoteCalibrationSource(ours, view.camera, light_field);
     }

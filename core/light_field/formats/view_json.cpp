@@ -108,7 +108,7 @@ void ReadViewJson(const JsonPlace& place, View& view) {
   if (place.Has("exposures"))
     for (const nlohmann::json& exposure : place.Raw("exposures"))
       view.exposures.push_back(ExposureFromJson({exposure, place.where + ", exposures"}));
-  if (place.Has("merged")) view.merged = MergedFromJson({place.Raw("merged"), place.where + ", merged"});
+  if (place.Has("merged")) view.merged = MergedFromJson(place.Inside("merged"));
 }
 
 void ReadPhotographJson(const JsonPlace& place, View& view) {
@@ -185,8 +185,7 @@ void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
   light_field.device_serial = place.Text("device_serial", "");
   light_field.device_maker = place.Text("device_maker", "");
   light_field.device_model = place.Text("device_model", "");
-  if (place.Has("sensor"))
-    light_field.window = WindowFromJson({place.Raw("sensor"), place.where + ", sensor"});
+  if (place.Has("sensor")) light_field.window = WindowFromJson(place.Inside("sensor"));
   light_field.units = place.Text("units", "arbitrary");
   if (place.Has("threshold_px")) light_field.threshold_px = place.Number("threshold_px");
   light_field.coverage_width_px = place.Integer("coverage_width_px", 640);
