@@ -19,23 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct CloseInput {
-  void operator()(AVFormatContext* input) const { Ffmpeg().avformat_close_input(&input); }
-};
-struct FreeCodec {
-  void operator()(AVCodecContext* codec) const { Ffmpeg().avcodec_free_context(&codec); }
-};
-struct FreeScaler {
-  void operator()(SwsContext* scaler) const { Ffmpeg().sws_freeContext(scaler); }
-};
-using Input = std::unique_ptr<AVFormatContext, CloseInput>;
-using Codec = std::unique_ptr<AVCodecContext, FreeCodec>;
-using Scaler = std::unique_ptr<SwsContext, FreeScaler>;
-
 constexpr const char* kNameAnother = "; name a video, a folder of photographs or a light field";
 
 // No file may make this process read others: a playlist may name addresses.
-Input Open(const fs::path& file) {
+FfmpegOwned<AVFormatContext> Open(const fs::path& file) {
   RouteFfmpegLog();
   AVDictionary* options = nullptr;
   Ffmpeg().av_dict_set(&options, "protocol_whitelist", "file", 0);
@@ -49,7 +36,7 @@ Input Open(const fs::path& file) {
                 missing.empty() ? FfmpegErrorText(status) + kNameAnother
                                 : missing + "; copy it again from its source");
   }
-  return Input(opened);
+  return FfmpegOwned<AVFormatContext>(opened);
 }
 
 // To FFmpeg one photograph is a stream of one picture.
@@ -179,13 +166,6 @@ struct VideoReader::State {
     TellFacts();
     has_first = true;
   }
-  ~State() {
-    Ffmpeg().av_packet_free(&packet);
-    Ffmpeg().av_frame_free(&frame);
-  }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-
   const AVStream& Stream() const { return *input->streams[index]; }
 
   // Its profile 5 stores pictures in its own colours, and only this tag says so.
@@ -222,7 +202,7 @@ struct VideoReader::State {
   // Decodes the next picture into `frame`; returns false at the end.
   bool Decode() {
     while (true) {
-      const int status = Ffmpeg().avcodec_receive_frame(codec.get(), frame);
+      const int status = Ffmpeg().avcodec_receive_frame(codec.get(), frame.get());
       if (status == 0) {
         if (frame->decode_error_flags == 0 && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0) return true;
         ++damaged;
@@ -241,7 +221,7 @@ struct VideoReader::State {
   bool Feed() {
     if (drains) return false;
     while (true) {
-      const int status = Ffmpeg().av_read_frame(input.get(), packet);
+      const int status = Ffmpeg().av_read_frame(input.get(), packet.get());
       if (status < 0) {
         if (status != AVERROR_EOF) problem = FfmpegErrorText(status);
         drains = true;
@@ -252,9 +232,9 @@ struct VideoReader::State {
       int sent = 0;
       if (is_ours) {
         if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0) problem = "a part of it is missing";
-        sent = Ffmpeg().avcodec_send_packet(codec.get(), packet);
+        sent = Ffmpeg().avcodec_send_packet(codec.get(), packet.get());
       }
-      Ffmpeg().av_packet_unref(packet);
+      Ffmpeg().av_packet_unref(packet.get());
       if (!is_ours) continue;
       if (sent < 0 && sent != AVERROR(EAGAIN)) ++damaged;
       return true;
@@ -264,7 +244,7 @@ struct VideoReader::State {
   // Returns data of the stream, or of its pictures; null if there are none of this kind.
   template <typename Facts>
   const Facts* SideData(AVPacketSideDataType of_stream, AVFrameSideDataType of_picture) const {
-    if (const AVFrameSideData* data = Ffmpeg().av_frame_get_side_data(frame, of_picture))
+    if (const AVFrameSideData* data = Ffmpeg().av_frame_get_side_data(frame.get(), of_picture))
       return reinterpret_cast<const Facts*>(data->data);
     return reinterpret_cast<const Facts*>(Ffmpeg().av_stream_get_side_data(&Stream(), of_stream, nullptr));
   }
@@ -294,7 +274,7 @@ struct VideoReader::State {
     facts.frame_rate = Ratio(Ffmpeg().av_guess_frame_rate(input.get(), input->streams[index], nullptr));
     facts.frames = Stream().nb_frames > 0 ? static_cast<double>(Stream().nb_frames) : LengthByDuration();
     facts.pixel_aspect =
-        Ratio(Ffmpeg().av_guess_sample_aspect_ratio(input.get(), input->streams[index], frame));
+        Ratio(Ffmpeg().av_guess_sample_aspect_ratio(input.get(), input->streams[index], frame.get()));
     if (facts.pixel_aspect == 0) facts.pixel_aspect = 1;
     TellTurn();
     facts.width = turn.transposes ? stored.height : stored.width;
@@ -455,12 +435,12 @@ struct VideoReader::State {
   }
 
   std::string name;
-  Input input;
-  Codec codec;
-  Scaler scaler;
+  FfmpegOwned<AVFormatContext> input;
+  FfmpegOwned<AVCodecContext> codec;
+  FfmpegOwned<SwsContext> scaler;
   std::string missing_end;
-  AVPacket* packet;
-  AVFrame* frame;
+  FfmpegOwned<AVPacket> packet;
+  FfmpegOwned<AVFrame> frame;
   int index = -1;
   cv::Size stored;
   Turn turn;

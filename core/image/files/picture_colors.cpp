@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
+#include <string>
 
 #include "core/image/files/exif.h"
 #include "core/image/image.h"
@@ -201,20 +203,13 @@ std::string NameOf(const Profile& profile) {
 }
 
 std::string SpaceName(cmsColorSpaceSignature space) {
-  switch (space) {
-    case cmsSigCmykData:
-      return "CMYK";
-    case cmsSigLabData:
-      return "Lab";
-    case cmsSigXYZData:
-      return "XYZ";
-    case cmsSigRgbData:
-      return "RGB";
-    case cmsSigGrayData:
-      return "grey";
-    default:
-      return "another space";
-  }
+  static const std::map<cmsColorSpaceSignature, std::string> kNames = {{cmsSigCmykData, "CMYK"},
+                                                                       {cmsSigLabData, "Lab"},
+                                                                       {cmsSigXYZData, "XYZ"},
+                                                                       {cmsSigRgbData, "RGB"},
+                                                                       {cmsSigGrayData, "grey"}};
+  const auto name = kNames.find(space);
+  return name == kNames.end() ? "another space" : name->second;
 }
 
 Profile OpenProfile(const std::string& icc) {

@@ -20,17 +20,6 @@
 namespace ulf {
 namespace {
 
-struct FreePictureCodec {
-  void operator()(AVCodecContext* codec) const { Ffmpeg().avcodec_free_context(&codec); }
-};
-struct FreePacket {
-  void operator()(AVPacket* packet) const { Ffmpeg().av_packet_free(&packet); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* frame) const { Ffmpeg().av_frame_free(&frame); }
-};
-using PictureFrame = std::unique_ptr<AVFrame, FreeFrame>;
-
 // A header has its numbers within this many bytes.
 constexpr std::size_t kMostOfHead = 64 << 10;
 
@@ -42,16 +31,16 @@ constexpr std::size_t kMostOfHead = 64 << 10;
 }
 
 // Decodes a picture of a size that fits (ClaimedSize): the library may read a header another way.
-PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
+FfmpegOwned<AVFrame> DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
   std::istringstream stream{std::string(bytes.substr(0, kMostOfHead))};
   const auto claimed = ClaimedSize(stream);
   if (!claimed) RefuseDamagedPicture(name, "its header");
   RouteFfmpegLog();
   const AVCodec* decoder = Ffmpeg().avcodec_find_decoder(kind);
   if (!decoder) throw Error("{}: FFmpeg has no decoder for this kind of picture; convert it to PNG", name);
-  const std::unique_ptr<AVCodecContext, FreePictureCodec> codec(Ffmpeg().avcodec_alloc_context3(decoder));
-  const std::unique_ptr<AVPacket, FreePacket> packet(Ffmpeg().av_packet_alloc());
-  PictureFrame frame(Ffmpeg().av_frame_alloc());
+  const FfmpegOwned<AVCodecContext> codec(Ffmpeg().avcodec_alloc_context3(decoder));
+  const FfmpegOwned<AVPacket> packet(Ffmpeg().av_packet_alloc());
+  FfmpegOwned<AVFrame> frame(Ffmpeg().av_frame_alloc());
   codec->thread_count = 1;
   constexpr double kAligned = 64;  // alignment of the library's rows
   codec->max_pixels = static_cast<std::int64_t>((claimed->width + kAligned) * claimed->height);
@@ -98,15 +87,14 @@ cv::Mat Scaled(const AVFrame& frame, const std::string& name) {
   const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
   if (!layout || layout->comp[0].depth > kByte)
     throw Error("{}: its layout of pixels is not read; convert it to PNG or TIFF", name);
-  SwsContext* scaler = Ffmpeg().sws_getContext(
+  const FfmpegOwned<SwsContext> scaler(Ffmpeg().sws_getContext(
       frame.width, frame.height, static_cast<AVPixelFormat>(frame.format), frame.width, frame.height,
-      AV_PIX_FMT_BGR24, SWS_POINT, nullptr, nullptr, nullptr);
+      AV_PIX_FMT_BGR24, SWS_POINT, nullptr, nullptr, nullptr));
   if (!scaler) RefuseDamagedPicture(name, "its layout is not known");
   cv::Mat bgr(frame.height, frame.width, CV_8UC3);
   std::uint8_t* const to[1] = {bgr.data};
   const int line_bytes[1] = {static_cast<int>(bgr.step)};
-  Ffmpeg().sws_scale(scaler, frame.data, frame.linesize, 0, frame.height, to, line_bytes);
-  Ffmpeg().sws_freeContext(scaler);
+  Ffmpeg().sws_scale(scaler.get(), frame.data, frame.linesize, 0, frame.height, to, line_bytes);
   return bgr;
 }
 

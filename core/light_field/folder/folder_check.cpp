@@ -5,6 +5,7 @@
 #include <fstream>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <ranges>
 #include <set>
 
 #include "core/base/counted.h"
@@ -53,9 +54,8 @@ Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& 
 }
 
 std::set<int> Ids(const std::map<int, View>& views) {
-  std::set<int> ids;
-  for (const auto& [id, view] : views) ids.insert(id);
-  return ids;
+  const auto ids = views | std::views::keys;
+  return {ids.begin(), ids.end()};
 }
 
 // Adds the differences between `views` and the journal.
