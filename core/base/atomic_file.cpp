@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <map>
@@ -411,6 +410,13 @@ void RequireRegularFile(const fs::path& path) {
                 unknown ? unknown.message() : std::string(std::strerror(ENOENT)));
   throw Error("{}: is {} and no regular file; put a regular file in its place", path.string(),
               KindOf(status));
+}
+
+std::ifstream OpenRegularFile(const fs::path& path) {
+  RequireRegularFile(path);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno));
+  return file;
 }
 
 std::string ReadWholeFile(const fs::path& path) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <span>
 #include <string>
@@ -101,6 +102,9 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder);
 // Throws Error unless `path` leads to a regular file: opening a pipe would wait for ever, and reading a
 // device would never end.
 void RequireRegularFile(const std::filesystem::path& path);
+
+// Opens a regular file. Throws Error if it is missing, is not regular, or cannot be read.
+std::ifstream OpenRegularFile(const std::filesystem::path& path);
 
 // Returns the bytes of a regular file. Throws Error if it is missing, is not regular, or is larger than the
 // memory that is left.

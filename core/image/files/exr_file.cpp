@@ -301,6 +301,17 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   return picture;
 }
 
+// Runs `read` on a file with a sound header; what the library throws becomes an Error.
+template <typename Read>
+auto WithExr(const std::string& path, const Read& read) {
+  try {
+    RequireExrHeader(path);
+    return read();
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
 }  // namespace
 
 cv::Mat HalfFromFloat(const cv::Mat& pixels) {
@@ -343,31 +354,24 @@ std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression com
 }
 
 StoredPicture ReadExrPicture(const std::string& path) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&] {
     Imf::MultiPartInputFile file(path.c_str());
     return ReadColours(file, path);
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 bool HasExrAlpha(const std::string& path) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&] {
     Imf::MultiPartInputFile file(path.c_str());
     StoredPicture unused;
     return PlaceOfPicture(file, path, unused).channels.has_alpha;
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 cv::Mat ReadExr(const std::string& path) { return ReadExrPicture(path).pixels; }
 
 cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&]() -> cv::Mat {
     Imf::InputFile file(path.c_str());
     if (!file.header().channels().findChannel(name)) return {};
     const Imath::Box2i data = file.header().dataWindow();
@@ -381,33 +385,25 @@ cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
     file.setFrameBuffer(buffer);
     file.readPixels(data.min.y, data.max.y);
     return stored;
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 ExrColors ExrColorsOf(const std::string& path) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&]() -> ExrColors {
     const Imf::InputFile file(path.c_str());
     if (!Imf::hasChromaticities(file.header())) return std::nullopt;
     const Imf::Chromaticities& told = Imf::chromaticities(file.header());
     return std::array{told.red.x,  told.red.y,  told.green.x, told.green.y,
                       told.blue.x, told.blue.y, told.white.x, told.white.y};
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 std::string ExrAttribute(const std::string& path, const std::string& name) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&]() -> std::string {
     const Imf::InputFile file(path.c_str());
     const auto* text = file.header().findTypedAttribute<Imf::StringAttribute>(name);
     return text ? text->value() : "";
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 }  // namespace ulf

@@ -32,9 +32,7 @@ class BundleWords {
   explicit BundleWords(const fs::path& file) : name_(file.string()) {
     std::error_code unknown;
     if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give the bundle file in it", name_);
-    RequireRegularFile(file);
-    stream_.open(file, std::ios::binary);
-    if (!stream_) throw Error("{}: cannot be read: {}", name_, std::strerror(errno));
+    stream_ = OpenRegularFile(file);
     for (int c = Take(); c != '\n' && c != kEnd; c = Take())
       if (word_.size() < kMostInWord) word_ += static_cast<char>(c);
     if (!word_.starts_with(kBundleTitle))
@@ -177,9 +175,7 @@ fs::path FindBundleList(const fs::path& bundle_out) {
 
 BundleList ReadBundleList(const fs::path& bundle_out) {
   BundleList list{FindBundleList(bundle_out), {}};
-  RequireRegularFile(list.file);
-  std::ifstream stream(list.file);
-  if (!stream) throw Error("{}: cannot be read: {}", list.file.string(), std::strerror(errno));
+  std::ifstream stream = OpenRegularFile(list.file);
   for (std::string row; std::getline(stream, row);)
     if (row.find_first_not_of(" \t\r") != std::string::npos) list.names.push_back(NameOfBundleRow(row));
   return list;

@@ -37,9 +37,7 @@ struct ListedPhotograph {
 
 // Returns them in order of time.
 std::vector<ListedPhotograph> ReadTumList(const fs::path& file) {
-  RequireRegularFile(file);
-  std::ifstream stream(file);
-  if (!stream) throw Error("{}: cannot be read: {}", file.string(), std::strerror(errno));
+  std::ifstream stream = OpenRegularFile(file);
   std::vector<ListedPhotograph> photographs;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {

@@ -119,9 +119,7 @@ class Document {
 
  private:
   json Parse(const std::function<void(json&&, std::size_t)>& use) const {
-    RequireRegularFile(file_);
-    std::ifstream stream(file_, std::ios::binary);
-    if (!stream) throw Error("{}: cannot be read: {}", file_.string(), std::strerror(errno));
+    std::ifstream stream = OpenRegularFile(file_);
     std::size_t count = 0;
     bool in_frames = false;
     const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
