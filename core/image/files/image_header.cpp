@@ -202,17 +202,17 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 32;
 
-double NumberIn(std::string_view head, std::size_t at, std::size_t bytes) {
+double HeadNumber(std::string_view head, std::size_t at, std::size_t bytes) {
   return static_cast<double>(LittleEndian(head.substr(at, bytes)));
 }
 double Signed32(std::string_view head, std::size_t at) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(NumberIn(head, at, 4)));
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(HeadNumber(head, at, 4)));
 }
 
 // The length of the second header tells OS/2's from Windows'; a negative height counts from the top.
 cv::Size2d OfBmp(std::string_view head) {
   constexpr double kOs2HeaderBytes = 12;
-  if (NumberIn(head, 14, 4) == kOs2HeaderBytes) return {NumberIn(head, 18, 2), NumberIn(head, 20, 2)};
+  if (HeadNumber(head, 14, 4) == kOs2HeaderBytes) return {HeadNumber(head, 18, 2), HeadNumber(head, 20, 2)};
   return {Signed32(head, 18), std::abs(Signed32(head, 22))};
 }
 
@@ -222,15 +222,15 @@ std::optional<cv::Size2d> OfWebp(std::string_view head) {
   constexpr std::uint32_t kFourteenBits = 0x3FFF;
   if (kind == "VP8 ") {
     const auto side = [&](std::size_t at) {
-      return static_cast<double>(static_cast<std::uint32_t>(NumberIn(head, at, 2)) & kFourteenBits);
+      return static_cast<double>(static_cast<std::uint32_t>(HeadNumber(head, at, 2)) & kFourteenBits);
     };
     return cv::Size2d(side(26), side(28));
   }
   if (kind == "VP8L") {
-    const auto sides = static_cast<std::uint32_t>(NumberIn(head, 21, 4));
+    const auto sides = static_cast<std::uint32_t>(HeadNumber(head, 21, 4));
     return cv::Size2d((sides & kFourteenBits) + 1, (sides >> 14 & kFourteenBits) + 1);
   }
-  if (kind == "VP8X") return cv::Size2d(NumberIn(head, 24, 3) + 1, NumberIn(head, 27, 3) + 1);
+  if (kind == "VP8X") return cv::Size2d(HeadNumber(head, 24, 3) + 1, HeadNumber(head, 27, 3) + 1);
   return std::nullopt;
 }
 
