@@ -131,6 +131,14 @@ void ParseWords(const std::vector<std::string>& words, const std::string& text, 
   }
 }
 
+// Returns the length of so many squares, or markers with the gaps between them, and around them if there are
+// squares in the gaps.
+double LengthOf(const Board& board, int count) {
+  if (!board.IsMarkerGrid()) return count * board.square_mm;
+  const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;
+  return count * board.marker_mm + gaps * board.gap_mm;
+}
+
 }  // namespace
 
 int DictionaryNumber(const std::string& name) {
@@ -232,18 +240,6 @@ std::string Board::Text() const {
   if (first_marker != 0) text += fmt::format(":first={}", first_marker);
   return text;
 }
-
-namespace {
-
-// Returns the length of so many squares, or markers with the gaps between them, and around them if there are
-// squares in the gaps.
-double LengthOf(const Board& board, int count) {
-  if (!board.IsMarkerGrid()) return count * board.square_mm;
-  const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;
-  return count * board.marker_mm + gaps * board.gap_mm;
-}
-
-}  // namespace
 
 double Board::WidthMm() const { return LengthOf(*this, columns); }
 

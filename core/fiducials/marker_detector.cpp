@@ -25,24 +25,6 @@ cv::Ptr<cv::aruco::DetectorParameters> Parameters(const cv::Size& size) {
   return parameters;
 }
 
-}  // namespace
-
-std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray) {
-  std::vector<std::vector<cv::Point2f>> corners;
-  std::vector<int> ids;
-  const auto known = ArucoDictionary(DictionaryNumber(dictionary));
-  cv::aruco::detectMarkers(gray, known, corners, ids, Parameters(gray.size()));
-  std::vector<std::pair<int, MarkerImage>> found;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    MarkerImage img;  // OpenCV's pixel centres are integers
-    for (std::size_t k = 0; k < 4; ++k) img[k] = {corners[i][k].x + 0.5, corners[i][k].y + 0.5};
-    found.emplace_back(ids[i], RefinedBySides(gray, img, known->markerSize + 2));
-  }
-  return found;
-}
-
-namespace {
-
 using Eigen::Vector2d;
 
 // Interpolates linear light between pixel centres; none outside. Blur mixes light: display values would move
@@ -135,33 +117,6 @@ std::optional<Vector2d> Meet(const Line& a, const Line& b) {
   return a.point + shares[0] * a.along;
 }
 
-}  // namespace
-
-MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells) {
-  MarkerImage refined = corners;
-  constexpr int kRounds = 2;  // profiles of the second round are centred on the lines of the first
-  for (int round = 0; round < kRounds; ++round) {
-    const MarkerImage from = refined;
-    const Vector2d middle = 0.25 * (from[0] + from[1] + from[2] + from[3]);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vector2d &corner = from[k], &next = from[(k + 1) % 4], &last = from[(k + 3) % 4];
-      const auto reach = [&](const Vector2d& across) {
-        return std::clamp(0.75 * (across - corner).norm() / cells, 1.25, 4.0);
-      };
-      // A side's profile runs across it, as far as a cell of the other side is wide.
-      const auto first = FitSide(gray, corner, next, middle, reach(last)),
-                 second = FitSide(gray, corner, last, middle, reach(next));
-      if (!first || !second) continue;
-      const auto met = Meet(*first, *second);
-      constexpr double kFar = 3;  // px; a corner that moves farther is another one; guessed
-      if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
-    }
-  }
-  return refined;
-}
-
-namespace {
-
 using Eigen::Vector2d;
 
 // Moves each side outwards by `px` pixels.
@@ -227,6 +182,43 @@ cv::Mat CellsOf(const MarkerImage& quad, const cv::Mat& gray, int cells) {
 }
 
 }  // namespace
+
+std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray) {
+  std::vector<std::vector<cv::Point2f>> corners;
+  std::vector<int> ids;
+  const auto known = ArucoDictionary(DictionaryNumber(dictionary));
+  cv::aruco::detectMarkers(gray, known, corners, ids, Parameters(gray.size()));
+  std::vector<std::pair<int, MarkerImage>> found;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    MarkerImage img;  // OpenCV's pixel centres are integers
+    for (std::size_t k = 0; k < 4; ++k) img[k] = {corners[i][k].x + 0.5, corners[i][k].y + 0.5};
+    found.emplace_back(ids[i], RefinedBySides(gray, img, known->markerSize + 2));
+  }
+  return found;
+}
+
+MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells) {
+  MarkerImage refined = corners;
+  constexpr int kRounds = 2;  // profiles of the second round are centred on the lines of the first
+  for (int round = 0; round < kRounds; ++round) {
+    const MarkerImage from = refined;
+    const Vector2d middle = 0.25 * (from[0] + from[1] + from[2] + from[3]);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vector2d &corner = from[k], &next = from[(k + 1) % 4], &last = from[(k + 3) % 4];
+      const auto reach = [&](const Vector2d& across) {
+        return std::clamp(0.75 * (across - corner).norm() / cells, 1.25, 4.0);
+      };
+      // A side's profile runs across it, as far as a cell of the other side is wide.
+      const auto first = FitSide(gray, corner, next, middle, reach(last)),
+                 second = FitSide(gray, corner, last, middle, reach(next));
+      if (!first || !second) continue;
+      const auto met = Meet(*first, *second);
+      constexpr double kFar = 3;  // px; a corner that moves farther is another one; guessed
+      if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
+    }
+  }
+  return refined;
+}
 
 std::vector<MarkerImage> DarkQuads(const cv::Mat& gray) {
   std::vector<MarkerImage> quads;

@@ -158,48 +158,6 @@ class Tiff {
   std::optional<std::int64_t> next_;  // the next directory in the chain
 };
 
-}  // namespace
-
-std::string ImageHeader::Text() const {
-  return fmt::format("{} {}x{}, {} {} of {} bits{}{}", kind, width, height, channels,
-                     channels == 1 ? "channel" : "channels", bits, is_float ? " in floating point" : "",
-                     alpha ? ", with alpha" : "");
-}
-
-std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
-  const std::string signature = BytesAt(file, 0, 8);
-  if (signature.size() < 8) return std::nullopt;
-  if (signature == "\x89PNG\r\n\x1A\n") return ReadPngHeader(file);
-  if (signature.starts_with("\xFF\xD8")) return ReadJpegHeader(file);
-  for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
-                                      std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
-    if (signature.starts_with(tiff)) return Tiff(file, signature).Read();
-  return std::nullopt;
-}
-
-std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
-  if (IsRawFile(path)) return std::nullopt;  // many are TIFF, with a small picture first
-  if (std::error_code unknown; !std::filesystem::is_regular_file(path, unknown)) return std::nullopt;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  return ReadImageHeader(file);
-}
-
-void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
-                         double bytes_of_pixel) {
-  constexpr double kAlwaysBytes = 256e6;
-  // Deflate compresses at most 1032 to 1, and halves become floats.
-  constexpr double kMostOfFile = 2100;
-  const double bytes = pixels * bytes_of_pixel;
-  if (bytes > std::max(kAlwaysBytes, kMostOfFile * static_cast<double>(file_bytes)))
-    throw Error(
-        "{}: says that it holds {:.0f} million pixels, which do not fit into {} bytes; it is damaged: "
-        "copy it again from its source",
-        path, 1e-6 * pixels, file_bytes);
-}
-
-namespace {
-
 constexpr std::size_t kHeadBytes = 32;
 
 double HeadNumber(std::string_view head, std::size_t at, std::size_t bytes) {
@@ -274,6 +232,44 @@ std::optional<cv::Size2d> OfRadiance(std::istream& file) {
 }
 
 }  // namespace
+
+std::string ImageHeader::Text() const {
+  return fmt::format("{} {}x{}, {} {} of {} bits{}{}", kind, width, height, channels,
+                     channels == 1 ? "channel" : "channels", bits, is_float ? " in floating point" : "",
+                     alpha ? ", with alpha" : "");
+}
+
+std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
+  const std::string signature = BytesAt(file, 0, 8);
+  if (signature.size() < 8) return std::nullopt;
+  if (signature == "\x89PNG\r\n\x1A\n") return ReadPngHeader(file);
+  if (signature.starts_with("\xFF\xD8")) return ReadJpegHeader(file);
+  for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
+                                      std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
+    if (signature.starts_with(tiff)) return Tiff(file, signature).Read();
+  return std::nullopt;
+}
+
+std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
+  if (IsRawFile(path)) return std::nullopt;  // many are TIFF, with a small picture first
+  if (std::error_code unknown; !std::filesystem::is_regular_file(path, unknown)) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  return ReadImageHeader(file);
+}
+
+void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
+                         double bytes_of_pixel) {
+  constexpr double kAlwaysBytes = 256e6;
+  // Deflate compresses at most 1032 to 1, and halves become floats.
+  constexpr double kMostOfFile = 2100;
+  const double bytes = pixels * bytes_of_pixel;
+  if (bytes > std::max(kAlwaysBytes, kMostOfFile * static_cast<double>(file_bytes)))
+    throw Error(
+        "{}: says that it holds {:.0f} million pixels, which do not fit into {} bytes; it is damaged: "
+        "copy it again from its source",
+        path, 1e-6 * pixels, file_bytes);
+}
 
 std::optional<cv::Size2d> ClaimedSize(std::istream& file) {
   std::string head = BytesAt(file, 0, kHeadBytes);

@@ -337,19 +337,6 @@ void NameMissingViews(JournalContents& contents) {
   }
 }
 
-}  // namespace
-
-std::string DamagedLine::Words() const {
-  const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };
-  std::string words = reason + (lines == 1 ? "; the line is left out" : "; these lines are left out");
-  if (!views.empty()) words += fmt::format("; {} {} in doubt", ViewNumbers(views), are(views));
-  if (!poses.empty())
-    words += fmt::format("; it may have corrected poses: {} {} in doubt", ViewNumbers(poses), are(poses));
-  return words;
-}
-
-namespace {
-
 // Notes the view of a kept line: its number is taken, and the view is in doubt.
 void NoteStayingView(const json& object, JournalContents& contents) {
   ++contents.staying_lines;
@@ -433,6 +420,15 @@ JournalContents Read(const fs::path& file, const LightField* header) {
 }
 
 }  // namespace
+
+std::string DamagedLine::Words() const {
+  const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };
+  std::string words = reason + (lines == 1 ? "; the line is left out" : "; these lines are left out");
+  if (!views.empty()) words += fmt::format("; {} {} in doubt", ViewNumbers(views), are(views));
+  if (!poses.empty())
+    words += fmt::format("; it may have corrected poses: {} {} in doubt", ViewNumbers(poses), are(poses));
+  return words;
+}
 
 JournalContents ReadJournal(const fs::path& file) { return Read(file, nullptr); }
 

@@ -327,6 +327,18 @@ json OurKeys(const LightField& light_field) {
   return ours;
 }
 
+LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
+  const Document document(file);
+  LightField light_field = ReadFrames(document, file, files);
+  const JsonPlace top{document.top(), file.string()};
+  ReadPointsOf(top, files.root, light_field);
+  if (StampFrom(top) && !fs::exists(files.root / kJournalFile))
+    light_field.doubts.push_back(fmt::format(
+        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
+        files.root.string(), file.filename().string(), ShellWord(files.root.string())));
+  return light_field;
+}
+
 }  // namespace
 
 void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key) {
@@ -347,22 +359,6 @@ Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& w
   RequireRotation(world_from_cam, where, key);
   return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
 }
-
-namespace {
-
-LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
-  const Document document(file);
-  LightField light_field = ReadFrames(document, file, files);
-  const JsonPlace top{document.top(), file.string()};
-  ReadPointsOf(top, files.root, light_field);
-  if (StampFrom(top) && !fs::exists(files.root / kJournalFile))
-    light_field.doubts.push_back(fmt::format(
-        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
-        files.root.string(), file.filename().string(), ShellWord(files.root.string())));
-  return light_field;
-}
-
-}  // namespace
 
 LightField ReadTransformsJson(const fs::path& file) { return ReadDocument(file, {.root = FolderOf(file)}); }
 

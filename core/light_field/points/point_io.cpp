@@ -32,6 +32,95 @@ std::uint64_t MeasuredUnder(const LightField& light_field, const View& view) {
   return digest.Value();
 }
 
+// Identifies a file that ulf wrote for a light field, against edited ones and other light fields' files.
+std::string OwnComment(std::string_view body, const std::string& light_field) {
+  return fmt::format("written by ulf, checksum of the vertices {}{}", ChecksumText(FastChecksumOf(body)),
+                     light_field.empty() ? "" : ", of the light field " + light_field);
+}
+
+constexpr std::string_view kEndOfHeader = "end_header\n";
+
+std::string Header(std::size_t count, std::string_view body, const std::string& light_field) {
+  return fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\nproperty float x\n"
+      "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar "
+      "blue\n{}",
+      OwnComment(body, light_field), count, kEndOfHeader);
+}
+
+std::string_view BodyOf(std::string_view ply) {
+  const std::size_t end = ply.find(kEndOfHeader);
+  return end == std::string_view::npos ? std::string_view() : ply.substr(end + kEndOfHeader.size());
+}
+
+// Colours may be bytes, 16 bits or fractions of 1.
+std::uint8_t Byte(ply::Number type, double value) {
+  const bool fraction = type == ply::Number::kFloat || type == ply::Number::kDouble;
+  const double scale = fraction ? 255 : type == ply::Number::kUint16 ? 1 / 257.0 : 1;
+  return static_cast<std::uint8_t>(std::lround(std::clamp(value * scale, 0.0, 255.0)));
+}
+
+void Take(const ply::Property& property, ply::Body& body, ScenePoint& point) {
+  static constexpr std::array<std::array<std::string_view, 2>, 3> kColors{
+      {{"red", "r"}, {"green", "g"}, {"blue", "b"}}};
+  static constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+  const double count = body.Count(property);
+  for (double k = 0; k < count; ++k) {
+    const double value = body.Next(property.type);
+    if (property.count_type) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (property.name == kAxes[i]) point.position_in_world[static_cast<Eigen::Index>(i)] = value;
+      if ((property.name == kColors[i][0] || property.name == kColors[i][1]) && std::isfinite(value))
+        point.rgb[i] = Byte(property.type, value);
+    }
+  }
+}
+
+// Returns whether the vertices of two such files are the same, whatever their headers say.
+bool HoldsSamePoints(std::string_view ply, std::string_view other) { return BodyOf(ply) == BodyOf(other); }
+
+// Returns whether ulf wrote the file for this light field and nobody changed it since, by mark and checksum
+// in its header.
+bool IsOwnPointPly(std::string_view ply, const std::string& light_field) {
+  const std::string_view header = ply.substr(0, ply.size() - BodyOf(ply).size());
+  return header.find("comment " + OwnComment(BodyOf(ply), light_field) + "\n") != std::string_view::npos;
+}
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPointFile = "points.ulf";
+constexpr const char* kPointPly = "points.ply";
+
+StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
+  try {
+    return PointsFromBytes(ReadWholeFile(file), light_field);
+  } catch (const Error& error) {
+    return {error.what(), {}, {}};
+  }
+}
+
+// Identifies light fields by the beginning of their journals: the device, the first view and its times.
+std::string LightFieldMark(const fs::path& root) {
+  std::ifstream journal(root / kJournalFile);
+  std::string begin;
+  for (std::string line; std::getline(journal, line);) {
+    begin += line;
+    if (line.find("\"event\":\"view\"") != std::string::npos) break;
+  }
+  return ChecksumText(FastChecksumOf(begin));
+}
+
+// Returns whether another program, a person, or ulf for another light field wrote the file. A file of this
+// light field that is only older, because a kill came between the two files, is ours: the next writer makes
+// it again.
+bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(ply, unknown)) return false;
+  const std::string bytes = ReadWholeFile(ply);
+  return !HoldsSamePoints(bytes, PointPlyBytes(points)) &&
+         !IsOwnPointPly(bytes, LightFieldMark(FolderOf(ply)));
+}
+
 }  // namespace
 
 std::string PointFileBytes(const LightField& light_field) {
@@ -103,64 +192,6 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
   return in.IsShort() || !in.AtEnd() ? inconsistent : stored;
 }
 
-namespace {
-
-// Identifies a file that ulf wrote for a light field, against edited ones and other light fields' files.
-std::string OwnComment(std::string_view body, const std::string& light_field) {
-  return fmt::format("written by ulf, checksum of the vertices {}{}", ChecksumText(FastChecksumOf(body)),
-                     light_field.empty() ? "" : ", of the light field " + light_field);
-}
-
-constexpr std::string_view kEndOfHeader = "end_header\n";
-
-std::string Header(std::size_t count, std::string_view body, const std::string& light_field) {
-  return fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\nproperty float x\n"
-      "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar "
-      "blue\n{}",
-      OwnComment(body, light_field), count, kEndOfHeader);
-}
-
-std::string_view BodyOf(std::string_view ply) {
-  const std::size_t end = ply.find(kEndOfHeader);
-  return end == std::string_view::npos ? std::string_view() : ply.substr(end + kEndOfHeader.size());
-}
-
-// Colours may be bytes, 16 bits or fractions of 1.
-std::uint8_t Byte(ply::Number type, double value) {
-  const bool fraction = type == ply::Number::kFloat || type == ply::Number::kDouble;
-  const double scale = fraction ? 255 : type == ply::Number::kUint16 ? 1 / 257.0 : 1;
-  return static_cast<std::uint8_t>(std::lround(std::clamp(value * scale, 0.0, 255.0)));
-}
-
-void Take(const ply::Property& property, ply::Body& body, ScenePoint& point) {
-  static constexpr std::array<std::array<std::string_view, 2>, 3> kColors{
-      {{"red", "r"}, {"green", "g"}, {"blue", "b"}}};
-  static constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
-  const double count = body.Count(property);
-  for (double k = 0; k < count; ++k) {
-    const double value = body.Next(property.type);
-    if (property.count_type) continue;
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (property.name == kAxes[i]) point.position_in_world[static_cast<Eigen::Index>(i)] = value;
-      if ((property.name == kColors[i][0] || property.name == kColors[i][1]) && std::isfinite(value))
-        point.rgb[i] = Byte(property.type, value);
-    }
-  }
-}
-
-// Returns whether the vertices of two such files are the same, whatever their headers say.
-bool HoldsSamePoints(std::string_view ply, std::string_view other) { return BodyOf(ply) == BodyOf(other); }
-
-// Returns whether ulf wrote the file for this light field and nobody changed it since, by mark and checksum
-// in its header.
-bool IsOwnPointPly(std::string_view ply, const std::string& light_field) {
-  const std::string_view header = ply.substr(0, ply.size() - BodyOf(ply).size());
-  return header.find("comment " + OwnComment(BodyOf(ply), light_field) + "\n") != std::string_view::npos;
-}
-
-}  // namespace
-
 std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field) {
   std::string body;
   for (const ScenePoint& point : points) {
@@ -191,45 +222,6 @@ std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file) {
   }
   return points;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-
-constexpr const char* kPointFile = "points.ulf";
-constexpr const char* kPointPly = "points.ply";
-
-StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
-  try {
-    return PointsFromBytes(ReadWholeFile(file), light_field);
-  } catch (const Error& error) {
-    return {error.what(), {}, {}};
-  }
-}
-
-// Identifies light fields by the beginning of their journals: the device, the first view and its times.
-std::string LightFieldMark(const fs::path& root) {
-  std::ifstream journal(root / kJournalFile);
-  std::string begin;
-  for (std::string line; std::getline(journal, line);) {
-    begin += line;
-    if (line.find("\"event\":\"view\"") != std::string::npos) break;
-  }
-  return ChecksumText(FastChecksumOf(begin));
-}
-
-// Returns whether another program, a person, or ulf for another light field wrote the file. A file of this
-// light field that is only older, because a kill came between the two files, is ours: the next writer makes
-// it again.
-bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
-  std::error_code unknown;
-  if (!fs::is_regular_file(ply, unknown)) return false;
-  const std::string bytes = ReadWholeFile(ply);
-  return !HoldsSamePoints(bytes, PointPlyBytes(points)) &&
-         !IsOwnPointPly(bytes, LightFieldMark(FolderOf(ply)));
-}
-
-}  // namespace
 
 bool ReadPointPositions(const fs::path& ply, LightField& light_field) {
   std::error_code unknown;

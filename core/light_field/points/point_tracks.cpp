@@ -27,6 +27,52 @@ class ObservationsById {
   std::unordered_map<int, const View*> views_;
 };
 
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observations) {
+  Matrix3d normal = Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  int rays = 0;
+  for (const PosedObservation& observation : observations) {
+    const auto ray = observation.camera->RayFromImg(observation.in_img);
+    if (!ray) continue;
+    const Vector3d along = observation.cam_from_world->DirectionInSource(*ray);
+    const Matrix3d across = Matrix3d::Identity() - along * along.transpose();
+    normal += across;
+    right += across * observation.cam_from_world->OriginInSource();
+    ++rays;
+  }
+  if (rays < 2) return std::nullopt;
+  // Rays within a twentieth of a degree of each other do not determine a point. Guessed.
+  constexpr double kMinMeanSquaredSine = 1e-6;
+  const Eigenvalues3 solver = EigenvaluesOf(normal);
+  if (solver.values(0) < kMinMeanSquaredSine * rays) return std::nullopt;
+  return Vector3d(solver.vectors *
+                  solver.values.cwiseInverse().cwiseProduct(solver.vectors.transpose() * right));
+}
+
+// Returns one Gauss-Newton step under Huber's loss; zero if too few views see the point.
+Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d& point) {
+  // Threshold of Huber's loss. Guessed: observations are good to less than a pixel.
+  constexpr double kDoubtPx = 1;
+  Matrix3d normal = Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  for (const PosedObservation& observation : observations) {
+    Eigen::Matrix<double, 2, 3> img_by_cam;
+    const auto img = observation.camera->ImgFromCam(*observation.cam_from_world * point, &img_by_cam);
+    if (!img) continue;
+    const Eigen::Matrix<double, 2, 3> j = img_by_cam * observation.cam_from_world->RotationMatrix();
+    const Vector2d error = observation.in_img - *img;
+    const double weight = std::min(1.0, kDoubtPx / std::max(1e-12, error.norm()));
+    normal += weight * j.transpose() * j;
+    right += weight * j.transpose() * error;
+  }
+  const Vector3d step = SolveNormal(normal, right);
+  return step.allFinite() ? step : Vector3d(Vector3d::Zero());
+}
+
 }  // namespace
 
 void FitPointsOf(const std::set<int>& view_ids, LightField& light_field) {
@@ -83,56 +129,6 @@ PointStatistics StatisticsOf(const std::vector<ScenePoint>& points) {
   statistics.mean_error_px = sum_px / observations;
   return statistics;
 }
-
-namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observations) {
-  Matrix3d normal = Matrix3d::Zero();
-  Vector3d right = Vector3d::Zero();
-  int rays = 0;
-  for (const PosedObservation& observation : observations) {
-    const auto ray = observation.camera->RayFromImg(observation.in_img);
-    if (!ray) continue;
-    const Vector3d along = observation.cam_from_world->DirectionInSource(*ray);
-    const Matrix3d across = Matrix3d::Identity() - along * along.transpose();
-    normal += across;
-    right += across * observation.cam_from_world->OriginInSource();
-    ++rays;
-  }
-  if (rays < 2) return std::nullopt;
-  // Rays within a twentieth of a degree of each other do not determine a point. Guessed.
-  constexpr double kMinMeanSquaredSine = 1e-6;
-  const Eigenvalues3 solver = EigenvaluesOf(normal);
-  if (solver.values(0) < kMinMeanSquaredSine * rays) return std::nullopt;
-  return Vector3d(solver.vectors *
-                  solver.values.cwiseInverse().cwiseProduct(solver.vectors.transpose() * right));
-}
-
-// Returns one Gauss-Newton step under Huber's loss; zero if too few views see the point.
-Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d& point) {
-  // Threshold of Huber's loss. Guessed: observations are good to less than a pixel.
-  constexpr double kDoubtPx = 1;
-  Matrix3d normal = Matrix3d::Zero();
-  Vector3d right = Vector3d::Zero();
-  for (const PosedObservation& observation : observations) {
-    Eigen::Matrix<double, 2, 3> img_by_cam;
-    const auto img = observation.camera->ImgFromCam(*observation.cam_from_world * point, &img_by_cam);
-    if (!img) continue;
-    const Eigen::Matrix<double, 2, 3> j = img_by_cam * observation.cam_from_world->RotationMatrix();
-    const Vector2d error = observation.in_img - *img;
-    const double weight = std::min(1.0, kDoubtPx / std::max(1e-12, error.norm()));
-    normal += weight * j.transpose() * j;
-    right += weight * j.transpose() * error;
-  }
-  const Vector3d step = SolveNormal(normal, right);
-  return step.allFinite() ? step : Vector3d(Vector3d::Zero());
-}
-
-}  // namespace
 
 std::optional<Vector3d> FitPoint(std::span<const PosedObservation> observations) {
   auto point = NearestToRays(observations);
