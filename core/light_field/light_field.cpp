@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/digest.h"
 #include "core/geometry/small_matrices.h"
 
 namespace ulf {
@@ -62,6 +63,13 @@ int LightField::AddCamera(const NewCamera& camera) {
 std::string LightField::CalibrationSource(int camera) const {
   const auto found = calibration_sources.find(camera);
   return found == calibration_sources.end() ? std::string() : found->second;
+}
+
+std::uint64_t LightField::PoseDigest(const View& view) const {
+  Digest digest;
+  digest.Add(view.cam_from_world);
+  digest.Add(CameraOf(view));
+  return digest.Value();
 }
 
 Eigen::Vector3d LightField::UpInWorld() const {

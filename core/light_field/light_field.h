@@ -221,6 +221,8 @@ struct LightField : CaptureFacts {
   const CameraModel& CameraOf(const View& view) const {
     return cameras[static_cast<std::size_t>(view.camera)];
   }
+  // Returns a checksum of the view's pose and camera (core/geometry/digest.h).
+  std::uint64_t PoseDigest(const View& view) const;
 };
 
 // New intrinsics of a camera that a light field has.

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 #include <tiff.h>
+#include <webp/decode.h>
 
 #include <algorithm>
 #include <array>
@@ -158,38 +159,25 @@ class Tiff {
   std::optional<std::int64_t> next_;  // the next directory in the chain
 };
 
-constexpr std::size_t kHeadBytes = 32;
-
-double HeadNumber(std::string_view head, std::size_t at, std::size_t bytes) {
-  return static_cast<double>(LittleEndian(head.substr(at, bytes)));
-}
-double Signed32(std::string_view head, std::size_t at) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(HeadNumber(head, at, 4)));
-}
+constexpr std::size_t kBmpBytes = 26;
 
 // The length of the second header tells OS/2's from Windows'; a negative height counts from the top.
 cv::Size2d OfBmp(std::string_view head) {
-  constexpr double kOs2HeaderBytes = 12;
-  if (HeadNumber(head, 14, 4) == kOs2HeaderBytes) return {HeadNumber(head, 18, 2), HeadNumber(head, 20, 2)};
-  return {Signed32(head, 18), std::abs(Signed32(head, 22))};
+  const auto number = [&](std::size_t at, std::size_t bytes) {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(LittleEndian(head.substr(at, bytes))));
+  };
+  constexpr int kOs2HeaderBytes = 12;
+  if (number(14, 4) == kOs2HeaderBytes) return cv::Size2d(number(18, 2), number(20, 2));
+  return cv::Size2d(number(18, 4), std::abs(1.0 * number(22, 4)));
 }
 
-// RFC 9649 allows a lossy frame, a lossless one, or an extended header.
-std::optional<cv::Size2d> OfWebp(std::string_view head) {
-  const std::string_view kind = head.substr(12, 4);
-  constexpr std::uint32_t kFourteenBits = 0x3FFF;
-  if (kind == "VP8 ") {
-    const auto side = [&](std::size_t at) {
-      return static_cast<double>(static_cast<std::uint32_t>(HeadNumber(head, at, 2)) & kFourteenBits);
-    };
-    return cv::Size2d(side(26), side(28));
-  }
-  if (kind == "VP8L") {
-    const auto sides = static_cast<std::uint32_t>(HeadNumber(head, 21, 4));
-    return cv::Size2d((sides & kFourteenBits) + 1, (sides >> 14 & kFourteenBits) + 1);
-  }
-  if (kind == "VP8X") return cv::Size2d(HeadNumber(head, 24, 3) + 1, HeadNumber(head, 27, 3) + 1);
-  return std::nullopt;
+std::optional<cv::Size2d> OfWebp(std::istream& file) {
+  const std::string begin = BytesAt(file, 0, 256);
+  WebPBitstreamFeatures features{};
+  if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(begin.data()), begin.size(), &features) !=
+      VP8_STATUS_OK)
+    return std::nullopt;
+  return cv::Size2d(features.width, features.height);
 }
 
 // Two decimal numbers follow the kind, with comments between them, which end as in OpenCV.
@@ -272,17 +260,15 @@ void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, doub
 }
 
 std::optional<cv::Size2d> ClaimedSize(std::istream& file) {
-  std::string head = BytesAt(file, 0, kHeadBytes);
-  const std::size_t read = head.size();
-  head.resize(kHeadBytes);
+  const std::string head = BytesAt(file, 0, kBmpBytes);
   file.clear();
-  constexpr std::string_view kNetpbmKinds = "123456Ff";
-  if (head[0] == 'P' && kNetpbmKinds.find(head[1]) != std::string_view::npos) return OfNetpbm(file);
+  if (head.size() > 1 && head[0] == 'P' &&
+      std::string_view("123456Ff").find(head[1]) != std::string_view::npos)
+    return OfNetpbm(file);
   if (head.starts_with("#?")) return OfRadiance(file);
-  constexpr std::size_t kBmpBytes = 26;
-  if (head.starts_with("BM") && read >= kBmpBytes) return OfBmp(head);
-  if (read < kHeadBytes) return std::nullopt;
-  if (head.starts_with("RIFF") && std::string_view(head).substr(8, 4) == "WEBP") return OfWebp(head);
+  if (head.size() < kBmpBytes) return std::nullopt;
+  if (head.starts_with("BM")) return OfBmp(head);
+  if (head.starts_with("RIFF") && std::string_view(head).substr(8, 4) == "WEBP") return OfWebp(file);
   return std::nullopt;
 }
 

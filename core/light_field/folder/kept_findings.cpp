@@ -37,13 +37,6 @@ std::string PhotographDigest(const LightField& light_field, const View& view) {
   return ChecksumText(ChecksumOf(bytes));
 }
 
-std::string PoseDigest(const LightField& light_field, const View& view) {
-  Digest digest;
-  digest.Add(view.cam_from_world);
-  digest.Add(light_field.CameraOf(view));
-  return ChecksumText(digest.Value());
-}
-
 // Returns at most so many of the values, from the first to the last.
 template <typename Value>
 std::vector<Value> Evenly(const std::vector<Value>& values, std::size_t most) {
@@ -60,14 +53,15 @@ KeptFinding Judged(const Finding& found, Check check, const LightField& light_fi
     if (kept.whole || found.views.contains(view.id)) views.push_back(&view);
   if (kept.whole) views = Evenly(views, kMostExamples);
   for (const View* view : views)
-    kept.views[view->id].pose = check == Check::kPoses ? PoseDigest(light_field, *view) : std::string();
+    kept.views[view->id].pose =
+        check == Check::kPoses ? ChecksumText(light_field.PoseDigest(*view)) : std::string();
   for (const View* view : Evenly(views, kMostPhotographs))
     kept.views[view->id].photograph = PhotographDigest(light_field, *view);
   return kept;
 }
 
 bool IsAsJudged(const JudgedView& judged, const View& view, const LightField& light_field) {
-  return (judged.pose.empty() || judged.pose == PoseDigest(light_field, view)) &&
+  return (judged.pose.empty() || judged.pose == ChecksumText(light_field.PoseDigest(view))) &&
          (judged.photograph.empty() || judged.photograph == PhotographDigest(light_field, view));
 }
 

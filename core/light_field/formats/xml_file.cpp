@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <pugixml.hpp>
 #include <string_view>
 
@@ -100,21 +99,10 @@ std::vector<XmlElement> XmlElement::AllChildren() const {
   return found;
 }
 
-// Iterates instead of recursing, because a file may be nested to any depth.
 std::vector<XmlElement> XmlElement::Descendants(const char* name) const {
   std::vector<XmlElement> found;
-  const pugi::xml_node top = NodeOf(node_);
-  pugi::xml_node at = top.first_child();
-  while (at) {
-    if (std::strcmp(at.name(), name) == 0) found.push_back(XmlElement(document_, at.internal_object()));
-    if (at.first_child()) {
-      at = at.first_child();
-      continue;
-    }
-    while (at != top && !at.next_sibling()) at = at.parent();
-    if (at == top) break;
-    at = at.next_sibling();
-  }
+  for (const pugi::xpath_node& each : NodeOf(node_).select_nodes(fmt::format("descendant::{}", name).c_str()))
+    found.push_back(XmlElement(document_, each.node().internal_object()));
   return found;
 }
 

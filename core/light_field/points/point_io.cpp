@@ -25,13 +25,6 @@ namespace {
 constexpr char kPointsMagic[8] = {'u', 'l', 'f', 'p', 't', 's', '\0', 1};  // the last byte is the version
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);
 
-std::uint64_t MeasuredUnder(const LightField& light_field, const View& view) {
-  Digest digest;
-  digest.Add(view.cam_from_world);
-  digest.Add(light_field.CameraOf(view));
-  return digest.Value();
-}
-
 // Identifies a file that ulf wrote for a light field, against edited ones and other light fields' files.
 std::string OwnComment(std::string_view body, const std::string& light_field) {
   return fmt::format("written by ulf, checksum of the vertices {}{}", ChecksumText(FastChecksumOf(body)),
@@ -131,7 +124,7 @@ std::string PointFileBytes(const LightField& light_field) {
   for (const View& view : light_field.views) {
     index.emplace(view.id, static_cast<std::uint32_t>(index.size()));
     out.Put(static_cast<std::int32_t>(view.id));
-    out.Put(MeasuredUnder(light_field, view));
+    out.Put(light_field.PoseDigest(view));
   }
   out.Count(light_field.points.size());
   for (const ScenePoint& point : light_field.points) {
@@ -172,7 +165,7 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
     id = in.Get<std::int32_t>();
     const auto digest = in.Get<std::uint64_t>();
     const auto view = views.find(id);
-    if (view != views.end() && MeasuredUnder(light_field, *view->second) != digest) stored.moved.insert(id);
+    if (view != views.end() && light_field.PoseDigest(*view->second) != digest) stored.moved.insert(id);
   }
   stored.points.resize(in.Count(kPointBytes));
   for (ScenePoint& point : stored.points) {
