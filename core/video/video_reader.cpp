@@ -108,20 +108,21 @@ cv::Mat Turned(const cv::Mat& stored, const Turn& turn) {
   return flipped;
 }
 
-// One of the two fields of an interlaced frame, whose lines were exposed at one time.
+// Lines of a frame: all of them, or one of the two fields of an interlaced one, exposed at one time.
 struct Field {
   std::array<const std::uint8_t*, 4> data{};
   std::array<int, 4> line_bytes{};
   int height = 0;
 };
 
-Field FieldOf(const AVFrame& frame, bool is_bottom) {
+// Takes every `step`-th line from `first` on.
+Field FieldOf(const AVFrame& frame, int first, int step) {
   Field field;
-  field.height = (frame.height + (is_bottom ? 0 : 1)) / 2;
+  field.height = (frame.height + step - 1 - first) / step;
   for (std::size_t plane = 0; plane < field.data.size(); ++plane) {
     if (!frame.data[plane]) continue;
-    field.data[plane] = frame.data[plane] + (is_bottom ? frame.linesize[plane] : 0);
-    field.line_bytes[plane] = 2 * frame.linesize[plane];
+    field.data[plane] = frame.data[plane] + first * frame.linesize[plane];
+    field.line_bytes[plane] = step * frame.linesize[plane];
   }
   return field;
 }
@@ -333,16 +334,9 @@ struct VideoReader::State {
 
   // Converts `frame` to upright pixels.
   Image Picture() {
-    if (!is_interlaced) {
-      Field whole;
-      whole.height = frame->height;
-      std::copy_n(frame->data, whole.data.size(), whole.data.begin());
-      std::copy_n(frame->linesize, whole.line_bytes.size(), whole.line_bytes.begin());
-      return {Turned(light->ToSrgbOrLinear(Converted(whole)), turn), light->transfer()};
-    }
-    const Field field = FieldOf(*frame, is_bottom_first);
-    const cv::Mat full = WithLinesBetween(Converted(field), is_bottom_first, frame->height);
-    return {Turned(light->ToSrgbOrLinear(full), turn), light->transfer()};
+    cv::Mat pixels = Converted(is_interlaced ? FieldOf(*frame, is_bottom_first, 2) : FieldOf(*frame, 0, 1));
+    if (is_interlaced) pixels = WithLinesBetween(pixels, is_bottom_first, frame->height);
+    return {Turned(light->ToSrgbOrLinear(pixels), turn), light->transfer()};
   }
 
   cv::Mat Converted(const Field& field) {

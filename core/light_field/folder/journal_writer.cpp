@@ -104,15 +104,8 @@ static void AppendEvent(const char* kind, nlohmann::json keys, Journal& journal)
 }
 
 void Journal::Header(const LightField& light_field) {
-  nlohmann::json event = {{"version", kJournalVersion},
-                          {"device_uri", light_field.device_uri},
-                          {"device_serial", light_field.device_serial},
-                          {"device_maker", light_field.device_maker},
-                          {"device_model", light_field.device_model},
-                          {"units", light_field.units},
-                          {"coverage_width_px", light_field.coverage_width_px}};
-  if (light_field.window) event["sensor"] = WindowToJson(*light_field.window);
-  if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
+  nlohmann::json event = CaptureToJson(light_field);
+  event["version"] = kJournalVersion;
   for (int i = 0; i < static_cast<int>(light_field.cameras.size()); ++i) {
     NewCamera camera{light_field.cameras[At(i)], {}, {}, light_field.CalibrationSource(i)};
     if (light_field.flat_fields.contains(i)) camera.flat_field = light_field.flat_fields.at(i);

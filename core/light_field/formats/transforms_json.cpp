@@ -305,23 +305,16 @@ std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
 }
 
 json OurKeys(const LightField& light_field) {
-  json ours = {{"format_version", kFormatVersion},
-               {"units", light_field.units},
-               {"coverage_width_px", light_field.coverage_width_px},
-               {"capture_s", light_field.capture_s}};
+  json ours = CaptureToJson(light_field);
+  ours["format_version"] = kFormatVersion;
+  ours["capture_s"] = light_field.capture_s;
   ours["up"] = Vector3ToJson(light_field.UpInWorld());
   if (light_field.subject)
     ours["subject"] = {{"center", Vector3ToJson(light_field.subject->center_in_world)},
                        {"radius", light_field.subject->radius}};
-  if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
   if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
   if (light_field.readout) ours["readout"] = ReadoutToJson(*light_field.readout);
   if (light_field.turntable) ours["turntable"] = {{"board", light_field.turntable->board}};
-  if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
-  if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
-  if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;
-  if (!light_field.device_model.empty()) ours["device_model"] = light_field.device_model;
-  if (light_field.window) ours["sensor"] = WindowToJson(*light_field.window);
   if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
   if (light_field.measured) ours["measured"] = MeasuredToJson(*light_field.measured);
   return ours;

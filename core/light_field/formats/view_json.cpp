@@ -191,6 +191,17 @@ void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
   light_field.coverage_width_px = place.Integer("coverage_width_px", 640);
 }
 
+nlohmann::json CaptureToJson(const CaptureFacts& facts) {
+  nlohmann::json keys{{"units", facts.units}, {"coverage_width_px", facts.coverage_width_px}};
+  if (!facts.device_uri.empty()) keys["device_uri"] = facts.device_uri;
+  if (!facts.device_serial.empty()) keys["device_serial"] = facts.device_serial;
+  if (!facts.device_maker.empty()) keys["device_maker"] = facts.device_maker;
+  if (!facts.device_model.empty()) keys["device_model"] = facts.device_model;
+  if (facts.window) keys["sensor"] = WindowToJson(*facts.window);
+  if (facts.threshold_px) keys["threshold_px"] = *facts.threshold_px;
+  return keys;
+}
+
 void NoteCalibrationSource(const JsonPlace& place, int camera, LightField& light_field) {
   const std::string source = place.Text("calibration_source", "");
   if (!source.empty()) light_field.calibration_sources[camera] = source;
