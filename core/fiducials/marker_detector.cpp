@@ -88,18 +88,17 @@ std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const V
   double offset = 0, slope = 0;
   for (int round = 0; round < 3; ++round) {
     if (steps.size() < kLeast) return std::nullopt;
-    double n = 0, at = 0, across = 0, at2 = 0, both = 0;
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Vector2d right = Vector2d::Zero();
     for (const Step& step : steps) {
-      n += 1;
-      at += step.at;
-      across += step.across;
-      at2 += step.at * step.at;
-      both += step.at * step.across;
+      const Vector2d row(1, step.at);
+      normal += row * row.transpose();
+      right += step.across * row;
     }
-    const double spread = n * at2 - at * at;
-    if (spread <= 0) return std::nullopt;
-    slope = (n * both - at * across) / spread;
-    offset = (across - slope * at) / n;
+    if (normal.determinant() <= 0) return std::nullopt;
+    const Vector2d line = normal.inverse() * right;
+    offset = line[0];
+    slope = line[1];
     const auto is_off = [&](const Step& step) {
       return std::abs(step.across - offset - slope * step.at) > kOutlierPx;
     };
@@ -116,8 +115,6 @@ std::optional<Vector2d> Meet(const Line& a, const Line& b) {
   const Vector2d shares = m.inverse() * (b.point - a.point);
   return a.point + shares[0] * a.along;
 }
-
-using Eigen::Vector2d;
 
 // Moves each side outwards by `px` pixels.
 MarkerImage GrownBy(const MarkerImage& quad, double px) {
