@@ -156,11 +156,9 @@ cv::Mat BgrFromYuv(const PixelFormat& format, int width, int height, const std::
     const std::array<int, 4> from_to{1 - first_luma, 0, 3 - first_luma, 1};
     cv::mixChannels(&pairs, 1, &chroma, 1, from_to.data(), 2);
   }
-  cv::Mat wide_chroma, yuv(height, width, CV_8UC3);
+  cv::Mat wide_chroma, yuv;
   cv::resize(chroma, wide_chroma, {width, height}, 0, 0, cv::INTER_NEAREST);
-  const std::array planes{luma, wide_chroma};
-  const std::array<int, 6> from_to{0, 0, 1, 1, 2, 2};
-  cv::mixChannels(planes.data(), 2, &yuv, 1, from_to.data(), 3);
+  cv::merge(std::array{luma, wide_chroma}, yuv);
   cv::transform(yuv, bgr, BgrFromYuv(encoding));
   return bgr;
 }

@@ -134,14 +134,9 @@ cv::Mat LinearFloat(const Image& image) {
     cv::cvtColor(pixels, color, cv::COLOR_GRAY2BGR);
     pixels = color;
   }
-  cv::Mat result(pixels.size(), CV_32FC3);
+  cv::Mat result;
   if (image.transfer == Transfer::kSrgb && pixels.depth() == CV_8U) {
-    const std::array<float, 256>& table = LinearFromSrgb8();
-    for (int y = 0; y < pixels.rows; ++y) {
-      const std::uint8_t* in = pixels.ptr<std::uint8_t>(y);
-      float* out = result.ptr<float>(y);
-      for (int x = 0; x < 3 * pixels.cols; ++x) out[x] = table[in[x]];
-    }
+    cv::LUT(pixels, LinearFromSrgb8(), result);
     return result;
   }
   pixels.convertTo(result, CV_32F, 1.0 / FullScale(pixels.depth()));

@@ -153,10 +153,8 @@ cv::Mat MaskOf(const LightField& light_field, const View& view) {
 }
 
 cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
-  cv::Mat all(bgr.size(), CV_8UC4);
-  const cv::Mat from[] = {bgr, alpha};
-  const int pairs[] = {0, 0, 1, 1, 2, 2, 3, 3};
-  cv::mixChannels(from, 2, &all, 1, pairs, 4);
+  cv::Mat all;
+  cv::merge(std::array{bgr, alpha}, all);
   return all;
 }
 
