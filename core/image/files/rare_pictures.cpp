@@ -75,12 +75,6 @@ cv::Mat FromBigEndian(cv::Mat numbers) {
   return numbers;
 }
 
-cv::Mat Turned(const cv::Mat& pixels, int code) {
-  cv::Mat turned;
-  cv::cvtColor(pixels, turned, code);
-  return turned;
-}
-
 // Converts any other layout of 8 bits to B G R by the library.
 cv::Mat Scaled(const AVFrame& frame, const std::string& name) {
   constexpr int kByte = 8;
@@ -110,24 +104,15 @@ StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
     case AV_PIX_FMT_GRAY16LE:
       picture.pixels = Plane(frame, 0, CV_16UC1);
       break;
-    case AV_PIX_FMT_RGB24:
-      picture.pixels = Turned(Plane(frame, 0, CV_8UC3), cv::COLOR_RGB2BGR);
-      break;
-    case AV_PIX_FMT_BGR24:
-      picture.pixels = Plane(frame, 0, CV_8UC3);
-      break;
     case AV_PIX_FMT_RGB48BE:
-      picture.pixels = Turned(FromBigEndian(Plane(frame, 0, CV_16UC3)), cv::COLOR_RGB2BGR);
+      cv::cvtColor(FromBigEndian(Plane(frame, 0, CV_16UC3)), picture.pixels, cv::COLOR_RGB2BGR);
       break;
     case AV_PIX_FMT_RGB48LE:
-      picture.pixels = Turned(Plane(frame, 0, CV_16UC3), cv::COLOR_RGB2BGR);
+      cv::cvtColor(Plane(frame, 0, CV_16UC3), picture.pixels, cv::COLOR_RGB2BGR);
       break;
-    case AV_PIX_FMT_BGRA: {
-      const cv::Mat bgra = Plane(frame, 0, CV_8UC4);
-      cv::extractChannel(bgra, picture.alpha, 3);
-      picture.pixels = Turned(bgra, cv::COLOR_BGRA2BGR);
+    case AV_PIX_FMT_BGRA:
+      TakePixels(Plane(frame, 0, CV_8UC4), picture);
       break;
-    }
     default:
       picture.pixels = Scaled(frame, name);
   }
