@@ -57,64 +57,42 @@ FfmpegOwned<AVFrame> DecodeOne(AVCodecID kind, std::string_view bytes, const std
   return frame;
 }
 
-// Returns the rows of a frame's plane.
-cv::Mat Plane(const AVFrame& frame, int plane, int type) {
-  cv::Mat rows(frame.height, frame.width, type);
-  for (int y = 0; y < frame.height; ++y)
-    std::memcpy(rows.ptr(y), frame.data[plane] + static_cast<std::ptrdiff_t>(y) * frame.linesize[plane],
-                rows.elemSize() * static_cast<std::size_t>(frame.width));
-  return rows;
-}
-
-cv::Mat FromBigEndian(cv::Mat numbers) {
-  for (int y = 0; y < numbers.rows; ++y) {
-    auto* row = numbers.ptr<std::uint16_t>(y);
-    for (int i = 0; i < numbers.cols * numbers.channels(); ++i)
-      row[i] = static_cast<std::uint16_t>(row[i] << 8 | row[i] >> 8);
-  }
-  return numbers;
-}
-
-// Converts any other layout of 8 bits to B G R by the library.
-cv::Mat Scaled(const AVFrame& frame, const std::string& name) {
-  constexpr int kByte = 8;
-  const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
-  if (!layout || layout->comp[0].depth > kByte)
-    throw Error("{}: its layout of pixels is not read; convert it to PNG or TIFF", name);
-  const FfmpegOwned<SwsContext> scaler(Ffmpeg().sws_getContext(
-      frame.width, frame.height, static_cast<AVPixelFormat>(frame.format), frame.width, frame.height,
-      AV_PIX_FMT_BGR24, SWS_POINT, nullptr, nullptr, nullptr));
+// Converts a frame to another layout, without any loss from a layout of the same channels and bits.
+cv::Mat Scaled(const AVFrame& frame, AVPixelFormat wanted, int type, const std::string& name) {
+  const FfmpegOwned<SwsContext> scaler(
+      Ffmpeg().sws_getContext(frame.width, frame.height, static_cast<AVPixelFormat>(frame.format),
+                              frame.width, frame.height, wanted, SWS_POINT, nullptr, nullptr, nullptr));
   if (!scaler) RefuseDamagedPicture(name, "its layout is not known");
-  cv::Mat bgr(frame.height, frame.width, CV_8UC3);
-  std::uint8_t* const to[1] = {bgr.data};
-  const int line_bytes[1] = {static_cast<int>(bgr.step)};
+  cv::Mat pixels(frame.height, frame.width, type);
+  std::uint8_t* const to[4] = {pixels.data};
+  const int line_bytes[4] = {static_cast<int>(pixels.step)};
   Ffmpeg().sws_scale(scaler.get(), frame.data, frame.linesize, 0, frame.height, to, line_bytes);
-  return bgr;
+  return pixels;
 }
 
 StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
+  constexpr int kByte = 8;
+  const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
   StoredPicture picture;
   switch (frame.format) {
     case AV_PIX_FMT_GRAY8:
-      picture.pixels = Plane(frame, 0, CV_8UC1);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_GRAY8, CV_8UC1, name);
       break;
     case AV_PIX_FMT_GRAY16BE:
-      picture.pixels = FromBigEndian(Plane(frame, 0, CV_16UC1));
-      break;
     case AV_PIX_FMT_GRAY16LE:
-      picture.pixels = Plane(frame, 0, CV_16UC1);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_GRAY16LE, CV_16UC1, name);
       break;
     case AV_PIX_FMT_RGB48BE:
-      cv::cvtColor(FromBigEndian(Plane(frame, 0, CV_16UC3)), picture.pixels, cv::COLOR_RGB2BGR);
-      break;
     case AV_PIX_FMT_RGB48LE:
-      cv::cvtColor(Plane(frame, 0, CV_16UC3), picture.pixels, cv::COLOR_RGB2BGR);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_BGR48LE, CV_16UC3, name);
       break;
     case AV_PIX_FMT_BGRA:
-      TakePixels(Plane(frame, 0, CV_8UC4), picture);
+      TakePixels(Scaled(frame, AV_PIX_FMT_BGRA, CV_8UC4, name), picture);
       break;
     default:
-      picture.pixels = Scaled(frame, name);
+      if (!layout || layout->comp[0].depth > kByte)
+        throw Error("{}: its layout of pixels is not read; convert it to PNG or TIFF", name);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_BGR24, CV_8UC3, name);
   }
   return picture;
 }
