@@ -5,6 +5,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/base/quantile.h"
@@ -22,10 +23,9 @@ constexpr int kAcross = 3;                              // px, window of a mean
 std::vector<std::size_t> InOrderOfTrust(std::span<const AlignedExposure> exposures) {
   std::vector<std::size_t> order(exposures.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto stops = [&](std::size_t i) { return std::log2(exposures[i].ratio); };
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
-    const double off_a = std::abs(stops(a)), off_b = std::abs(stops(b));
-    return off_a != off_b ? off_a < off_b : stops(a) < stops(b);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+    const double stops = std::log2(exposures[i].ratio);
+    return std::pair(std::abs(stops), stops);
   });
   return order;
 }

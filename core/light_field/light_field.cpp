@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -63,6 +64,11 @@ int LightField::AddCamera(const NewCamera& camera) {
 std::string LightField::CalibrationSource(int camera) const {
   const auto found = calibration_sources.find(camera);
   return found == calibration_sources.end() ? std::string() : found->second;
+}
+
+const View* LightField::FindView(int id) const {
+  const auto found = std::ranges::lower_bound(views, id, {}, &View::id);
+  return found != views.end() && found->id == id ? &*found : nullptr;
 }
 
 std::uint64_t LightField::PoseDigest(const View& view) const {

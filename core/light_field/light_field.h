@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/camera_model.h"
@@ -221,6 +222,9 @@ struct LightField : CaptureFacts {
   const CameraModel& CameraOf(const View& view) const {
     return cameras[static_cast<std::size_t>(view.camera)];
   }
+  // Returns the view of this id; null if there is none.
+  const View* FindView(int id) const;
+  View* FindView(int id) { return const_cast<View*>(std::as_const(*this).FindView(id)); }
   // Returns a checksum of the view's pose and camera (core/geometry/digest.h).
   std::uint64_t PoseDigest(const View& view) const;
 };

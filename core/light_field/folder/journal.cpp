@@ -74,12 +74,6 @@ void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
   NoteCalibrationSource(event, index, light_field);
 }
 
-View* FindView(LightField& light_field, int id) {
-  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
-                                      [](const View& view, int wanted) { return view.id < wanted; });
-  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
-}
-
 // Calls `read`, which checks paths.
 template <typename Read>
 void ReadPaths(const Read& read) {
@@ -119,7 +113,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   View view;
   view.id = event.Integer("id");
   if (view.id < 1) throw Error("{}: there is no view {}; they count from 1", event.where, view.id);
-  if (FindView(light_field, view.id) || contents.removed.contains(view.id))
+  if (light_field.FindView(view.id) || contents.removed.contains(view.id))
     throw Error("{}: view {} is recorded twice; the first one is used", event.where, view.id);
   ReadViewJson(event, view);
   ReadFiles(event, light_field, view);
@@ -138,7 +132,7 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   std::map<std::size_t, CorrectedLens> cameras;
   const JsonPlace given = event.Inside("poses");
   for (const auto& [id, pose] : given.object.items())
-    if (View* view = FindView(light_field, std::atoi(id.c_str())))
+    if (View* view = light_field.FindView(std::atoi(id.c_str())))
       poses.emplace_back(view, PoseFromJson(given, id.c_str()));
   std::optional<std::string> unknown_camera;
   const std::string source =
@@ -167,7 +161,7 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
 }
 
 View& ViewOf(const JsonPlace& event, LightField& light_field) {
-  View* view = FindView(light_field, event.Integer("view"));
+  View* view = light_field.FindView(event.Integer("view"));
   if (!view) throw LineStaysError("{}: there is no view {} (any more)", event.where, event.Integer("view"));
   return *view;
 }
@@ -193,7 +187,7 @@ void ApplyMasks(const JsonPlace& event, LightField& light_field) {
   std::vector<std::pair<View*, std::string>> paths;
   const JsonPlace given = event.Inside("masks");
   for (const auto& [id, path] : given.object.items())
-    if (View* view = FindView(light_field, std::atoi(id.c_str()))) {
+    if (View* view = light_field.FindView(std::atoi(id.c_str()))) {
       const std::string path = given.Text(id.c_str());
       ReadPaths([&] { paths.emplace_back(view, PathBelow(path, given.where)); });
     }
@@ -215,7 +209,7 @@ void ApplyRemoval(const JsonPlace& event, JournalContents& contents) {
   }
   for (const int id : ids) {
     contents.removed.insert(id);
-    if (const View* view = FindView(light_field, id)) {
+    if (const View* view = light_field.FindView(id)) {
       contents.removed_files.merge(FilesOf(*view));
       light_field.taken_back.insert(id);
     }

@@ -74,18 +74,15 @@ std::string WhyNotWritable(const fs::path& dir, const JournalContents& contents)
 }  // namespace
 
 std::vector<Finding> StillValid(const std::vector<KeptFinding>& kept, const LightField& light_field) {
-  std::map<int, const View*> by_id;
-  if (!kept.empty())
-    for (const View& view : light_field.views) by_id[view.id] = &view;
   std::vector<Finding> standing;
   for (const KeptFinding& each : kept) {
     Finding finding{each.check, each.text, {}};
     std::size_t as_judged = 0;
     for (const auto& [id, judged] : each.views) {
-      const auto view = by_id.find(id);
-      if (view == by_id.end() || !IsAsJudged(judged, *view->second, light_field)) continue;
+      const View* view = light_field.FindView(id);
+      if (!view || !IsAsJudged(judged, *view, light_field)) continue;
       ++as_judged;
-      if (!each.whole) finding.views[id] = view->second->image_path;
+      if (!each.whole) finding.views[id] = view->image_path;
     }
     // Light is judged by comparison: nothing follows for views that are all alike.
     const bool has_others = each.check != Name(Check::kLight) || 2 * as_judged <= light_field.views.size();

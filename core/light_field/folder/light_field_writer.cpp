@@ -123,9 +123,8 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
 
 void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view,
                                    bool pose_is_between) {
-  const auto view = std::ranges::find(state_->light_field.views, view_id, &View::id);
-  if (view == state_->light_field.views.end())
-    return KeepUnposed(frame, "it is another exposure of a view that was taken back");
+  View* const view = state_->light_field.FindView(view_id);
+  if (!view) return KeepUnposed(frame, "it is another exposure of a view that was taken back");
   const fs::path& root = state_->light_field.root;
   const ViewFiles files = Files(frame, MakePictures::kLater);
   const std::string name = ExposureName(view_id, view->exposures.size() + 1);
@@ -146,9 +145,8 @@ void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3
 }
 
 void LightFieldWriter::SetMerged(int view_id, const std::string& exr, int exposures, double ghost_share) {
-  const auto view = std::ranges::find(state_->light_field.views, view_id, &View::id);
-  if (view == state_->light_field.views.end())
-    throw Error("{}: there is no view {}", state_->light_field.root.string(), view_id);
+  View* const view = state_->light_field.FindView(view_id);
+  if (!view) throw Error("{}: there is no view {}", state_->light_field.root.string(), view_id);
   const MergedExposures merged{MergedPath(view_id), exposures, ghost_share};
   state_->MakeFolder(kMergedFolder);
   WriteFileAtomically(state_->light_field.root / merged.path, exr);

@@ -161,9 +161,8 @@ void WriterState::TakeOutOfJournal(const std::set<int>& view_ids) {
   std::set<int> ids;
   for (const int id : view_ids) {
     if (to_unposed.contains(id)) continue;
-    const auto view = std::ranges::find(light_field.views, id, &View::id);
-    if (view == light_field.views.end())
-      throw Error("{}: there is no view {} to remove", light_field.root.string(), id);
+    const View* view = light_field.FindView(id);
+    if (!view) throw Error("{}: there is no view {} to remove", light_field.root.string(), id);
     files[id] = FilesToKeep(*view);
     ids.insert(id);
   }

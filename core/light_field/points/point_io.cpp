@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <map>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -119,10 +118,8 @@ bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
 std::string PointFileBytes(const LightField& light_field) {
   ByteWriter out;
   out.Put(kPointsMagic);
-  std::map<int, std::uint32_t> index;
   out.Count(light_field.views.size());
   for (const View& view : light_field.views) {
-    index.emplace(view.id, static_cast<std::uint32_t>(index.size()));
     out.Put(static_cast<std::int32_t>(view.id));
     out.Put(light_field.PoseDigest(view));
   }
@@ -130,12 +127,13 @@ std::string PointFileBytes(const LightField& light_field) {
   for (const ScenePoint& point : light_field.points) {
     out.Put(point.position_in_world);
     out.Put(point.rgb);
-    out.Count(static_cast<std::size_t>(std::ranges::count_if(
-        point.track, [&](const ViewObservation& seen) { return index.contains(seen.view_id); })));
+    out.Count(static_cast<std::size_t>(std::ranges::count_if(point.track, [&](const ViewObservation& seen) {
+      return light_field.FindView(seen.view_id) != nullptr;
+    })));
     for (const ViewObservation& seen : point.track) {
-      const auto view = index.find(seen.view_id);
-      if (view == index.end()) continue;
-      out.Put(view->second);
+      const View* view = light_field.FindView(seen.view_id);
+      if (!view) continue;
+      out.Count(static_cast<std::size_t>(view - light_field.views.data()));
       out.Put(static_cast<float>(seen.in_img.x()));
       out.Put(static_cast<float>(seen.in_img.y()));
     }
@@ -157,15 +155,13 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
   const StoredPoints inconsistent{"its content is inconsistent", {}, {}};
   StoredPoints stored;
   ByteReader in(bytes);
-  std::map<int, const View*> views;
-  for (const View& view : light_field.views) views[view.id] = &view;
   constexpr std::size_t kViewBytes = 12, kPointBytes = 31, kSeenBytes = 12;
   std::vector<int> ids(in.Count(kViewBytes));
   for (int& id : ids) {
     id = in.Get<std::int32_t>();
     const auto digest = in.Get<std::uint64_t>();
-    const auto view = views.find(id);
-    if (view != views.end() && light_field.PoseDigest(*view->second) != digest) stored.moved.insert(id);
+    const View* view = light_field.FindView(id);
+    if (view && light_field.PoseDigest(*view) != digest) stored.moved.insert(id);
   }
   stored.points.resize(in.Count(kPointBytes));
   for (ScenePoint& point : stored.points) {

@@ -2,30 +2,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <unordered_map>
 
 #include "core/geometry/small_matrices.h"
 
 namespace ulf {
 
 namespace {
-
-class ObservationsById {
- public:
-  explicit ObservationsById(const LightField& light_field) : light_field_(light_field) {
-    for (const View& view : light_field.views) views_[view.id] = &view;
-  }
-  // Has no camera if there is no such view.
-  PosedObservation Of(const ViewObservation& seen) const {
-    const auto view = views_.find(seen.view_id);
-    if (view == views_.end()) return {};
-    return {&light_field_.CameraOf(*view->second), &view->second->cam_from_world, seen.in_img};
-  }
-
- private:
-  const LightField& light_field_;
-  std::unordered_map<int, const View*> views_;
-};
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -77,14 +59,13 @@ Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d
 
 void FitPointsOf(const std::set<int>& view_ids, LightField& light_field) {
   if (view_ids.empty()) return;
-  const ObservationsById observations_by_id(light_field);
   std::erase_if(light_field.points, [&](ScenePoint& point) {
     const bool moved = std::ranges::any_of(
         point.track, [&](const ViewObservation& seen) { return view_ids.contains(seen.view_id); });
     if (!moved) return false;
     std::vector<PosedObservation> observations;
     for (const ViewObservation& seen : point.track)
-      if (const PosedObservation observation = observations_by_id.Of(seen); observation.camera)
+      if (const PosedObservation observation = PosedObservationOf(seen, light_field); observation.camera)
         observations.push_back(observation);
     const auto position = FitPoint(observations);
     if (position) point.position_in_world = *position;
@@ -93,12 +74,11 @@ void FitPointsOf(const std::set<int>& view_ids, LightField& light_field) {
 }
 
 std::size_t MeasurePoints(LightField& light_field) {
-  const ObservationsById observations_by_id(light_field);
   std::size_t misplaced = 0;
   for (ScenePoint& point : light_field.points) {
     double sum_px = 0;
     std::erase_if(point.track, [&](const ViewObservation& seen) {
-      const PosedObservation observation = observations_by_id.Of(seen);
+      const PosedObservation observation = PosedObservationOf(seen, light_field);
       if (!observation.camera) return true;
       const double error_px = ReprojectionErrorPx(observation, point.position_in_world);
       if (!(error_px <= kMostTrackErrorPx)) {
@@ -144,6 +124,12 @@ std::optional<Vector3d> FitPoint(std::span<const PosedObservation> observations)
     shown += (*observation.cam_from_world * *point).z() > 0;
   if (!point->allFinite() || shown < 2) return std::nullopt;
   return point;
+}
+
+PosedObservation PosedObservationOf(const ViewObservation& seen, const LightField& light_field) {
+  const View* view = light_field.FindView(seen.view_id);
+  if (!view) return {};
+  return {&light_field.CameraOf(*view), &view->cam_from_world, seen.in_img};
 }
 
 double ReprojectionErrorPx(const PosedObservation& observation, const Vector3d& point_in_world) {
