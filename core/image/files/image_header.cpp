@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 #include <tiff.h>
-#include <webp/decode.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +15,7 @@
 
 #include "core/base/binary_file.h"
 #include "core/base/error.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/image/files/picture_kind.h"
 
 namespace ulf {
@@ -171,15 +171,6 @@ cv::Size2d OfBmp(std::string_view head) {
   return cv::Size2d(number(18, 4), std::abs(1.0 * number(22, 4)));
 }
 
-std::optional<cv::Size2d> OfWebp(std::istream& file) {
-  const std::string begin = BytesAt(file, 0, 256);
-  WebPBitstreamFeatures features{};
-  if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(begin.data()), begin.size(), &features) !=
-      VP8_STATUS_OK)
-    return std::nullopt;
-  return cv::Size2d(features.width, features.height);
-}
-
 // Two decimal numbers follow the kind, with comments between them, which end as in OpenCV.
 std::optional<cv::Size2d> OfNetpbm(std::istream& file) {
   file.seekg(2);
@@ -268,7 +259,8 @@ std::optional<cv::Size2d> ClaimedSize(std::istream& file) {
   if (head.starts_with("#?")) return OfRadiance(file);
   if (head.size() < kBmpBytes) return std::nullopt;
   if (head.starts_with("BM")) return OfBmp(head);
-  if (head.starts_with("RIFF") && std::string_view(head).substr(8, 4) == "WEBP") return OfWebp(file);
+  if (head.starts_with("RIFF") && std::string_view(head).substr(8, 4) == "WEBP")
+    return WebpSize(BytesAt(file, 0, 256));
   return std::nullopt;
 }
 

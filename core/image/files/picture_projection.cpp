@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <pugixml.hpp>
 #include <set>
 
 #include "core/base/binary_file.h"
@@ -20,19 +19,41 @@ namespace ulf {
 namespace {
 
 // Returns attributes and elements with text, by their names without the namespace; values are in lower case.
-// What is damaged ends the text.
+// Text, comments and other values define no names.
 std::map<std::string, std::string> PropertiesOf(std::string_view xmp) {
+  constexpr std::string_view kSpaces = " \t\r\n";
   std::map<std::string, std::string> properties;
-  const auto keep = [&](std::string_view name, const char* value) {
-    if (*value != '\0') properties.emplace(name.substr(name.rfind(':') + 1), Lowercase(ExifText(value)));
+  const auto keep = [&](std::string_view name, std::string_view value) {
+    value = value.substr(std::min(value.find_first_not_of(kSpaces), value.size()));
+    value = value.substr(0, value.find_last_not_of(kSpaces) + 1);
+    if (!value.empty()) properties.emplace(name.substr(name.rfind(':') + 1), Lowercase(ExifText(value)));
   };
-  pugi::xml_document document;
-  document.load_buffer(xmp.data(), xmp.size(),
-                       (pugi::parse_default & ~pugi::parse_cdata) | pugi::parse_trim_pcdata);
-  for (const pugi::xpath_node& element : document.select_nodes("//*")) {
-    for (const pugi::xml_attribute& attribute : element.node().attributes())
-      keep(attribute.name(), attribute.value());
-    keep(element.node().name(), element.node().child_value());
+  const auto next = [&](std::string_view any_of, std::size_t at) {
+    return std::min(xmp.find_first_of(any_of, at), xmp.size());
+  };
+  const auto behind_spaces = [&](std::size_t at) {
+    return std::min(xmp.find_first_not_of(kSpaces, at), xmp.size());
+  };
+  for (std::size_t at = xmp.find('<'); at < xmp.size(); at = xmp.find('<', at)) {
+    if (const bool is_comment = xmp.substr(at).starts_with("<!--");
+        is_comment || xmp.substr(at).starts_with("<![CDATA[")) {
+      at = xmp.find(is_comment ? "-->" : "]]>", at);
+      continue;
+    }
+    const std::size_t name_at = at + 1;
+    at = next(" \t\r\n/>", name_at);
+    const std::string_view element = xmp.substr(name_at, at - name_at);
+    for (at = behind_spaces(at); at < xmp.size() && xmp[at] != '>'; at = behind_spaces(at)) {
+      const std::size_t begin = at;
+      at = next(" \t\r\n=/>", begin);
+      const std::string_view attribute = xmp.substr(begin, at - begin);
+      if (at == begin) ++at;
+      const std::size_t equals = behind_spaces(at), quote = behind_spaces(equals + 1);
+      if (quote >= xmp.size() || xmp[equals] != '=' || (xmp[quote] != '"' && xmp[quote] != '\'')) continue;
+      at = std::min(xmp.find(xmp[quote], quote + 1), xmp.size() - 1) + 1;
+      keep(attribute, xmp.substr(quote + 1, at - quote - 2));
+    }
+    if (at < xmp.size()) keep(element, xmp.substr(at + 1, next("<", at) - at - 1));
   }
   return properties;
 }
@@ -167,8 +188,7 @@ void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, Stored
     const auto size = numbers.At(at + 2, 2);
     if (*marker == kStartOfScan || !size || *size < 2) return;
     const std::string_view content = jpeg.substr(std::min(at + 4, jpeg.size()), *size - 2);
-    if (*marker == kXmp && content.starts_with(kXmpMark))
-      RequireOneLens(content.substr(kXmpMark.size()), name);
+    if (*marker == kXmp && content.starts_with(kXmpMark)) RequireOneLens(content, name);
     if (*marker == kJps && content.starts_with(kJpsMark)) RequireNoJps(content, name);
     if (*marker == kIndex && content.starts_with(kIndexMark)) {
       const FurtherPictures further = FurtherPicturesIn(content.substr(kIndexMark.size()));

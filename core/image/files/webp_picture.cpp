@@ -66,6 +66,12 @@ StoredPicture ReadWebp(std::string_view bytes, const std::string& name) {
   return picture;
 }
 
+std::optional<cv::Size2d> WebpSize(std::string_view begin) {
+  WebPBitstreamFeatures features{};
+  if (WebPGetFeatures(Data(begin), begin.size(), &features) != VP8_STATUS_OK) return std::nullopt;
+  return cv::Size2d(features.width, features.height);
+}
+
 bool WebpHasAlpha(std::string_view begin) {
   WebPBitstreamFeatures features{};
   return WebPGetFeatures(Data(begin), begin.size(), &features) == VP8_STATUS_OK && features.has_alpha != 0;
