@@ -189,8 +189,8 @@ cv::Mat ReadLuminanceAndChroma(const std::string& path, const cv::Size& size, co
 }
 
 // Reads channels of a part's data window, each into its place in the pixels.
-void ReadChannels(Imf::MultiPartInputFile& file, int number,
-                  const std::vector<std::pair<std::string, int>>& channels, cv::Mat& pixels) {
+void ReadSlices(Imf::MultiPartInputFile& file, int number,
+                const std::vector<std::pair<std::string, int>>& channels, cv::Mat& pixels) {
   const Imath::Box2i data = file.header(number).dataWindow();
   const std::size_t step = pixels.elemSize();
   Imf::FrameBuffer buffer;
@@ -209,9 +209,9 @@ cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, 
   const bool color = place.channels.has_colors;
   cv::Mat stored(size, color ? CV_32FC3 : CV_32FC1, cv::Scalar::all(0));
   if (color)
-    ReadChannels(file, place.part, {{layer + "B", 0}, {layer + "G", 1}, {layer + "R", 2}}, stored);
+    ReadSlices(file, place.part, {{layer + "B", 0}, {layer + "G", 1}, {layer + "R", 2}}, stored);
   else
-    ReadChannels(file, place.part, {{layer + "Y", 0}}, stored);
+    ReadSlices(file, place.part, {{layer + "Y", 0}}, stored);
   if (!color) cv::merge(std::vector<cv::Mat>(3, stored), stored);
   return stored;
 }
@@ -282,7 +282,7 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   if (place.channels.has_alpha) {
     RequireRoom(path, claimed, 1);
     cv::Mat opacity(size, CV_32FC1, cv::Scalar::all(1));
-    ReadChannels(file, place.part, {{place.channels.layer + "A", 0}}, opacity);
+    ReadSlices(file, place.part, {{place.channels.layer + "A", 0}}, opacity);
     TakeOpacity(InDisplay(opacity, data, shown), picture);
   }
   if (Imf::hasChromaticities(header) && (place.channels.has_colors || place.channels.has_chroma)) {
@@ -371,7 +371,7 @@ cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
     const cv::Size2d size = SizeOf(file.header(0).dataWindow());
     RequireRoom(path, size, 1);
     cv::Mat stored(static_cast<int>(size.height), static_cast<int>(size.width), CV_32FC1);
-    ReadChannels(file, 0, {{name, 0}}, stored);
+    ReadSlices(file, 0, {{name, 0}}, stored);
     return stored;
   });
 }
