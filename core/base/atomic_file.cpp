@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <map>
@@ -50,7 +49,7 @@ std::span<char> Staging() {
 
 struct Temporary {
   fs::path path;
-  int descriptor = -1;  // -1: failed, see errno
+  FileDescriptor descriptor;  // not open: failed, see errno
 };
 
 // The name is unique, because other threads and programs may write the same file.
@@ -58,38 +57,20 @@ Temporary OpenTemporary(const fs::path& beside, bool direct) {
   Temporary temporary;
   do {
     temporary.path = TemporaryName(beside);
-    temporary.descriptor = open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  } while (temporary.descriptor < 0 && errno == EEXIST);
-  if (direct && temporary.descriptor >= 0)  // if the file system allows it
-    fcntl(temporary.descriptor, F_SETFL, fcntl(temporary.descriptor, F_GETFL) | O_DIRECT);
+    temporary.descriptor =
+        FileDescriptor(open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  } while (!temporary.descriptor.IsOpen() && errno == EEXIST);
+  if (const int number = temporary.descriptor.Number(); direct && number >= 0)
+    fcntl(number, F_SETFL, fcntl(number, F_GETFL) | O_DIRECT);  // if the file system allows it
   return temporary;
 }
 
-int OpenFolder(const fs::path& folder) {
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) throw Error("{}: cannot open the folder: {}", folder.string(), std::strerror(errno));
+FileDescriptor OpenFolder(const fs::path& folder) {
+  FileDescriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!descriptor.IsOpen())
+    throw Error("{}: cannot open the folder: {}", folder.string(), std::strerror(errno));
   return descriptor;
 }
-
-// Opened before any rename, so that no later step can fail.
-class FoldersToSync {
- public:
-  FoldersToSync() = default;
-  FoldersToSync(const FoldersToSync&) = delete;
-  FoldersToSync& operator=(const FoldersToSync&) = delete;
-  ~FoldersToSync() {
-    for (const auto& [path, descriptor] : descriptors_) close(descriptor);
-  }
-  void Add(const fs::path& folder) {
-    if (!descriptors_.contains(folder)) descriptors_[folder] = OpenFolder(folder);
-  }
-  void Sync() const {
-    for (const auto& [path, descriptor] : descriptors_) fsync(descriptor);
-  }
-
- private:
-  std::map<fs::path, int> descriptors_;
-};
 
 // Returns false if the name is taken (EEXIST) or the disk refuses; see errno.
 bool RenameToFree(const fs::path& from, const fs::path& to) {
@@ -189,21 +170,6 @@ bool LeaveDirect(int descriptor) {
   return (flags & O_DIRECT) && fcntl(descriptor, F_SETFL, flags & ~O_DIRECT) == 0;
 }
 
-// Returns false if the disk refused; see errno.
-bool WriteAll(int descriptor, const char* bytes, std::size_t size) {
-  while (size > 0) {
-    const ssize_t written = write(descriptor, bytes, size);
-    if (written < 0 && errno == EINTR) continue;
-    // Some file systems open files with O_DIRECT but cannot write them.
-    if (written < 0 && errno == EINVAL && LeaveDirect(descriptor)) continue;
-    if (written <= 0) return false;
-    if (static_cast<std::size_t>(written) % kBlock != 0) LeaveDirect(descriptor);
-    bytes += written;
-    size -= static_cast<std::size_t>(written);
-  }
-  return true;
-}
-
 bool WriteContent(int descriptor, const FileContent& content, bool direct) {
   const std::span<char> staging = Staging();
   for (std::uint64_t done = 0; done < content.size; done += staging.size()) {
@@ -212,7 +178,7 @@ bool WriteContent(int descriptor, const FileContent& content, bool direct) {
     const std::size_t whole_blocks = direct ? (size + kBlock - 1) / kBlock * kBlock : size;
     std::fill(staging.begin() + static_cast<std::ptrdiff_t>(size),
               staging.begin() + static_cast<std::ptrdiff_t>(whole_blocks), '\0');
-    if (!WriteAll(descriptor, staging.data(), whole_blocks)) return false;
+    if (!WriteAll(descriptor, {staging.data(), whole_blocks})) return false;
   }
   return !direct || ftruncate(descriptor, static_cast<off_t>(content.size)) == 0;
 }
@@ -233,24 +199,32 @@ const char* KindOf(const fs::file_status& status) {
   }
 }
 
-// Closes its descriptor at the end.
-struct Descriptor {
-  int number = -1;
-  ~Descriptor() {
-    if (number >= 0) close(number);
-  }
-};
-
 }  // namespace
 
 fs::path FolderOf(const fs::path& path) {
   return path.parent_path().empty() ? fs::path(".") : path.parent_path();
 }
 
-void SyncFolder(const fs::path& folder) {
-  FoldersToSync folders;
-  folders.Add(folder);
-  folders.Sync();
+void SyncFolder(const fs::path& folder) { fsync(OpenFolder(folder).Number()); }
+
+bool IsSameFile(int descriptor, const fs::path& path) {
+  struct stat of_descriptor {
+  }, of_path{};
+  return fstat(descriptor, &of_descriptor) == 0 && stat(path.c_str(), &of_path) == 0 &&
+         of_descriptor.st_ino == of_path.st_ino && of_descriptor.st_dev == of_path.st_dev;
+}
+
+bool WriteAll(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    // Some file systems open files with O_DIRECT but cannot write them.
+    if (written < 0 && errno == EINVAL && LeaveDirect(descriptor)) continue;
+    if (written <= 0) return false;
+    if (static_cast<std::size_t>(written) % kBlock != 0) LeaveDirect(descriptor);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
 }
 
 fs::path MoveWithoutReplacing(const fs::path& from, const fs::path& to) {
@@ -282,8 +256,8 @@ FileBatch::~FileBatch() {
 
 void FileBatch::TakeBack(std::size_t first) {
   for (; files_.size() > first; files_.pop_back()) {
-    const File& file = files_.back();
-    if (file.descriptor >= 0) close(file.descriptor);
+    File& file = files_.back();
+    file.descriptor = {};
     if (!file.renamed) unlink(file.temporary.c_str());
     if (file.renamed && !file.replaced) unlink(file.path.c_str());
   }
@@ -303,11 +277,11 @@ void FileBatch::Write(std::span<const std::pair<fs::path, FileContent>> files) {
 void FileBatch::Write(const fs::path& path, const FileContent& content) {
   BeginAfterCommit();
   const bool direct = content.size >= kDirectFrom;
-  const auto [temporary, descriptor] = OpenTemporary(path, direct);
-  if (descriptor < 0) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
-  files_.push_back({path, temporary, descriptor});
+  auto [temporary, descriptor] = OpenTemporary(path, direct);
+  if (!descriptor.IsOpen()) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
+  files_.push_back({path, temporary, std::move(descriptor)});
   try {
-    if (!WriteContent(descriptor, content, direct))
+    if (!WriteContent(files_.back().descriptor.Number(), content, direct))
       ThrowDiskError(errno, fmt::format("{}: writing failed", path.string()));
   } catch (...) {
     TakeBack(files_.size() - 1);
@@ -328,12 +302,14 @@ void FileBatch::Commit() {
     ThrowDiskError(reason, fmt::format("{}: {}", path, what));
   };
   for (File& file : files_) {
-    if (fsync(file.descriptor) != 0) fail(file, "syncing to disk failed");
-    close(std::exchange(file.descriptor, -1));
+    if (fsync(file.descriptor.Number()) != 0) fail(file, "syncing to disk failed");
+    file.descriptor = {};
   }
-  FoldersToSync folders;
+  std::map<fs::path, FileDescriptor> folders;  // opened before any rename, so that no later step can fail
   try {
-    for (const File& file : files_) folders.Add(FolderOf(file.path));
+    for (const File& file : files_)
+      if (const fs::path folder = FolderOf(file.path); !folders.contains(folder))
+        folders[folder] = OpenFolder(folder);
   } catch (...) {
     TakeBack();
     throw;
@@ -349,8 +325,18 @@ void FileBatch::Commit() {
     if (!renamed) fail(file, "cannot be renamed into place");
     file.renamed = true;
   }
-  folders.Sync();
+  for (const auto& [path, descriptor] : folders) fsync(descriptor.Number());
   committed_ = true;
+}
+
+void FileBatch::Commit(const std::function<void()>& note) {
+  Commit();
+  try {
+    note();
+  } catch (...) {
+    TakeBack();
+    throw;
+  }
 }
 
 void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
@@ -426,12 +412,19 @@ void RequireRegularFile(const fs::path& path) {
               KindOf(status));
 }
 
+std::ifstream OpenRegularFile(const fs::path& path) {
+  RequireRegularFile(path);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno));
+  return file;
+}
+
 std::string ReadWholeFile(const fs::path& path) {
   constexpr std::uint64_t kAlwaysFits = 64 << 20;
   const auto fail = [&] { throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno)); };
-  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
-  if (file.number < 0 || fstat(file.number, &status) != 0) fail();
+  if (!file.IsOpen() || fstat(file.Number(), &status) != 0) fail();
   if (!S_ISREG(status.st_mode)) RequireRegularFile(path);
   const auto size = static_cast<std::uint64_t>(status.st_size);
   if (size > kAlwaysFits && size > AvailableMemory())
@@ -443,7 +436,7 @@ std::string ReadWholeFile(const fs::path& path) {
   while (true) {
     if (done == bytes.size() && size > 0) break;
     if (done == bytes.size()) bytes.resize(2 * done);
-    const ssize_t read = ::read(file.number, bytes.data() + done, bytes.size() - done);
+    const ssize_t read = ::read(file.Number(), bytes.data() + done, bytes.size() - done);
     if (read < 0 && errno == EINTR) continue;
     if (read < 0) fail();
     if (read == 0) break;  // The file has become shorter.

@@ -3,12 +3,15 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "core/base/file_descriptor.h"
 
 namespace ulf {
 
@@ -46,6 +49,8 @@ class FileBatch {
   // Syncs all files, renames them and syncs their folders; the next Write() begins a new batch. Throws as
   // Write() does; then nothing of the batch is left, except files that have already replaced older ones.
   void Commit();
+  // Does the same, then calls `note`, which names the files in an index; takes them back if it throws.
+  void Commit(const std::function<void()>& note);
   // Removes the files, committed or not, for a caller that could not write the index that names them. Files
   // that have replaced older ones stay, because removing them would lose both.
   void TakeBack() { TakeBack(0); }
@@ -53,7 +58,7 @@ class FileBatch {
  private:
   struct File {
     std::filesystem::path path, temporary;
-    int descriptor = -1;
+    FileDescriptor descriptor;
     bool replaced = false, renamed = false;
   };
   void TakeBack(std::size_t first);
@@ -68,6 +73,12 @@ class FileBatch {
 std::filesystem::path FolderOf(const std::filesystem::path& path);
 
 void SyncFolder(const std::filesystem::path& folder);
+
+// Returns whether the path leads to the opened file or folder.
+bool IsSameFile(int descriptor, const std::filesystem::path& path);
+
+// Returns false if the disk refused; see errno.
+bool WriteAll(int descriptor, std::string_view bytes);
 
 // Moves a file or folder to `to` or, where that name is taken, to the first free name beside it (a-2.png for
 // a.png); never replaces anything. Returns the name. Throws Error.
@@ -91,6 +102,9 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder);
 // Throws Error unless `path` leads to a regular file: opening a pipe would wait for ever, and reading a
 // device would never end.
 void RequireRegularFile(const std::filesystem::path& path);
+
+// Opens a regular file. Throws Error if it is missing, is not regular, or cannot be read.
+std::ifstream OpenRegularFile(const std::filesystem::path& path);
 
 // Returns the bytes of a regular file. Throws Error if it is missing, is not regular, or is larger than the
 // memory that is left.

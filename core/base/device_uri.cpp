@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 
 #include "core/base/error.h"
 
@@ -19,15 +20,12 @@ DeviceUri DeviceUri::Parse(const std::string& uri) {
   const std::size_t question = uri.find('?', colon);
   parsed.path = uri.substr(colon + 1, question == std::string::npos ? question : question - colon - 1);
   if (question == std::string::npos) return parsed;
-  std::size_t start = question + 1;
-  while (start < uri.size()) {
-    const std::size_t end = std::min(uri.find('&', start), uri.size());
-    const std::string pair = uri.substr(start, end - start);
+  std::istringstream pairs(uri.substr(question + 1));
+  for (std::string pair; std::getline(pairs, pair, '&');) {
     const std::size_t equals = pair.find('=');
     if (equals == std::string::npos || equals == 0)
       throw Refusal("", pair, fmt::format("'{}' in '{}' is not an option", pair, uri), "write key=value");
     parsed.options.emplace_back(pair.substr(0, equals), pair.substr(equals + 1));
-    start = end + 1;
   }
   return parsed;
 }

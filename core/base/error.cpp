@@ -18,12 +18,9 @@ std::string Joined(const std::string& what, const std::string& value, const std:
 
 }  // namespace
 
-Refusal::Refusal(std::string what, std::string value, std::string why, std::string remedy)
-    : Error("{}", Joined(what, value, why, remedy)),
-      what_(std::move(what)),
-      value_(std::move(value)),
-      why_(std::move(why)),
-      remedy_(std::move(remedy)) {}
+Refusal::Refusal(const std::string& what, const std::string& value, const std::string& why,
+                 const std::string& remedy)
+    : Error("{}", Joined(what, value, why, remedy)) {}
 
 std::string Parameter(std::string_view name) { return spelling.load()(name); }
 

@@ -28,15 +28,8 @@ class Refusal : public Error {
   // what was given for it; empty where that adds nothing. why: what is wrong. remedy: what to do; empty where
   // `why` says it. Without `what` the text is "WHY; REMEDY", where `why` quotes the value in a sentence of
   // its own.
-  Refusal(std::string what, std::string value, std::string why, std::string remedy);
-
-  const std::string& Subject() const { return what_; }
-  const std::string& Value() const { return value_; }
-  const std::string& Why() const { return why_; }
-  const std::string& Remedy() const { return remedy_; }
-
- private:
-  std::string what_, value_, why_, remedy_;
+  Refusal(const std::string& what, const std::string& value, const std::string& why,
+          const std::string& remedy);
 };
 
 // Returns the name of a parameter for texts of errors, warnings and hints: "no_subject", its name in the

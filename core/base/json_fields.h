@@ -35,6 +35,9 @@ struct JsonPlace {
     return object.at(key);
   }
 
+  // The object of this key.
+  JsonPlace Inside(const char* key) const { return {Raw(key), where + ", " + key}; }
+
   double Number(const char* key) const {
     const nlohmann::json& value = Raw(key);
     if (!value.is_number())

@@ -1,7 +1,6 @@
 #include "core/base/json_text.h"
 
 #include <istream>
-#include <iterator>
 #include <optional>
 
 namespace ulf {

@@ -13,31 +13,6 @@ namespace {
 std::atomic<bool> stop_asked{false};
 std::map<int, struct sigaction> actions_before;  // former actions of the signals
 
-}  // namespace
-
-std::vector<int> StopSignals() {
-  struct sigaction hangup {};
-  sigaction(SIGHUP, nullptr, &hangup);
-  if (hangup.sa_handler == SIG_IGN) return {SIGINT, SIGTERM};
-  return {SIGINT, SIGTERM, SIGHUP};
-}
-
-StopOnSignal::StopOnSignal() {
-  stop_asked = false;
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop_asked = true; };
-  for (const int signal : StopSignals()) sigaction(signal, &action, &actions_before[signal]);
-}
-
-StopOnSignal::~StopOnSignal() {
-  for (const auto& [signal, action] : actions_before) sigaction(signal, &action, nullptr);
-  actions_before.clear();
-}
-
-bool StopOnSignal::Requested() { return stop_asked; }
-
-namespace {
-
 constexpr std::size_t kBytes = 1 << 16;  // the crash handler needs a few KiB; guessed
 
 class SignalStack {
@@ -65,6 +40,27 @@ class SignalStack {
 };
 
 }  // namespace
+
+std::vector<int> StopSignals() {
+  struct sigaction hangup {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler == SIG_IGN) return {SIGINT, SIGTERM};
+  return {SIGINT, SIGTERM, SIGHUP};
+}
+
+StopOnSignal::StopOnSignal() {
+  stop_asked = false;
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop_asked = true; };
+  for (const int signal : StopSignals()) sigaction(signal, &action, &actions_before[signal]);
+}
+
+StopOnSignal::~StopOnSignal() {
+  for (const auto& [signal, action] : actions_before) sigaction(signal, &action, nullptr);
+  actions_before.clear();
+}
+
+bool StopOnSignal::Requested() { return stop_asked; }
 
 void InstallSignalStack() { static thread_local const SignalStack stack; }
 

@@ -43,15 +43,6 @@ FfmpegCalls OpenFfmpeg() {
   return calls;
 }
 
-}  // namespace
-
-const FfmpegCalls& Ffmpeg() {
-  static const FfmpegCalls calls = OpenFfmpeg();
-  return calls;
-}
-
-namespace {
-
 void ToOurLog(void* context, int level, const char* format, va_list arguments) {
   if (level > AV_LOG_WARNING) return;
   std::array<char, 1024> line{};
@@ -64,6 +55,11 @@ void ToOurLog(void* context, int level, const char* format, va_list arguments) {
 }
 
 }  // namespace
+
+const FfmpegCalls& Ffmpeg() {
+  static const FfmpegCalls calls = OpenFfmpeg();
+  return calls;
+}
 
 std::string FfmpegErrorText(int status) {
   std::array<char, AV_ERROR_MAX_STRING_SIZE> words{};

@@ -2,6 +2,7 @@
 // others, and most commands read no video. Call FFmpeg only through Ffmpeg().
 #pragma once
 
+#include <memory>
 #include <string>
 
 extern "C" {
@@ -87,6 +88,21 @@ struct FfmpegCalls {
 // Returns the loaded functions. Throws Error, which names the packages, if the libraries of the version that
 // ulf was built with are not installed; so do the functions below. May be called from any thread.
 const FfmpegCalls& Ffmpeg();
+
+// Frees what FFmpeg has allocated, and closes files.
+struct FfmpegFree {
+  void operator()(AVCodecContext* codec) const { Ffmpeg().avcodec_free_context(&codec); }
+  void operator()(AVFrame* frame) const { Ffmpeg().av_frame_free(&frame); }
+  void operator()(AVPacket* packet) const { Ffmpeg().av_packet_free(&packet); }
+  void operator()(SwsContext* scaler) const { Ffmpeg().sws_freeContext(scaler); }
+  void operator()(AVFormatContext* file) const {
+    if (file->iformat) return Ffmpeg().avformat_close_input(&file);
+    Ffmpeg().avio_closep(&file->pb);
+    Ffmpeg().avformat_free_context(file);
+  }
+};
+template <typename Thing>
+using FfmpegOwned = std::unique_ptr<Thing, FfmpegFree>;
 
 // Returns the text of an error code (AVERROR, negative) that FFmpeg returned.
 std::string FfmpegErrorText(int status);

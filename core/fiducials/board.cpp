@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <opencv2/core.hpp>
+#include <sstream>
 
 #include "core/base/error.h"
 #include "core/fiducials/aruco_calls.h"
@@ -23,23 +25,18 @@ constexpr std::array<std::string_view, 21> kDictionaries = {
 static_assert(cv::aruco::DICT_4X4_50 == 0 && cv::aruco::DICT_APRILTAG_36h11 == kDictionaries.size() - 1);
 
 constexpr MarkerOrder kAprilGridOrder{.upwards = true};
-constexpr std::array<MarkerOrder, 8> kOrders = {{{false, false, false},
-                                                 {false, false, true},
-                                                 {false, true, false},
-                                                 {false, true, true},
-                                                 {true, false, false},
-                                                 {true, false, true},
-                                                 {true, true, false},
-                                                 {true, true, true}}};
+std::vector<MarkerOrder> AllOrders() {
+  std::vector<MarkerOrder> orders;
+  for (const bool by_columns : {false, true})
+    for (const bool leftwards : {false, true})
+      for (const bool upwards : {false, true}) orders.push_back({by_columns, leftwards, upwards});
+  return orders;
+}
 
 std::vector<std::string> SplitAtColons(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == ':')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  }
+  std::vector<std::string> parts;
+  std::istringstream stream(text + ":");  // a colon behind each part
+  for (std::string part; std::getline(stream, part, ':');) parts.push_back(part);
   return parts;
 }
 
@@ -119,10 +116,11 @@ void ParseWords(const std::vector<std::string>& words, const std::string& text, 
       board.white_corner = true;
       continue;
     }
-    const auto named = std::ranges::find(kOrders, word, [](const MarkerOrder& o) { return o.Text(); });
-    if (named == kOrders.end()) {
+    const std::vector<MarkerOrder> known = AllOrders();
+    const auto named = std::ranges::find(known, word, &MarkerOrder::Text);
+    if (named == known.end()) {
       std::vector<std::string> orders;
-      for (const MarkerOrder& order : kOrders) orders.push_back(order.Text());
+      std::ranges::transform(known, std::back_inserter(orders), &MarkerOrder::Text);
       throw Refusal("board", Quoted(text),
                     fmt::format("what is '{}'? Behind the board there may be first=N, the way of numbering "
                                 "({}) and, of a ChArUco board, white-corner",
@@ -131,6 +129,14 @@ void ParseWords(const std::vector<std::string>& words, const std::string& text, 
     }
     board.order = *named;
   }
+}
+
+// Returns the length of so many squares, or markers with the gaps between them, and around them if there are
+// squares in the gaps.
+double LengthOf(const Board& board, int count) {
+  if (!board.IsMarkerGrid()) return count * board.square_mm;
+  const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;
+  return count * board.marker_mm + gaps * board.gap_mm;
 }
 
 }  // namespace
@@ -234,18 +240,6 @@ std::string Board::Text() const {
   if (first_marker != 0) text += fmt::format(":first={}", first_marker);
   return text;
 }
-
-namespace {
-
-// Returns the length of so many squares, or markers with the gaps between them, and around them if there are
-// squares in the gaps.
-double LengthOf(const Board& board, int count) {
-  if (!board.IsMarkerGrid()) return count * board.square_mm;
-  const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;
-  return count * board.marker_mm + gaps * board.gap_mm;
-}
-
-}  // namespace
 
 double Board::WidthMm() const { return LengthOf(*this, columns); }
 

@@ -1,6 +1,5 @@
 #include "core/fiducials/marker_detector.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -25,24 +24,6 @@ cv::Ptr<cv::aruco::DetectorParameters> Parameters(const cv::Size& size) {
   parameters->adaptiveThreshWinSizeStep = parameters->adaptiveThreshWinSizeMax - 7;
   return parameters;
 }
-
-}  // namespace
-
-std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray) {
-  std::vector<std::vector<cv::Point2f>> corners;
-  std::vector<int> ids;
-  const auto known = ArucoDictionary(DictionaryNumber(dictionary));
-  cv::aruco::detectMarkers(gray, known, corners, ids, Parameters(gray.size()));
-  std::vector<std::pair<int, MarkerImage>> found;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    MarkerImage img;  // OpenCV's pixel centres are integers
-    for (std::size_t k = 0; k < 4; ++k) img[k] = {corners[i][k].x + 0.5, corners[i][k].y + 0.5};
-    found.emplace_back(ids[i], RefinedBySides(gray, img, known->markerSize + 2));
-  }
-  return found;
-}
-
-namespace {
 
 using Eigen::Vector2d;
 
@@ -107,18 +88,17 @@ std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const V
   double offset = 0, slope = 0;
   for (int round = 0; round < 3; ++round) {
     if (steps.size() < kLeast) return std::nullopt;
-    double n = 0, at = 0, across = 0, at2 = 0, both = 0;
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Vector2d right = Vector2d::Zero();
     for (const Step& step : steps) {
-      n += 1;
-      at += step.at;
-      across += step.across;
-      at2 += step.at * step.at;
-      both += step.at * step.across;
+      const Vector2d row(1, step.at);
+      normal += row * row.transpose();
+      right += step.across * row;
     }
-    const double spread = n * at2 - at * at;
-    if (spread <= 0) return std::nullopt;
-    slope = (n * both - at * across) / spread;
-    offset = (across - slope * at) / n;
+    if (normal.determinant() <= 0) return std::nullopt;
+    const Vector2d line = normal.inverse() * right;
+    offset = line[0];
+    slope = line[1];
     const auto is_off = [&](const Step& step) {
       return std::abs(step.across - offset - slope * step.at) > kOutlierPx;
     };
@@ -135,35 +115,6 @@ std::optional<Vector2d> Meet(const Line& a, const Line& b) {
   const Vector2d shares = m.inverse() * (b.point - a.point);
   return a.point + shares[0] * a.along;
 }
-
-}  // namespace
-
-MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells) {
-  MarkerImage refined = corners;
-  constexpr int kRounds = 2;  // profiles of the second round are centred on the lines of the first
-  for (int round = 0; round < kRounds; ++round) {
-    const MarkerImage from = refined;
-    const Vector2d middle = 0.25 * (from[0] + from[1] + from[2] + from[3]);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vector2d &corner = from[k], &next = from[(k + 1) % 4], &last = from[(k + 3) % 4];
-      const auto reach = [&](const Vector2d& across) {
-        return std::clamp(0.75 * (across - corner).norm() / cells, 1.25, 4.0);
-      };
-      // A side's profile runs across it, as far as a cell of the other side is wide.
-      const auto first = FitSide(gray, corner, next, middle, reach(last)),
-                 second = FitSide(gray, corner, last, middle, reach(next));
-      if (!first || !second) continue;
-      const auto met = Meet(*first, *second);
-      constexpr double kFar = 3;  // px; a corner that moves farther is another one; guessed
-      if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
-    }
-  }
-  return refined;
-}
-
-namespace {
-
-using Eigen::Vector2d;
 
 // Moves each side outwards by `px` pixels.
 MarkerImage GrownBy(const MarkerImage& quad, double px) {
@@ -228,6 +179,43 @@ cv::Mat CellsOf(const MarkerImage& quad, const cv::Mat& gray, int cells) {
 }
 
 }  // namespace
+
+std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray) {
+  std::vector<std::vector<cv::Point2f>> corners;
+  std::vector<int> ids;
+  const auto known = ArucoDictionary(DictionaryNumber(dictionary));
+  cv::aruco::detectMarkers(gray, known, corners, ids, Parameters(gray.size()));
+  std::vector<std::pair<int, MarkerImage>> found;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    MarkerImage img;  // OpenCV's pixel centres are integers
+    for (std::size_t k = 0; k < 4; ++k) img[k] = {corners[i][k].x + 0.5, corners[i][k].y + 0.5};
+    found.emplace_back(ids[i], RefinedBySides(gray, img, known->markerSize + 2));
+  }
+  return found;
+}
+
+MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells) {
+  MarkerImage refined = corners;
+  constexpr int kRounds = 2;  // profiles of the second round are centred on the lines of the first
+  for (int round = 0; round < kRounds; ++round) {
+    const MarkerImage from = refined;
+    const Vector2d middle = 0.25 * (from[0] + from[1] + from[2] + from[3]);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vector2d &corner = from[k], &next = from[(k + 1) % 4], &last = from[(k + 3) % 4];
+      const auto reach = [&](const Vector2d& across) {
+        return std::clamp(0.75 * (across - corner).norm() / cells, 1.25, 4.0);
+      };
+      // A side's profile runs across it, as far as a cell of the other side is wide.
+      const auto first = FitSide(gray, corner, next, middle, reach(last)),
+                 second = FitSide(gray, corner, last, middle, reach(next));
+      if (!first || !second) continue;
+      const auto met = Meet(*first, *second);
+      constexpr double kFar = 3;  // px; a corner that moves farther is another one; guessed
+      if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
+    }
+  }
+  return refined;
+}
 
 std::vector<MarkerImage> DarkQuads(const cv::Mat& gray) {
   std::vector<MarkerImage> quads;

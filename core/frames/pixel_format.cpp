@@ -156,11 +156,9 @@ cv::Mat BgrFromYuv(const PixelFormat& format, int width, int height, const std::
     const std::array<int, 4> from_to{1 - first_luma, 0, 3 - first_luma, 1};
     cv::mixChannels(&pairs, 1, &chroma, 1, from_to.data(), 2);
   }
-  cv::Mat wide_chroma, yuv(height, width, CV_8UC3);
+  cv::Mat wide_chroma, yuv;
   cv::resize(chroma, wide_chroma, {width, height}, 0, 0, cv::INTER_NEAREST);
-  const std::array planes{luma, wide_chroma};
-  const std::array<int, 6> from_to{0, 0, 1, 1, 2, 2};
-  cv::mixChannels(planes.data(), 2, &yuv, 1, from_to.data(), 3);
+  cv::merge(std::array{luma, wide_chroma}, yuv);
   cv::transform(yuv, bgr, BgrFromYuv(encoding));
   return bgr;
 }
@@ -213,6 +211,60 @@ int Preference(const PixelFormat& format) {
     color = 200;
   const int depth = format.bits == 8 ? 50 : format.bits;
   return color + depth + (format.packing == kWholeBytes ? 1 : 0);
+}
+
+static_assert(std::endian::native == std::endian::little, "words of pixels are loaded as they lie in memory");
+
+constexpr std::uint64_t FourTimes(std::uint64_t lane) { return lane * 0x0001'0001'0001'0001u; }
+
+std::uint16_t SpreadTo16(std::uint32_t value, int bits) {
+  value &= (1u << bits) - 1;
+  return static_cast<std::uint16_t>((value << (16 - bits)) | (value >> (2 * bits - 16)));
+}
+
+// Does the same on four 16-bit lanes.
+template <int kBits>
+std::uint64_t SpreadLanes(std::uint64_t values) {
+  constexpr std::uint64_t kLowBits = FourTimes((1u << (16 - kBits)) - 1);
+  return (values << (16 - kBits)) | ((values >> (2 * kBits - 16)) & kLowBits);
+}
+
+// Loads four consecutive values of a stream of bits, one into each lane.
+template <int kBits>
+std::uint64_t LanesOfStream(std::uint64_t stream) {
+  constexpr std::uint64_t kPair = (std::uint64_t{1} << (2 * kBits)) - 1;
+  constexpr std::uint64_t kValue = (std::uint64_t{1} << kBits) - 1;
+  constexpr std::uint64_t kEven = kValue | kValue << 32;
+  const std::uint64_t pairs = (stream & kPair) | ((stream & (kPair << (2 * kBits))) << (32 - 2 * kBits));
+  return (pairs & kEven) | ((pairs & (kEven << kBits)) << (16 - kBits));
+}
+
+// Loads two triples of bytes, each a high byte, the low bits of both, a high byte: one value in each lane.
+template <int kBits>
+std::uint64_t LanesOfTriples(std::uint64_t bytes) {
+  constexpr int kLow = kBits - 8;
+  constexpr std::uint64_t kLowBits = (1u << kLow) - 1;
+  constexpr std::uint64_t kBoth = 0x0000'0001'0000'0001u;  // two 32-bit halves
+  const std::uint64_t triples = (bytes & 0xFF'FFFF) | ((bytes & 0xFFFF'FF00'0000u) << 8);
+  const std::uint64_t first = ((triples & (0xFF * kBoth)) << kLow) | ((triples >> 8) & (kLowBits * kBoth));
+  const std::uint64_t second =
+      (((triples >> 16) & (0xFF * kBoth)) << kLow) | ((triples >> 12) & (kLowBits * kBoth));
+  return first | second << 16;
+}
+
+// Unpacks whole groups of four values in kGroupBytes bytes, as long as eight can be read. Returns the values
+// done.
+template <int kGroupBytes, typename Unpack>
+std::size_t UnpackGroups(const std::uint8_t* bytes, std::size_t size, std::uint16_t* out, Unpack unpack) {
+  if (size < 8) return 0;
+  const std::size_t groups = (size - 8) / kGroupBytes + 1;
+  for (std::size_t i = 0; i < groups; ++i) {
+    std::uint64_t word;
+    std::memcpy(&word, bytes + i * kGroupBytes, sizeof word);
+    const std::uint64_t lanes = unpack(word);
+    std::memcpy(out + 4 * i, &lanes, sizeof lanes);
+  }
+  return 4 * groups;
 }
 
 }  // namespace
@@ -299,64 +351,6 @@ std::optional<PixelFormat> PreferredPixelFormat(const std::vector<std::string>& 
       best = format;
   return best;
 }
-
-namespace {
-
-static_assert(std::endian::native == std::endian::little, "words of pixels are loaded as they lie in memory");
-
-constexpr std::uint64_t FourTimes(std::uint64_t lane) { return lane * 0x0001'0001'0001'0001u; }
-
-std::uint16_t SpreadTo16(std::uint32_t value, int bits) {
-  value &= (1u << bits) - 1;
-  return static_cast<std::uint16_t>((value << (16 - bits)) | (value >> (2 * bits - 16)));
-}
-
-// Does the same on four 16-bit lanes.
-template <int kBits>
-std::uint64_t SpreadLanes(std::uint64_t values) {
-  constexpr std::uint64_t kLowBits = FourTimes((1u << (16 - kBits)) - 1);
-  return (values << (16 - kBits)) | ((values >> (2 * kBits - 16)) & kLowBits);
-}
-
-// Loads four consecutive values of a stream of bits, one into each lane.
-template <int kBits>
-std::uint64_t LanesOfStream(std::uint64_t stream) {
-  constexpr std::uint64_t kPair = (std::uint64_t{1} << (2 * kBits)) - 1;
-  constexpr std::uint64_t kValue = (std::uint64_t{1} << kBits) - 1;
-  constexpr std::uint64_t kEven = kValue | kValue << 32;
-  const std::uint64_t pairs = (stream & kPair) | ((stream & (kPair << (2 * kBits))) << (32 - 2 * kBits));
-  return (pairs & kEven) | ((pairs & (kEven << kBits)) << (16 - kBits));
-}
-
-// Loads two triples of bytes, each a high byte, the low bits of both, a high byte: one value in each lane.
-template <int kBits>
-std::uint64_t LanesOfTriples(std::uint64_t bytes) {
-  constexpr int kLow = kBits - 8;
-  constexpr std::uint64_t kLowBits = (1u << kLow) - 1;
-  constexpr std::uint64_t kBoth = 0x0000'0001'0000'0001u;  // two 32-bit halves
-  const std::uint64_t triples = (bytes & 0xFF'FFFF) | ((bytes & 0xFFFF'FF00'0000u) << 8);
-  const std::uint64_t first = ((triples & (0xFF * kBoth)) << kLow) | ((triples >> 8) & (kLowBits * kBoth));
-  const std::uint64_t second =
-      (((triples >> 16) & (0xFF * kBoth)) << kLow) | ((triples >> 12) & (kLowBits * kBoth));
-  return first | second << 16;
-}
-
-// Unpacks whole groups of four values in kGroupBytes bytes, as long as eight can be read. Returns the values
-// done.
-template <int kGroupBytes, typename Unpack>
-std::size_t UnpackGroups(const std::uint8_t* bytes, std::size_t size, std::uint16_t* out, Unpack unpack) {
-  if (size < 8) return 0;
-  const std::size_t groups = (size - 8) / kGroupBytes + 1;
-  for (std::size_t i = 0; i < groups; ++i) {
-    std::uint64_t word;
-    std::memcpy(&word, bytes + i * kGroupBytes, sizeof word);
-    const std::uint64_t lanes = unpack(word);
-    std::memcpy(out + 4 * i, &lanes, sizeof lanes);
-  }
-  return 4 * groups;
-}
-
-}  // namespace
 
 void UnpackLsb(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out) {
   const std::size_t whole = count / 4 * static_cast<std::size_t>(bits) / 2;  // bytes of whole groups

@@ -71,6 +71,7 @@ struct CameraModel {
   double MaxRayAngle() const;
 
   bool operator==(const CameraModel&) const = default;
+  auto operator<=>(const CameraModel&) const = default;
 };
 
 }  // namespace ulf

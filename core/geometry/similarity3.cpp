@@ -20,19 +20,15 @@ Similarity3 Perturbed(const Similarity3& target_from_source, const Eigen::Matrix
 
 std::optional<Similarity3> AlignPoints(std::span<const Vector3d> source, std::span<const Vector3d> target,
                                        bool rigid) {
-  const std::size_t count = std::min(source.size(), target.size());
+  const auto count = static_cast<Eigen::Index>(std::min(source.size(), target.size()));
   if (count < 3) return std::nullopt;
-  Vector3d source_mean = Vector3d::Zero(), target_mean = Vector3d::Zero();
-  for (std::size_t i = 0; i < count; ++i) {
-    source_mean += source[i] / static_cast<double>(count);
-    target_mean += target[i] / static_cast<double>(count);
-  }
-  Matrix3d covariance = Matrix3d::Zero();
-  double variance = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    covariance += (target[i] - target_mean) * (source[i] - source_mean).transpose();
-    variance += (source[i] - source_mean).squaredNorm();
-  }
+  Eigen::Matrix3Xd from = Eigen::Matrix3Xd::Map(source.data()->data(), 3, count),
+                   to = Eigen::Matrix3Xd::Map(target.data()->data(), 3, count);
+  const Vector3d source_mean = from.rowwise().mean(), target_mean = to.rowwise().mean();
+  from.colwise() -= source_mean;
+  to.colwise() -= target_mean;
+  const Matrix3d covariance = to * from.transpose();
+  const double variance = from.squaredNorm();
   const SingularValues3 svd = SingularValuesOf(covariance);
   const Vector3d singular = svd.values;
   if (!(variance > 0) || !(singular(1) > 1e-9 * singular(0))) return std::nullopt;

@@ -6,7 +6,6 @@
 // over a fixed step. Lengths are in the truth's unit.
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <optional>
 #include <span>

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <cmath>
 
 #include "core/geometry/angles.h"
 

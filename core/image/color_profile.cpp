@@ -1,7 +1,6 @@
 #include "core/image/color_profile.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/base/error.h"

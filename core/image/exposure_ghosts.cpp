@@ -5,6 +5,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/base/quantile.h"
@@ -22,23 +23,18 @@ constexpr int kAcross = 3;                              // px, window of a mean
 std::vector<std::size_t> InOrderOfTrust(std::span<const AlignedExposure> exposures) {
   std::vector<std::size_t> order(exposures.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto stops = [&](std::size_t i) { return std::log2(exposures[i].ratio); };
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
-    const double off_a = std::abs(stops(a)), off_b = std::abs(stops(b));
-    return off_a != off_b ? off_a < off_b : stops(a) < stops(b);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+    const double stops = std::log2(exposures[i].ratio);
+    return std::pair(std::abs(stops), stops);
   });
   return order;
 }
 
 // Returns the variance of the light in each of three colours.
 cv::Mat VarianceOf(const AlignedExposure& exposure, const cv::Mat& light) {
-  cv::Mat variance(light.size(), CV_32FC3);
-  for (int y = 0; y < light.rows; ++y)
-    for (int x = 0; x < light.cols; ++x)
-      for (int c = 0; c < 3; ++c)
-        variance.at<cv::Vec3f>(y, x)[c] =
-            static_cast<float>(exposure.VarianceAt(light.at<cv::Vec3f>(y, x)[c]));
-  return variance;
+  const double ratio = exposure.ratio;
+  return (cv::max(light, 0) * (exposure.noise.per_light * ratio) + cv::Scalar::all(exposure.noise.floor)) /
+         (ratio * ratio);
 }
 
 cv::Mat SumAround(const cv::Mat& numbers) {
@@ -51,18 +47,12 @@ cv::Mat SumAround(const cv::Mat& numbers) {
 cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t index,
                        const GhostReference& alone) {
   const cv::Mat slope = SlopeOf(alone.light, alone.variance);
-  cv::Mat allowed(slope.size(), CV_32FC3);
-  for (int y = 0; y < slope.rows; ++y)
-    for (int x = 0; x < slope.cols; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const double off = std::hypot(exposures[index].misaligned_px,
-                                      exposures[alone.which.at<cv::Vec3b>(y, x)[c]].misaligned_px);
-        allowed.at<cv::Vec3f>(y, x)[c] =
-            static_cast<float>(std::pow(off * slope.at<cv::Vec3f>(y, x)[c], 2) +
-                               std::pow(kWrongTimes * alone.light.at<cv::Vec3f>(y, x)[c], 2));
-      }
-    }
-  return allowed;
+  cv::Mat squares_px(1, 256, CV_32FC1, cv::Scalar(0)), off;  // of misalignments, by the reference's exposure
+  for (std::size_t i = 0; i < exposures.size(); ++i)
+    squares_px.at<float>(static_cast<int>(i)) = static_cast<float>(
+        std::pow(exposures[index].misaligned_px, 2) + std::pow(exposures[i].misaligned_px, 2));
+  cv::LUT(alone.which, squares_px, off);
+  return off.mul(slope.mul(slope)) + kWrongTimes * kWrongTimes * alone.light.mul(alone.light);
 }
 
 // Returns the ratio of the variance of means to that of uncorrelated pixels, measured in pixels in which
@@ -70,16 +60,11 @@ cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t i
 double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& allowed,
                const cv::Mat& compared) {
   constexpr double kMedianOfChiSquare = 0.4549;
+  const cv::Mat measured = compared & (allowed < variance), ratios = squares / variance;
   std::vector<double> of_noise;
-  for (int y = 0; y < squares.rows; ++y)
-    for (int x = 0; x < squares.cols; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        if (compared.at<cv::Vec3b>(y, x)[c] == 0) continue;
-        const double noise = variance.at<cv::Vec3f>(y, x)[c];
-        if (allowed.at<cv::Vec3f>(y, x)[c] < noise)
-          of_noise.push_back(squares.at<cv::Vec3f>(y, x)[c] / noise);
-      }
-    }
+  for (int y = 0; y < measured.rows; ++y)
+    for (int i = 0; i < 3 * measured.cols; ++i)
+      if (measured.ptr(y)[i] != 0) of_noise.push_back(ratios.ptr<float>(y)[i]);
   if (of_noise.size() < kFewPixels) return 1;
   return std::clamp(Median(of_noise) / kMedianOfChiSquare, 1.0, kMostNoisier);
 }

@@ -64,17 +64,11 @@ std::vector<Model> Models() {
   return models;
 }
 
-double Value(const Term& term, double x, double y) {
-  double sum = 0;
-  for (const auto& [power, weight] : term) sum += weight * std::pow(x, power.x) * std::pow(y, power.y);
-  return sum;
-}
-
 // Logarithms of the light of all frames together, cell by cell.
 struct Cells {
-  std::vector<double> x, y;                // of a cell's middle, in half diagonals from the image's middle
-  std::vector<std::array<double, 3>> log;  // mean over frames
-  std::vector<bool> used;
+  Eigen::ArrayXd x, y;   // of a cell's middle, in half diagonals from the image's middle
+  Eigen::MatrixX3d log;  // mean over frames
+  Eigen::ArrayXd used;   // 1, or 0
 };
 
 double TrimmedMean(std::vector<float>& values) {
@@ -89,64 +83,49 @@ double TrimmedMean(std::vector<float>& values) {
 Cells CellsOf(const std::vector<cv::Mat>& lights) {
   const cv::Size size = lights[0].size();
   const double half_diagonal = 0.5 * std::hypot(size.width, size.height);
-  Cells cells;
-  for (int row = 0; row < kCellRows; ++row)
-    for (int column = 0; column < kCellColumns; ++column) {
-      const cv::Rect box(
-          {column * size.width / kCellColumns, row * size.height / kCellRows},
-          cv::Point((column + 1) * size.width / kCellColumns, (row + 1) * size.height / kCellRows));
-      cells.x.push_back((box.x + 0.5 * box.width - 0.5 * size.width) / half_diagonal);
-      cells.y.push_back((box.y + 0.5 * box.height - 0.5 * size.height) / half_diagonal);
-      std::array<double, 3> mean{};
-      for (const cv::Mat& light : lights)
-        for (int c = 0; c < 3; ++c) {
-          std::vector<float> values;
-          for (int v = box.y; v < box.y + box.height; ++v)
-            for (int u = box.x; u < box.x + box.width; ++u) values.push_back(light.at<cv::Vec3f>(v, u)[c]);
-          mean[static_cast<std::size_t>(c)] +=
-              std::log(std::max(1e-6, TrimmedMean(values))) / static_cast<double>(lights.size());
-        }
-      cells.log.push_back(mean);
-      cells.used.push_back(true);
-    }
+  constexpr int kCells = kCellRows * kCellColumns;
+  Cells cells{Eigen::ArrayXd(kCells), Eigen::ArrayXd(kCells), Eigen::MatrixX3d::Zero(kCells, 3),
+              Eigen::ArrayXd::Ones(kCells)};
+  for (int i = 0; i < kCells; ++i) {
+    const int row = i / kCellColumns, column = i % kCellColumns;
+    const cv::Rect box(
+        {column * size.width / kCellColumns, row * size.height / kCellRows},
+        cv::Point((column + 1) * size.width / kCellColumns, (row + 1) * size.height / kCellRows));
+    cells.x(i) = (box.x + 0.5 * box.width - 0.5 * size.width) / half_diagonal;
+    cells.y(i) = (box.y + 0.5 * box.height - 0.5 * size.height) / half_diagonal;
+    for (const cv::Mat& light : lights)
+      for (int c = 0; c < 3; ++c) {
+        std::vector<float> values;
+        for (int v = box.y; v < box.y + box.height; ++v)
+          for (int u = box.x; u < box.x + box.width; ++u) values.push_back(light.at<cv::Vec3f>(v, u)[c]);
+        cells.log(i, c) += std::log(std::max(1e-6, TrimmedMean(values))) / static_cast<double>(lights.size());
+      }
+  }
   return cells;
 }
 
 // The columns are 1, x, y (the lighting), then the model's terms.
 Eigen::MatrixXd Design(const Cells& cells, const Model& model) {
-  Eigen::MatrixXd design(static_cast<Eigen::Index>(cells.x.size()),
-                         static_cast<Eigen::Index>(3 + model.terms.size()));
-  for (std::size_t i = 0; i < cells.x.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    design.row(row).head<3>() << 1, cells.x[i], cells.y[i];
-    for (std::size_t t = 0; t < model.terms.size(); ++t)
-      design(row, static_cast<Eigen::Index>(3 + t)) = Value(model.terms[t], cells.x[i], cells.y[i]);
-  }
+  const auto terms = static_cast<Eigen::Index>(model.terms.size());
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(cells.x.size(), 3 + terms);
+  design.leftCols<3>() << Eigen::VectorXd::Ones(cells.x.size()), cells.x.matrix(), cells.y.matrix();
+  for (Eigen::Index t = 0; t < terms; ++t)
+    for (const auto& [power, weight] : model.terms[static_cast<std::size_t>(t)])
+      design.col(3 + t).array() += weight * cells.x.pow(power.x) * cells.y.pow(power.y);
   return design;
 }
 
-Eigen::MatrixXd Logs(const Cells& cells) {
-  Eigen::MatrixXd logs(static_cast<Eigen::Index>(cells.log.size()), 3);
-  for (std::size_t i = 0; i < cells.log.size(); ++i)
-    logs.row(static_cast<Eigen::Index>(i)) << cells.log[i][0], cells.log[i][1], cells.log[i][2];
-  return logs;
-}
-
-// Solves least squares on the rows for which `in` holds; residuals are of all rows.
+// Solves least squares on the rows that are `used`; residuals are of all rows.
 struct Fit {
   Eigen::MatrixXd coefficients, residuals;
-};
-template <typename In>
-Fit Solve(const Eigen::MatrixXd& design, const Eigen::MatrixXd& logs, const In& in) {
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(design.cols(), design.cols());
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(design.cols(), logs.cols());
-  for (Eigen::Index i = 0; i < design.rows(); ++i) {
-    if (!in(static_cast<std::size_t>(i))) continue;
-    normal += design.row(i).transpose() * design.row(i);
-    right += design.row(i).transpose() * logs.row(i);
+  double SquaresOf(const Eigen::ArrayXd& rows) const {
+    return (rows * residuals.rowwise().squaredNorm().array()).sum();
   }
+};
+Fit Solve(const Eigen::MatrixXd& design, const Eigen::MatrixXd& logs, const Eigen::ArrayXd& used) {
+  const Eigen::MatrixXd weighted = used.matrix().asDiagonal() * design;
   Fit fit;
-  fit.coefficients = normal.ldlt().solve(right);
+  fit.coefficients = (weighted.transpose() * design).ldlt().solve(weighted.transpose() * logs);
   fit.residuals = logs - design * fit.coefficients;
   return fit;
 }
@@ -154,20 +133,17 @@ Fit Solve(const Eigen::MatrixXd& design, const Eigen::MatrixXd& logs, const In& 
 // Marks cells that are much darker than the richest model as unused; returns how many spots they form.
 int RemoveDust(Cells& cells) {
   constexpr double kNormalQuartile = 0.6745;  // median of |x| for a Gaussian of sigma 1
-  const Eigen::MatrixXd logs = Logs(cells);
   const Eigen::MatrixXd design = Design(cells, Models().back());
   for (int round = 0; round < 4; ++round) {
-    const Fit fit = Solve(design, logs, [&](std::size_t i) { return cells.used[i]; });
-    std::vector<double> sizes;
-    for (std::size_t i = 0; i < cells.used.size(); ++i)
-      sizes.push_back(std::abs(fit.residuals.row(static_cast<Eigen::Index>(i)).mean()));
-    const double gate = std::max(kLeastDust, kDustSigmas * Median(sizes) / kNormalQuartile);
-    for (std::size_t i = 0; i < cells.used.size(); ++i)
-      cells.used[i] = fit.residuals.row(static_cast<Eigen::Index>(i)).mean() > -gate;
+    const Eigen::ArrayXd means = Solve(design, cells.log, cells.used).residuals.rowwise().mean();
+    const Eigen::ArrayXd sizes = means.abs();
+    const double gate =
+        std::max(kLeastDust, kDustSigmas * Median({sizes.begin(), sizes.end()}) / kNormalQuartile);
+    cells.used = (means > -gate).cast<double>();
   }
   cv::Mat spots(kCellRows, kCellColumns, CV_8UC1);
   for (int i = 0; i < kCellRows * kCellColumns; ++i)
-    spots.at<std::uint8_t>(i / kCellColumns, i % kCellColumns) = !cells.used[static_cast<std::size_t>(i)];
+    spots.at<std::uint8_t>(i / kCellColumns, i % kCellColumns) = cells.used(i) == 0;
   cv::Mat labels;
   return cv::connectedComponents(spots, labels) - 1;
 }
@@ -177,52 +153,34 @@ int RemoveDust(Cells& cells) {
 struct Scored {
   Fit fit;
   double bic = 0;
-  std::vector<double> left_out;  // squared error, by fold
+  Eigen::ArrayXd left_out;  // squared error, by fold
 };
 
 Scored Score(const Cells& cells, const Model& model) {
   constexpr int kFolds = 8;
-  const Eigen::MatrixXd design = Design(cells, model), logs = Logs(cells);
-  Scored scored;
-  scored.fit = Solve(design, logs, [&](std::size_t i) { return cells.used[i]; });
-  double squares = 0, count = 0;
-  for (std::size_t i = 0; i < cells.used.size(); ++i)
-    if (cells.used[i]) {
-      squares += scored.fit.residuals.row(static_cast<Eigen::Index>(i)).squaredNorm();
-      count += 3;
-    }
-  scored.bic =
-      count * std::log(squares / count + 1e-18) + 3 * static_cast<double>(design.cols()) * std::log(count);
+  const Eigen::MatrixXd design = Design(cells, model);
+  Scored scored{Solve(design, cells.log, cells.used), 0, Eigen::ArrayXd(kFolds)};
+  const double count = 3 * cells.used.sum();
+  scored.bic = count * std::log(scored.fit.SquaresOf(cells.used) / count + 1e-18) +
+               3 * static_cast<double>(design.cols()) * std::log(count);
   // Neighbouring cells are not independent, so a fold leaves out whole patches of cells.
   constexpr int kPatch = 6;
-  const auto fold_of = [](std::size_t i) {
-    const auto column = static_cast<int>(i) % kCellColumns / kPatch,
-               row = static_cast<int>(i) / kCellColumns / kPatch;
-    return (column + 3 * row) % kFolds;
-  };
   for (int fold = 0; fold < kFolds; ++fold) {
-    const Fit fit = Solve(design, logs, [&](std::size_t i) { return cells.used[i] && fold_of(i) != fold; });
-    double sum = 0;
-    int cells_in_fold = 0;
-    for (std::size_t i = 0; i < cells.used.size(); ++i)
-      if (cells.used[i] && fold_of(i) == fold) {
-        sum += fit.residuals.row(static_cast<Eigen::Index>(i)).squaredNorm();
-        ++cells_in_fold;
-      }
-    scored.left_out.push_back(sum / std::max(1, cells_in_fold));
+    Eigen::ArrayXd in_fold = cells.used;
+    for (int i = 0; i < in_fold.size(); ++i)
+      if ((i % kCellColumns / kPatch + 3 * (i / kCellColumns / kPatch)) % kFolds != fold) in_fold(i) = 0;
+    const Fit fit = Solve(design, cells.log, cells.used - in_fold);
+    scored.left_out(fold) = fit.SquaresOf(in_fold) / std::max(1.0, in_fold.sum());
   }
   return scored;
 }
 
 bool IsClearlyBetter(const Scored& other, const Scored& than) {
   if (other.bic > than.bic - kBicMargin) return false;
-  const auto count = static_cast<double>(than.left_out.size());
-  double mean = 0, squares = 0;
-  for (std::size_t f = 0; f < than.left_out.size(); ++f)
-    mean += (than.left_out[f] - other.left_out[f]) / count;
-  for (std::size_t f = 0; f < than.left_out.size(); ++f)
-    squares += std::pow(than.left_out[f] - other.left_out[f] - mean, 2);
-  return mean > kBetterStandardErrors * std::sqrt(squares / (count - 1) / count);
+  const Eigen::ArrayXd better = than.left_out - other.left_out;
+  const auto count = static_cast<double>(better.size());
+  const double squares = (better - better.mean()).square().sum();
+  return better.mean() > kBetterStandardErrors * std::sqrt(squares / (count - 1) / count);
 }
 
 std::string ExposureProblem(const std::vector<cv::Mat>& lights) {
@@ -345,14 +303,9 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
   flat_field.width = cards[0].width();
   flat_field.height = cards[0].height();
   AddPowers(models[chosen], fit.coefficients, flat_field);
-  double squares = 0;
-  int count = 0;
-  for (std::size_t i = 0; i < cells.used.size(); ++i)
-    if (cells.used[i]) {
-      squares += std::pow(fit.residuals.row(static_cast<Eigen::Index>(i)).mean(), 2);
-      ++count;
-    }
-  result.residual = std::sqrt(squares / std::max(1, count));
+  const double count = cells.used.sum();
+  const Eigen::ArrayXd means = fit.residuals.rowwise().mean();
+  result.residual = std::sqrt((cells.used * means.square()).sum() / std::max(1.0, count));
   result.gradient = 2 * std::hypot(fit.coefficients(1, 1), fit.coefficients(2, 1));
   const cv::Mat light = flat_field.Light(flat_field.width, flat_field.height);
   for (int c = 0; c < 3; ++c) {
@@ -362,7 +315,7 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
       darkest = std::min(darkest, light.at<cv::Vec3f>(at)[c]);
     result.corner_bgr[static_cast<std::size_t>(c)] = darkest;
   }
-  const double left_out = 1 - static_cast<double>(count) / (kCellColumns * kCellRows);
+  const double left_out = 1 - count / (kCellColumns * kCellRows);
   if (left_out > kMostDust)
     result.refusal = fmt::format(
         "{:.0f} % of the card is darker in spots: shadows, dirt or print on the card", 100 * left_out);

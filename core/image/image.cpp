@@ -11,16 +11,9 @@ namespace {
 
 // OpenCV names a pattern by the second row's second and third pixels: its BG is GenICam's RG.
 int DemosaicCode(Mosaic mosaic) {
-  switch (mosaic) {
-    case Mosaic::kRggb:
-      return cv::COLOR_BayerBG2BGR_EA;
-    case Mosaic::kGrbg:
-      return cv::COLOR_BayerGB2BGR_EA;
-    case Mosaic::kGbrg:
-      return cv::COLOR_BayerGR2BGR_EA;
-    default:
-      return cv::COLOR_BayerRG2BGR_EA;
-  }
+  constexpr std::array<int, 5> kCodes{-1, cv::COLOR_BayerBG2BGR_EA, cv::COLOR_BayerGB2BGR_EA,
+                                      cv::COLOR_BayerGR2BGR_EA, cv::COLOR_BayerRG2BGR_EA};
+  return kCodes[static_cast<std::size_t>(mosaic)];
 }
 
 // Maps every 16-bit linear value to 8-bit sRGB; 8-bit input is spread over it first.
@@ -70,16 +63,7 @@ cv::Mat Encoded8(const Image& image) {
 
 }  // namespace
 
-double FullScale(int depth) {
-  switch (depth) {
-    case CV_8U:
-      return 255.0;
-    case CV_16U:
-      return 65535.0;
-    default:
-      return 1.0;
-  }
-}
+double FullScale(int depth) { return depth == CV_8U ? 255 : depth == CV_16U ? 65535 : 1; }
 
 constexpr std::array kMosaicNames{"none", "RGGB", "GRBG", "GBRG", "BGGR"};
 
@@ -150,14 +134,9 @@ cv::Mat LinearFloat(const Image& image) {
     cv::cvtColor(pixels, color, cv::COLOR_GRAY2BGR);
     pixels = color;
   }
-  cv::Mat result(pixels.size(), CV_32FC3);
+  cv::Mat result;
   if (image.transfer == Transfer::kSrgb && pixels.depth() == CV_8U) {
-    const std::array<float, 256>& table = LinearFromSrgb8();
-    for (int y = 0; y < pixels.rows; ++y) {
-      const std::uint8_t* in = pixels.ptr<std::uint8_t>(y);
-      float* out = result.ptr<float>(y);
-      for (int x = 0; x < 3 * pixels.cols; ++x) out[x] = table[in[x]];
-    }
+    cv::LUT(pixels, LinearFromSrgb8(), result);
     return result;
   }
   pixels.convertTo(result, CV_32F, 1.0 / FullScale(pixels.depth()));

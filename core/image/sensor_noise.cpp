@@ -8,6 +8,7 @@
 
 #include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
+#include "core/image/clipped.h"
 
 namespace ulf {
 namespace {
@@ -37,11 +38,7 @@ SensorNoise RoundingOf(const Image& image) {
 // Returns CV_8UC1, 255 where any number is 0; empty for floats, which go on below black.
 cv::Mat AtBlack(const Image& image) {
   if (image.pixels.depth() == CV_32F) return {};
-  const cv::Mat zero = image.pixels == cv::Scalar::all(0);
-  if (zero.channels() == 1) return zero;
-  cv::Mat any;
-  cv::reduce(zero.reshape(1, static_cast<int>(zero.total())), any, 1, cv::REDUCE_MAX);
-  return any.reshape(1, zero.rows);
+  return AnyColor(image.pixels == cv::Scalar::all(0));
 }
 
 // Uses one colour in every other pixel of every other row.

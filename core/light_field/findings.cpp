@@ -2,8 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
+#include <array>
 #include <cctype>
+#include <ranges>
 #include <set>
 #include <utility>
 #include <vector>
@@ -22,19 +23,8 @@ std::string WithoutDigits(std::string text) {
 }  // namespace
 
 const char* Name(Check check) {
-  switch (check) {
-    case Check::kFiles:
-      return "files";
-    case Check::kPoints:
-      return "points";
-    case Check::kSubject:
-      return "subject";
-    case Check::kPoses:
-      return "poses";
-    case Check::kLight:
-      return "light";
-  }
-  return "";
+  constexpr std::array kNames{"files", "points", "subject", "poses", "light"};
+  return kNames[static_cast<std::size_t>(check)];
 }
 
 std::string Finding::Words() const {
@@ -42,15 +32,9 @@ std::string Finding::Words() const {
   constexpr std::size_t kNamed = 3;
   const std::size_t at = text.find(kMark);
   if (at == std::string::npos) return text;
-  std::string names;
-  std::size_t named = 0;
-  for (const auto& [id, image] : views) {
-    if (named++ == kNamed) {
-      names += ", ...";
-      break;
-    }
-    names += (names.empty() ? "" : ", ") + image;
-  }
+  auto shown = views | std::views::values | std::views::take(kNamed);
+  const std::string names =
+      fmt::format("{}{}", fmt::join(shown.begin(), shown.end(), ", "), views.size() > kNamed ? ", ..." : "");
   return text.substr(0, at) + fmt::format("{} ({})", ViewNumbers(views), names) +
          text.substr(at + kMark.size());
 }

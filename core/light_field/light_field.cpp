@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/digest.h"
 #include "core/geometry/small_matrices.h"
 
 namespace ulf {
@@ -50,9 +52,30 @@ Eigen::Vector3d UpEstimator::Up() const {
   return up_.norm() > 1e-9 ? Eigen::Vector3d(up_.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
 }
 
+int LightField::AddCamera(const NewCamera& camera) {
+  const int index = static_cast<int>(cameras.size());
+  cameras.push_back(camera.camera);
+  if (camera.flat_field) flat_fields[index] = *camera.flat_field;
+  if (camera.color_profile) color_profiles[index] = *camera.color_profile;
+  if (!camera.calibration_source.empty()) calibration_sources[index] = camera.calibration_source;
+  return index;
+}
+
 std::string LightField::CalibrationSource(int camera) const {
   const auto found = calibration_sources.find(camera);
   return found == calibration_sources.end() ? std::string() : found->second;
+}
+
+const View* LightField::FindView(int id) const {
+  const auto found = std::ranges::lower_bound(views, id, {}, &View::id);
+  return found != views.end() && found->id == id ? &*found : nullptr;
+}
+
+std::uint64_t LightField::PoseDigest(const View& view) const {
+  Digest digest;
+  digest.Add(view.cam_from_world);
+  digest.Add(CameraOf(view));
+  return digest.Value();
 }
 
 Eigen::Vector3d LightField::UpInWorld() const {
@@ -124,17 +147,7 @@ std::set<std::string> FilesOf(const View& view) {
 
 View PhotographOf(const View& view, const ViewExposure& exposure) {
   View photograph = view;
-  photograph.image_path = exposure.image_path;
-  photograph.master_path = exposure.master_path;
-  photograph.master_transfer = exposure.master_transfer;
-  photograph.master_mosaic = exposure.master_mosaic;
-  photograph.raw_white_balance = exposure.raw_white_balance;
-  photograph.device_time_s = exposure.device_time_s;
-  photograph.host_time_s = exposure.host_time_s;
-  photograph.exposure_s = exposure.exposure_s;
-  photograph.gain = exposure.gain;
-  photograph.black_level = exposure.black_level;
-  photograph.f_number = exposure.f_number;
+  static_cast<StoredExposure&>(photograph) = exposure;
   photograph.cam_from_world = exposure.exposure_from_view * view.cam_from_world;
   photograph.exposures.clear();
   photograph.merged.reset();

@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/camera_model.h"
@@ -40,22 +41,29 @@ struct ShutterReadout {
   bool operator==(const ShutterReadout&) const = default;
 };
 
-// Another exposure of a view, for merging.
-struct ViewExposure {
-  // Paths are relative to the light field: an image or a master, or both.
-  std::string image_path;
-  std::string master_path;
+// The files of one exposure, and how it was taken.
+struct StoredExposure {
+  std::string image_path;   // relative to the light field, '/'-separated: 8-bit sRGB for every tool
+  std::string master_path;  // the picture beyond 8-bit sRGB; empty if there is nothing more
+  // The transfer function of the master's numbers; none for a camera's raw file.
   std::optional<Transfer> master_transfer;
   Mosaic master_mosaic = Mosaic::kNone;
+  // The factors of the sensor's red, green and blue with which a raw master is developed (green is 1), if
+  // they are not the file's own but those of the light field's first raw file of this camera.
   std::optional<std::array<double, 3>> raw_white_balance;
-  // The transform from the view's camera to this exposure's camera. Its translation is in world units.
-  Rigid3 exposure_from_view;
-  bool pose_is_between = false;  // interpolated between frames before and after, not found in the exposure
-  double device_time_s = 0, host_time_s = 0;
-  double exposure_s = 0;  // known, above 0
+  double device_time_s = 0;
+  double host_time_s = 0;
+  double exposure_s = 0;  // 0: unknown
   double gain = 1;        // linear
   double black_level = 0;
   std::optional<double> f_number;
+};
+
+// Another exposure of a view, for merging: an image or a master, or both, and a known exposure time.
+struct ViewExposure : StoredExposure {
+  // The transform from the view's camera to this exposure's camera. Its translation is in world units.
+  Rigid3 exposure_from_view;
+  bool pose_is_between = false;  // interpolated between frames before and after, not found in the exposure
 };
 
 // A view and its exposures merged to one picture of linear light.
@@ -66,33 +74,19 @@ struct MergedExposures {
 };
 
 // A recorded frame: image, camera, pose.
-struct View {
-  int id = 0;               // unique, in order of recording, never used again
-  std::string image_path;   // relative to the light field, '/'-separated: 8-bit sRGB for every tool
-  std::string master_path;  // the picture beyond 8-bit sRGB; empty if there is nothing more
-  std::string mask_path;    // one channel, of the image's size, 0: excluded; empty: no mask
-  // The transfer function of the master's numbers; none for a camera's raw file.
-  std::optional<Transfer> master_transfer;
-  Mosaic master_mosaic = Mosaic::kNone;
-  int camera = 0;  // index into LightField::cameras
+struct View : StoredExposure {
+  int id = 0;             // unique, in order of recording, never used again
+  std::string mask_path;  // one channel, of the image's size, 0: excluded; empty: no mask
+  int camera = 0;         // index into LightField::cameras
   Rigid3 cam_from_world;
   // The pose when the view was recorded; later adjustments change cam_from_world only.
   std::optional<Rigid3> recorded_cam_from_world;
-  double device_time_s = 0;
-  double host_time_s = 0;
-  double exposure_s = 0;  // 0: unknown
-  double gain = 1;        // linear
-  double black_level = 0;
   // The frame's number and the states of the camera's lines, one bit each, if the camera sent them.
   std::optional<std::uint64_t> frame_id, line_status;
-  bool on_shared_clock = false;  // IEEE 1588 sets the clock of device_time_s
-  std::optional<double> f_number;
+  bool on_shared_clock = false;    // IEEE 1588 sets the clock of device_time_s
   std::optional<double> focal_mm;  // of the lens, mm, as the camera reports it
   std::string lens = {};           // model as its maker names it; empty if unknown
-  // The factors of the sensor's red, green and blue with which a raw master is developed (green is 1), if
-  // they are not the file's own but those of the light field's first raw file of this camera.
-  std::optional<std::array<double, 3>> raw_white_balance;
-  double tracking_quality = 1;  // 0 to 1
+  double tracking_quality = 1;     // 0 to 1
   // The camera's velocity during readout, if a rolling shutter was compensated, in the middle row's frame:
   // rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;
@@ -171,7 +165,29 @@ struct UnposedPhotograph {
   std::string problem;  // why it cannot become a view; empty: it can, with a pose
 };
 
-struct LightField {
+// A camera for a light field, which has one to begin with, and another for each lens that the user gives
+// later.
+struct NewCamera {
+  CameraModel camera;
+  std::optional<FlatField> flat_field;
+  std::optional<ColorProfile> color_profile;
+  std::string calibration_source;
+};
+
+// The device and the choices with which a capture begins.
+struct CaptureFacts {
+  std::string device_uri;
+  std::string device_serial, device_maker, device_model;
+  std::optional<SensorWindow> window;  // the part of the sensor in the views; none: unknown, or photographs
+  std::string units = "arbitrary";     // or "metres"
+  std::optional<double> threshold_px;  // the capture's threshold, px of the coverage image
+  int coverage_width_px = 640;
+};
+
+// The values of the journal's header, noted when a capture begins.
+struct CaptureHeader : NewCamera, CaptureFacts {};
+
+struct LightField : CaptureFacts {
   std::filesystem::path root;
   std::vector<CameraModel> cameras;
   // Measured flat fields by index into cameras. The photographs are uncorrected; ReadViewImage divides by it.
@@ -183,15 +199,9 @@ struct LightField {
   std::vector<UnposedPhotograph> unposed;
   std::optional<Subject> subject;
   std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() estimates it from the cameras
-  std::string units = "arbitrary";             // or "metres"
-  std::optional<double> threshold_px;          // the capture's threshold, px of the coverage image
-  int coverage_width_px = 640;
-  std::optional<CoverageGoal> goal;       // the last one given; none: the operator ends the capture
-  std::optional<Turntable> turntable;     // none: the subject did not turn
-  std::optional<ShutterReadout> readout;  // measured or given in the last session; none: unknown
-  std::string device_uri;
-  std::string device_serial, device_maker, device_model;
-  std::optional<SensorWindow> window;  // the part of the sensor in the views; none: unknown, or photographs
+  std::optional<CoverageGoal> goal;            // the last one given; none: the operator ends the capture
+  std::optional<Turntable> turntable;          // none: the subject did not turn
+  std::optional<ShutterReadout> readout;       // measured or given in the last session; none: unknown
   // The origin of the intrinsics by index into cameras, if known.
   std::map<int, std::string> calibration_sources;
   std::set<int> taken_back;  // ids of views that were recorded and removed again
@@ -205,40 +215,24 @@ struct LightField {
   std::vector<Finding> findings;    // results of the other checks of consistency
 
   Eigen::Vector3d UpInWorld() const;
+  // Adds the camera and returns its index.
+  int AddCamera(const NewCamera& camera);
   // Returns the origin of the camera's intrinsics; empty if unknown.
   std::string CalibrationSource(int camera) const;
   const CameraModel& CameraOf(const View& view) const {
     return cameras[static_cast<std::size_t>(view.camera)];
   }
-};
-
-// A camera for a light field, which has one to begin with, and another for each lens that the user gives
-// later.
-struct NewCamera {
-  CameraModel camera;
-  std::optional<FlatField> flat_field;
-  std::optional<ColorProfile> color_profile;
-  std::string calibration_source;
+  // Returns the view of this id; null if there is none.
+  const View* FindView(int id) const;
+  View* FindView(int id) { return const_cast<View*>(std::as_const(*this).FindView(id)); }
+  // Returns a checksum of the view's pose and camera (core/geometry/digest.h).
+  std::uint64_t PoseDigest(const View& view) const;
 };
 
 // New intrinsics of a camera that a light field has.
 struct CorrectedLens {
   CameraModel camera;
   std::string calibration_source;  // empty: unchanged
-};
-
-// The values of the journal's header, noted when a capture begins.
-struct CaptureHeader {
-  CameraModel camera;
-  std::string device_uri;
-  std::string device_serial, device_maker, device_model;
-  std::optional<SensorWindow> window;
-  std::string calibration_source;
-  std::optional<FlatField> flat_field;
-  std::optional<ColorProfile> color_profile;
-  std::string units = "arbitrary";
-  std::optional<double> threshold_px;
-  int coverage_width_px = 640;
 };
 
 inline cv::Size SizeOf(const CameraModel& camera) { return {camera.width, camera.height}; }

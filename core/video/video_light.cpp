@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/base/error.h"
 #include "core/ffmpeg/ffmpeg_calls.h"
@@ -48,20 +49,13 @@ bool IsMarkedFull(AVPixelFormat format) { return WithoutRange(format) != format;
 }  // namespace
 
 AVPixelFormat WithoutRange(AVPixelFormat format) {
-  switch (format) {
-    case AV_PIX_FMT_YUVJ420P:
-      return AV_PIX_FMT_YUV420P;
-    case AV_PIX_FMT_YUVJ422P:
-      return AV_PIX_FMT_YUV422P;
-    case AV_PIX_FMT_YUVJ444P:
-      return AV_PIX_FMT_YUV444P;
-    case AV_PIX_FMT_YUVJ440P:
-      return AV_PIX_FMT_YUV440P;
-    case AV_PIX_FMT_YUVJ411P:
-      return AV_PIX_FMT_YUV411P;
-    default:
-      return format;
-  }
+  static const std::map<AVPixelFormat, AVPixelFormat> kUnmarked{{AV_PIX_FMT_YUVJ420P, AV_PIX_FMT_YUV420P},
+                                                                {AV_PIX_FMT_YUVJ422P, AV_PIX_FMT_YUV422P},
+                                                                {AV_PIX_FMT_YUVJ444P, AV_PIX_FMT_YUV444P},
+                                                                {AV_PIX_FMT_YUVJ440P, AV_PIX_FMT_YUV440P},
+                                                                {AV_PIX_FMT_YUVJ411P, AV_PIX_FMT_YUV411P}};
+  const auto found = kUnmarked.find(format);
+  return found == kUnmarked.end() ? format : found->second;
 }
 
 VideoLight::VideoLight(const AVFrame& frame)

@@ -19,23 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct CloseInput {
-  void operator()(AVFormatContext* input) const { Ffmpeg().avformat_close_input(&input); }
-};
-struct FreeCodec {
-  void operator()(AVCodecContext* codec) const { Ffmpeg().avcodec_free_context(&codec); }
-};
-struct FreeScaler {
-  void operator()(SwsContext* scaler) const { Ffmpeg().sws_freeContext(scaler); }
-};
-using Input = std::unique_ptr<AVFormatContext, CloseInput>;
-using Codec = std::unique_ptr<AVCodecContext, FreeCodec>;
-using Scaler = std::unique_ptr<SwsContext, FreeScaler>;
-
 constexpr const char* kNameAnother = "; name a video, a folder of photographs or a light field";
 
 // No file may make this process read others: a playlist may name addresses.
-Input Open(const fs::path& file) {
+FfmpegOwned<AVFormatContext> Open(const fs::path& file) {
   RouteFfmpegLog();
   AVDictionary* options = nullptr;
   Ffmpeg().av_dict_set(&options, "protocol_whitelist", "file", 0);
@@ -49,7 +36,7 @@ Input Open(const fs::path& file) {
                 missing.empty() ? FfmpegErrorText(status) + kNameAnother
                                 : missing + "; copy it again from its source");
   }
-  return Input(opened);
+  return FfmpegOwned<AVFormatContext>(opened);
 }
 
 // To FFmpeg one photograph is a stream of one picture.
@@ -121,20 +108,21 @@ cv::Mat Turned(const cv::Mat& stored, const Turn& turn) {
   return flipped;
 }
 
-// One of the two fields of an interlaced frame, whose lines were exposed at one time.
+// Lines of a frame: all of them, or one of the two fields of an interlaced one, exposed at one time.
 struct Field {
   std::array<const std::uint8_t*, 4> data{};
   std::array<int, 4> line_bytes{};
   int height = 0;
 };
 
-Field FieldOf(const AVFrame& frame, bool is_bottom) {
+// Takes every `step`-th line from `first` on.
+Field FieldOf(const AVFrame& frame, int first, int step) {
   Field field;
-  field.height = (frame.height + (is_bottom ? 0 : 1)) / 2;
+  field.height = (frame.height + step - 1 - first) / step;
   for (std::size_t plane = 0; plane < field.data.size(); ++plane) {
     if (!frame.data[plane]) continue;
-    field.data[plane] = frame.data[plane] + (is_bottom ? frame.linesize[plane] : 0);
-    field.line_bytes[plane] = 2 * frame.linesize[plane];
+    field.data[plane] = frame.data[plane] + first * frame.linesize[plane];
+    field.line_bytes[plane] = step * frame.linesize[plane];
   }
   return field;
 }
@@ -179,13 +167,6 @@ struct VideoReader::State {
     TellFacts();
     has_first = true;
   }
-  ~State() {
-    Ffmpeg().av_packet_free(&packet);
-    Ffmpeg().av_frame_free(&frame);
-  }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-
   const AVStream& Stream() const { return *input->streams[index]; }
 
   // Its profile 5 stores pictures in its own colours, and only this tag says so.
@@ -222,7 +203,7 @@ struct VideoReader::State {
   // Decodes the next picture into `frame`; returns false at the end.
   bool Decode() {
     while (true) {
-      const int status = Ffmpeg().avcodec_receive_frame(codec.get(), frame);
+      const int status = Ffmpeg().avcodec_receive_frame(codec.get(), frame.get());
       if (status == 0) {
         if (frame->decode_error_flags == 0 && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0) return true;
         ++damaged;
@@ -241,7 +222,7 @@ struct VideoReader::State {
   bool Feed() {
     if (drains) return false;
     while (true) {
-      const int status = Ffmpeg().av_read_frame(input.get(), packet);
+      const int status = Ffmpeg().av_read_frame(input.get(), packet.get());
       if (status < 0) {
         if (status != AVERROR_EOF) problem = FfmpegErrorText(status);
         drains = true;
@@ -252,9 +233,9 @@ struct VideoReader::State {
       int sent = 0;
       if (is_ours) {
         if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0) problem = "a part of it is missing";
-        sent = Ffmpeg().avcodec_send_packet(codec.get(), packet);
+        sent = Ffmpeg().avcodec_send_packet(codec.get(), packet.get());
       }
-      Ffmpeg().av_packet_unref(packet);
+      Ffmpeg().av_packet_unref(packet.get());
       if (!is_ours) continue;
       if (sent < 0 && sent != AVERROR(EAGAIN)) ++damaged;
       return true;
@@ -264,7 +245,7 @@ struct VideoReader::State {
   // Returns data of the stream, or of its pictures; null if there are none of this kind.
   template <typename Facts>
   const Facts* SideData(AVPacketSideDataType of_stream, AVFrameSideDataType of_picture) const {
-    if (const AVFrameSideData* data = Ffmpeg().av_frame_get_side_data(frame, of_picture))
+    if (const AVFrameSideData* data = Ffmpeg().av_frame_get_side_data(frame.get(), of_picture))
       return reinterpret_cast<const Facts*>(data->data);
     return reinterpret_cast<const Facts*>(Ffmpeg().av_stream_get_side_data(&Stream(), of_stream, nullptr));
   }
@@ -294,7 +275,7 @@ struct VideoReader::State {
     facts.frame_rate = Ratio(Ffmpeg().av_guess_frame_rate(input.get(), input->streams[index], nullptr));
     facts.frames = Stream().nb_frames > 0 ? static_cast<double>(Stream().nb_frames) : LengthByDuration();
     facts.pixel_aspect =
-        Ratio(Ffmpeg().av_guess_sample_aspect_ratio(input.get(), input->streams[index], frame));
+        Ratio(Ffmpeg().av_guess_sample_aspect_ratio(input.get(), input->streams[index], frame.get()));
     if (facts.pixel_aspect == 0) facts.pixel_aspect = 1;
     TellTurn();
     facts.width = turn.transposes ? stored.height : stored.width;
@@ -353,16 +334,9 @@ struct VideoReader::State {
 
   // Converts `frame` to upright pixels.
   Image Picture() {
-    if (!is_interlaced) {
-      Field whole;
-      whole.height = frame->height;
-      std::copy_n(frame->data, whole.data.size(), whole.data.begin());
-      std::copy_n(frame->linesize, whole.line_bytes.size(), whole.line_bytes.begin());
-      return {Turned(light->ToSrgbOrLinear(Converted(whole)), turn), light->transfer()};
-    }
-    const Field field = FieldOf(*frame, is_bottom_first);
-    const cv::Mat full = WithLinesBetween(Converted(field), is_bottom_first, frame->height);
-    return {Turned(light->ToSrgbOrLinear(full), turn), light->transfer()};
+    cv::Mat pixels = Converted(is_interlaced ? FieldOf(*frame, is_bottom_first, 2) : FieldOf(*frame, 0, 1));
+    if (is_interlaced) pixels = WithLinesBetween(pixels, is_bottom_first, frame->height);
+    return {Turned(light->ToSrgbOrLinear(pixels), turn), light->transfer()};
   }
 
   cv::Mat Converted(const Field& field) {
@@ -455,12 +429,12 @@ struct VideoReader::State {
   }
 
   std::string name;
-  Input input;
-  Codec codec;
-  Scaler scaler;
+  FfmpegOwned<AVFormatContext> input;
+  FfmpegOwned<AVCodecContext> codec;
+  FfmpegOwned<SwsContext> scaler;
   std::string missing_end;
-  AVPacket* packet;
-  AVFrame* frame;
+  FfmpegOwned<AVPacket> packet;
+  FfmpegOwned<AVFrame> frame;
   int index = -1;
   cv::Size stored;
   Turn turn;

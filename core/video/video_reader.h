@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>

@@ -17,38 +17,19 @@ struct VideoWriter::State {
         size(wanted),
         packet(Ffmpeg().av_packet_alloc()),
         frame(Ffmpeg().av_frame_alloc()) {
-    try {
-      OpenCodec(frame_rate);
-      OpenFile();
-      frame->format = codec->pix_fmt;
-      frame->width = size.width;
-      frame->height = size.height;
-      Require(Ffmpeg().av_frame_get_buffer(frame, 0), "no memory for a picture");
-      scaler = Ffmpeg().sws_getContext(size.width, size.height, AV_PIX_FMT_BGR24, size.width, size.height,
-                                       codec->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP,
-                                       nullptr, nullptr, nullptr);
-      if (!scaler) throw Error("{}: pictures of {}x{} cannot be converted", name, size.width, size.height);
-      constexpr int kAsIs = 1 << 16;
-      Ffmpeg().sws_setColorspaceDetails(scaler, Ffmpeg().sws_getCoefficients(SWS_CS_DEFAULT), 1,
-                                        Ffmpeg().sws_getCoefficients(SWS_CS_ITU709), 0, 0, kAsIs, kAsIs);
-    } catch (...) {
-      Free();
-      throw;
-    }
-  }
-  ~State() { Free(); }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-
-  void Free() {
-    if (file && file->pb) Ffmpeg().avio_closep(&file->pb);
-    Ffmpeg().avformat_free_context(file);
-    Ffmpeg().avcodec_free_context(&codec);
-    Ffmpeg().sws_freeContext(scaler);
-    Ffmpeg().av_frame_free(&frame);
-    Ffmpeg().av_packet_free(&packet);
-    file = nullptr;
-    scaler = nullptr;
+    OpenCodec(frame_rate);
+    OpenFile();
+    frame->format = codec->pix_fmt;
+    frame->width = size.width;
+    frame->height = size.height;
+    Require(Ffmpeg().av_frame_get_buffer(frame.get(), 0), "no memory for a picture");
+    scaler.reset(Ffmpeg().sws_getContext(size.width, size.height, AV_PIX_FMT_BGR24, size.width, size.height,
+                                         codec->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP,
+                                         nullptr, nullptr, nullptr));
+    if (!scaler) throw Error("{}: pictures of {}x{} cannot be converted", name, size.width, size.height);
+    constexpr int kAsIs = 1 << 16;
+    Ffmpeg().sws_setColorspaceDetails(scaler.get(), Ffmpeg().sws_getCoefficients(SWS_CS_DEFAULT), 1,
+                                      Ffmpeg().sws_getCoefficients(SWS_CS_ITU709), 0, 0, kAsIs, kAsIs);
   }
 
   void Require(int status, const char* what) const {
@@ -63,8 +44,7 @@ struct VideoWriter::State {
     for (const char* encoder_name : {"libx264", "libopenh264", "mpeg4"}) {
       const AVCodec* encoder = Ffmpeg().avcodec_find_encoder_by_name(encoder_name);
       if (!encoder) continue;
-      Ffmpeg().avcodec_free_context(&codec);
-      codec = Ffmpeg().avcodec_alloc_context3(encoder);
+      codec.reset(Ffmpeg().avcodec_alloc_context3(encoder));
       codec->width = size.width;
       codec->height = size.height;
       codec->time_base = av_inv_q(rate);
@@ -82,7 +62,7 @@ struct VideoWriter::State {
         codec->flags |= AV_CODEC_FLAG_QSCALE;
         codec->global_quality = 2 * FF_QP2LAMBDA;
       }
-      status = Ffmpeg().avcodec_open2(codec, encoder, nullptr);
+      status = Ffmpeg().avcodec_open2(codec.get(), encoder, nullptr);
       if (status >= 0) return;
     }
     if (!codec)
@@ -95,32 +75,35 @@ struct VideoWriter::State {
   }
 
   void OpenFile() {
-    Require(Ffmpeg().avformat_alloc_output_context2(&file, nullptr, "mp4", ("file:" + name).c_str()),
+    AVFormatContext* made = nullptr;
+    Require(Ffmpeg().avformat_alloc_output_context2(&made, nullptr, "mp4", ("file:" + name).c_str()),
             "cannot be written");
-    AVStream* stream = Ffmpeg().avformat_new_stream(file, nullptr);
-    Require(stream ? Ffmpeg().avcodec_parameters_from_context(stream->codecpar, codec) : AVERROR(ENOMEM),
-            "cannot be written");
+    file.reset(made);
+    AVStream* stream = Ffmpeg().avformat_new_stream(made, nullptr);
+    Require(
+        stream ? Ffmpeg().avcodec_parameters_from_context(stream->codecpar, codec.get()) : AVERROR(ENOMEM),
+        "cannot be written");
     stream->time_base = codec->time_base;
     stream->avg_frame_rate = codec->framerate;
     Require(Ffmpeg().avio_open(&file->pb, file->url, AVIO_FLAG_WRITE), "cannot be written");
     AVDictionary* options = nullptr;
     Ffmpeg().av_dict_set(&options, "movflags", "+faststart+write_colr", 0);
-    const int written = Ffmpeg().avformat_write_header(file, &options);
+    const int written = Ffmpeg().avformat_write_header(made, &options);
     Ffmpeg().av_dict_free(&options);
     Require(written, "cannot be written");
   }
 
   // Gives the encoder a picture, or the end of stream; writes its output.
   void Encode(AVFrame* picture) {
-    Require(Ffmpeg().avcodec_send_frame(codec, picture), "a picture cannot be encoded");
+    Require(Ffmpeg().avcodec_send_frame(codec.get(), picture), "a picture cannot be encoded");
     while (true) {
-      const int received = Ffmpeg().avcodec_receive_packet(codec, packet);
+      const int received = Ffmpeg().avcodec_receive_packet(codec.get(), packet.get());
       if (received == AVERROR(EAGAIN) || received == AVERROR_EOF) return;
       Require(received, "a picture cannot be encoded");
       packet->stream_index = 0;
       packet->duration = 1;
-      Ffmpeg().av_packet_rescale_ts(packet, codec->time_base, file->streams[0]->time_base);
-      Require(Ffmpeg().av_interleaved_write_frame(file, packet), "a picture cannot be written");
+      Ffmpeg().av_packet_rescale_ts(packet.get(), codec->time_base, file->streams[0]->time_base);
+      Require(Ffmpeg().av_interleaved_write_frame(file.get(), packet.get()), "a picture cannot be written");
       Require(file->pb->error, "a picture cannot be written");
     }
   }
@@ -129,11 +112,11 @@ struct VideoWriter::State {
   cv::Size size;
   int status = 0;
   std::int64_t count = 0;
-  AVCodecContext* codec = nullptr;
-  AVFormatContext* file = nullptr;
-  SwsContext* scaler = nullptr;
-  AVPacket* packet;
-  AVFrame* frame;
+  FfmpegOwned<AVCodecContext> codec;
+  FfmpegOwned<AVFormatContext> file;
+  FfmpegOwned<SwsContext> scaler;
+  FfmpegOwned<AVPacket> packet;
+  FfmpegOwned<AVFrame> frame;
 };
 
 VideoWriter::VideoWriter(const fs::path& mp4, const cv::Size& size, double frame_rate) {
@@ -148,18 +131,19 @@ void VideoWriter::Add(const cv::Mat& srgb8) {
   if (srgb8.size() != state.size || srgb8.type() != CV_8UC3)
     throw Error("{}: a picture is {}x{}, the video {}x{}", state.name, srgb8.cols, srgb8.rows,
                 state.size.width, state.size.height);
-  state.Require(Ffmpeg().av_frame_make_writable(state.frame), "no memory for a picture");
+  state.Require(Ffmpeg().av_frame_make_writable(state.frame.get()), "no memory for a picture");
   const std::uint8_t* const data[]{srgb8.data};
   const int line_bytes[]{static_cast<int>(srgb8.step)};
-  Ffmpeg().sws_scale(state.scaler, data, line_bytes, 0, srgb8.rows, state.frame->data, state.frame->linesize);
+  Ffmpeg().sws_scale(state.scaler.get(), data, line_bytes, 0, srgb8.rows, state.frame->data,
+                     state.frame->linesize);
   state.frame->pts = state.count++;
-  state.Encode(state.frame);
+  state.Encode(state.frame.get());
 }
 
 void VideoWriter::Close() {
   State& state = *state_;
   state.Encode(nullptr);
-  state.Require(Ffmpeg().av_write_trailer(state.file), "the end cannot be written");
+  state.Require(Ffmpeg().av_write_trailer(state.file.get()), "the end cannot be written");
   const int failed = state.file->pb->error;
   const int closed = Ffmpeg().avio_closep(&state.file->pb);
   state.Require(failed < 0 ? failed : closed, "the end cannot be written");

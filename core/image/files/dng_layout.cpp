@@ -1,42 +1,20 @@
 #include "core/image/files/dng_layout.h"
 
+#include <tiff.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string_view>
 #include <vector>
 
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 
 namespace ulf {
 namespace {
 
-enum DngTag : std::uint16_t {
-  kSubfileType = 254,
-  kTagWidth = 256,
-  kTagHeight = 257,
-  kTagBits = 258,
-  kTagCompression = 259,
-  kTagPhotometric = 262,
-  kTagStripPlaces = 273,
-  kTagChannels = 277,
-  kTagStripRows = 278,
-  kTagStripSizes = 279,
-  kTagTileWidth = 322,
-  kTagTileHeight = 323,
-  kTagTilePlaces = 324,
-  kTagTileSizes = 325,
-  kTagDirectories = 330,
-  kTagPlanes = 284,
-  kTagMosaicSize = 33421,
-  kTagMosaic = 33422,
-  kTagDngVersion = 50706,
-  kTagMosaicColors = 50710,
-  kTagMosaicLayout = 50711,
-  kTagBlackPeriod = 50713,
-  kTagBlack = 50714,
-};
-constexpr std::uint32_t kMosaicLight = 32803, kLinearLight = 34892;
+constexpr std::uint32_t kLinearLight = 34892;  // LinearRaw, which libtiff has no name for
 constexpr std::size_t kEntryBytes = 12;
 
 struct DngEntry {
@@ -60,15 +38,16 @@ class DngFile {
     const bool is_tiff =
         head.starts_with(std::string("II*\0", 4)) || head.starts_with(std::string("MM\0*", 4));
     if (is_tiff) AddChain(4, 0);
-    const bool is_dng = !directories_.empty() && directories_.front().entries.contains(kTagDngVersion);
+    const bool is_dng = !directories_.empty() && directories_.front().entries.contains(TIFFTAG_DNGVERSION);
     if (!is_dng) directories_.clear();
   }
 
   // Returns the first directory of the sensor's own pixels at full size.
   const DngDirectory* Raw() const {
     for (const DngDirectory& directory : directories_) {
-      const std::uint32_t light = FirstOf(directory, kTagPhotometric);
-      if ((FirstOf(directory, kSubfileType) & 1) == 0 && (light == kMosaicLight || light == kLinearLight))
+      const std::uint32_t light = FirstOf(directory, TIFFTAG_PHOTOMETRIC);
+      if ((FirstOf(directory, TIFFTAG_SUBFILETYPE) & 1) == 0 &&
+          (light == PHOTOMETRIC_CFA || light == kLinearLight))
         return &directory;
     }
     return nullptr;
@@ -83,7 +62,7 @@ class DngFile {
     const auto found = directory.entries.find(tag);
     if (found == directory.entries.end()) return {};
     const DngEntry& entry = found->second;
-    const std::size_t size = entry.type == 3 ? 2 : entry.type == 1 ? 1 : 4;
+    const std::size_t size = entry.type == TIFF_SHORT ? 2 : entry.type == TIFF_BYTE ? 1 : 4;
     constexpr std::uint32_t kMostValues = 1 << 20;
     const std::size_t count = std::min(entry.count, kMostValues);
     const std::string bytes = count * size <= 4 ? entry.bytes.substr(8, count * size)
@@ -94,10 +73,9 @@ class DngFile {
   }
   // Reads numbers, also fractions.
   std::vector<double> RealsOf(const DngDirectory& directory, std::uint16_t tag) const {
-    constexpr std::uint16_t kFractions = 5;
     const auto found = directory.entries.find(tag);
     std::vector<double> reals;
-    if (found != directory.entries.end() && found->second.type == kFractions) {
+    if (found != directory.entries.end() && found->second.type == TIFF_RATIONAL) {
       const DngEntry& entry = found->second;
       constexpr std::uint32_t kMostFractions = 4096;
       const std::string bytes =
@@ -110,10 +88,8 @@ class DngFile {
     return reals;
   }
   std::uint32_t Number(const std::string& bytes, std::size_t at, std::size_t size) const {
-    std::uint32_t number = 0;
-    for (std::size_t i = 0; i < size; ++i)
-      number = number << 8 | static_cast<std::uint8_t>(bytes[is_little_ ? at + size - 1 - i : at + i]);
-    return number;
+    const std::string_view part = std::string_view(bytes).substr(at, size);
+    return static_cast<std::uint32_t>(is_little_ ? LittleEndian(part) : BigEndian(part));
   }
   std::string Bytes(std::uint32_t number, std::size_t size) const {
     std::string bytes;
@@ -143,11 +119,11 @@ class DngFile {
             static_cast<std::uint16_t>(Number(entry, 2, 2)), Number(entry, 4, 4), entry};
       }
       directories_.push_back(directory);
-      if (const auto inside = directory.entries.find(kTagDirectories);
+      if (const auto inside = directory.entries.find(TIFFTAG_SUBIFD);
           inside != directory.entries.end() && depth < kMostDepth) {
         const DngEntry& entry = inside->second;
         const std::uint64_t value_at =
-            place + 2 + static_cast<std::uint64_t>(IndexOf(bytes, kTagDirectories)) * kEntryBytes + 8;
+            place + 2 + static_cast<std::uint64_t>(IndexOf(bytes, TIFFTAG_SUBIFD)) * kEntryBytes + 8;
         const std::uint64_t first = entry.count == 1 ? value_at : Number(entry.bytes, 8, 4);
         for (std::uint32_t i = 0; i < std::min<std::uint32_t>(entry.count, 16); ++i)
           AddChain(first + 4 * i, depth + 1);
@@ -169,10 +145,10 @@ class DngFile {
 
 std::string PatternOf(const DngFile& file, const DngDirectory& raw) {
   constexpr std::string_view kColors = "RGBCMYW";
-  std::vector<std::uint32_t> colors = file.ValuesOf(raw, kTagMosaicColors);
+  std::vector<std::uint32_t> colors = file.ValuesOf(raw, TIFFTAG_CFAPLANECOLOR);
   if (colors.empty()) colors = {0, 1, 2};
   std::string pattern;
-  for (const std::uint32_t index : file.ValuesOf(raw, kTagMosaic)) {
+  for (const std::uint32_t index : file.ValuesOf(raw, TIFFTAG_CFAPATTERN)) {
     // Each pixel names its colour itself; the list has the colours that occur.
     const bool is_listed = std::ranges::find(colors, index) != colors.end();
     pattern += is_listed && index < kColors.size() ? kColors[index] : '?';
@@ -211,20 +187,22 @@ std::optional<DngLayout> DngLayoutOf(const ReadBytesAt& read) {
   const DngDirectory* const raw = file.Raw();
   if (!raw) return std::nullopt;
   DngLayout layout;
-  if (file.FirstOf(*raw, kTagPhotometric) == kMosaicLight) {
-    const std::vector<std::uint32_t> period = file.ValuesOf(*raw, kTagMosaicSize);  // rows, columns
+  if (file.FirstOf(*raw, TIFFTAG_PHOTOMETRIC) == PHOTOMETRIC_CFA) {
+    const std::vector<std::uint32_t> period =
+        file.ValuesOf(*raw, TIFFTAG_CFAREPEATPATTERNDIM);  // rows, columns
     layout.mosaic = {2, 2};
     if (period.size() == 2) layout.mosaic = {static_cast<int>(period[1]), static_cast<int>(period[0])};
-    layout.is_staggered = file.FirstOf(*raw, kTagMosaicLayout, 1) != 1;
+    layout.is_staggered = file.FirstOf(*raw, TIFFTAG_CFALAYOUT, 1) != 1;
     layout.pattern = PatternOf(file, *raw);
   } else {
-    const std::vector<std::uint32_t> period = file.ValuesOf(*raw, kTagBlackPeriod);  // rows, columns
+    const std::vector<std::uint32_t> period =
+        file.ValuesOf(*raw, TIFFTAG_BLACKLEVELREPEATDIM);  // rows, columns
     layout.black_period = {1, 1};
     if (period.size() == 2) layout.black_period = {static_cast<int>(period[1]), static_cast<int>(period[0])};
-    layout.black = file.RealsOf(*raw, kTagBlack);
+    layout.black = file.RealsOf(*raw, TIFFTAG_BLACKLEVEL);
   }
   layout.has_plain_tiles =
-      raw->entries.contains(kTagTilePlaces) && file.FirstOf(*raw, kTagCompression, 1) == 1;
+      raw->entries.contains(TIFFTAG_TILEOFFSETS) && file.FirstOf(*raw, TIFFTAG_COMPRESSION, 1) == 1;
   return layout;
 }
 
@@ -241,15 +219,16 @@ std::string DngWithoutTiles(const std::string& dng, const std::string& name) {
         name);
   };
   if (!raw) refuse();
-  if (file.FirstOf(*raw, kTagPlanes, 1) != 1 && file.FirstOf(*raw, kTagChannels, 1) > 1)
+  if (file.FirstOf(*raw, TIFFTAG_PLANARCONFIG, 1) != 1 && file.FirstOf(*raw, TIFFTAG_SAMPLESPERPIXEL, 1) > 1)
     throw Error("{}: is a DNG of uncompressed tiles in planes, which is not read; save it with compression",
                 name);
-  const std::uint64_t width = file.FirstOf(*raw, kTagWidth), height = file.FirstOf(*raw, kTagHeight),
-                      bits = file.FirstOf(*raw, kTagBits, 1) *
-                             std::uint64_t{file.FirstOf(*raw, kTagChannels, 1)},
-                      tile_width = file.FirstOf(*raw, kTagTileWidth),
-                      tile_height = file.FirstOf(*raw, kTagTileHeight);
-  const std::vector<std::uint32_t> places = file.ValuesOf(*raw, kTagTilePlaces);
+  const std::uint64_t width = file.FirstOf(*raw, TIFFTAG_IMAGEWIDTH),
+                      height = file.FirstOf(*raw, TIFFTAG_IMAGELENGTH),
+                      bits = file.FirstOf(*raw, TIFFTAG_BITSPERSAMPLE, 1) *
+                             std::uint64_t{file.FirstOf(*raw, TIFFTAG_SAMPLESPERPIXEL, 1)},
+                      tile_width = file.FirstOf(*raw, TIFFTAG_TILEWIDTH),
+                      tile_height = file.FirstOf(*raw, TIFFTAG_TILELENGTH);
+  const std::vector<std::uint32_t> places = file.ValuesOf(*raw, TIFFTAG_TILEOFFSETS);
   constexpr std::uint64_t kMostPx = 1 << 20, kMostBits = 256;
   if (width == 0 || height == 0 || tile_width == 0 || tile_height == 0 || bits == 0 || bits > kMostBits ||
       std::max({width, height, tile_width, tile_height}) > kMostPx || tile_width * bits % 8 != 0)
@@ -278,12 +257,13 @@ std::string DngWithoutTiles(const std::string& dng, const std::string& name) {
 
   std::map<std::uint16_t, std::string> entries;
   for (const auto& [tag, entry] : raw->entries) entries[tag] = entry.bytes;
-  for (const std::uint16_t tag : {kTagTileWidth, kTagTileHeight, kTagTilePlaces, kTagTileSizes})
+  for (const std::uint16_t tag :
+       {TIFFTAG_TILEWIDTH, TIFFTAG_TILELENGTH, TIFFTAG_TILEOFFSETS, TIFFTAG_TILEBYTECOUNTS})
     entries.erase(tag);
-  constexpr std::uint32_t kLongType = 4;
-  for (const auto& [tag, value] :
-       {std::pair{kTagStripPlaces, pixels_at}, {kTagStripRows, height}, {kTagStripSizes, row_bytes * height}})
-    entries[tag] = file.Bytes(tag, 2) + file.Bytes(kLongType, 2) + file.Bytes(1, 4) +
+  for (const auto& [tag, value] : {std::pair{TIFFTAG_STRIPOFFSETS, pixels_at},
+                                   {TIFFTAG_ROWSPERSTRIP, height},
+                                   {TIFFTAG_STRIPBYTECOUNTS, row_bytes * height}})
+    entries[tag] = file.Bytes(tag, 2) + file.Bytes(TIFF_LONG, 2) + file.Bytes(1, 4) +
                    file.Bytes(static_cast<std::uint32_t>(value), 4);
   const std::string directory_at = file.Bytes(static_cast<std::uint32_t>(whole.size()), 4);
   whole += file.Bytes(static_cast<std::uint32_t>(entries.size()), 2);

@@ -188,40 +188,32 @@ cv::Mat ReadLuminanceAndChroma(const std::string& path, const cv::Size& size, co
   return stored;
 }
 
-cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
-  const Imath::Box2i data = file.header(place.part).dataWindow();
-  // The buffer is indexed from the data window's corner.
-  cv::Mat stored(size, CV_32FC3, cv::Scalar::all(0));
+// Reads channels of a part's data window, each into its place in the pixels.
+void ReadSlices(Imf::MultiPartInputFile& file, int number,
+                const std::vector<std::pair<std::string, int>>& channels, cv::Mat& pixels) {
+  const Imath::Box2i data = file.header(number).dataWindow();
+  const std::size_t step = pixels.elemSize();
   Imf::FrameBuffer buffer;
-  const bool color = place.channels.has_colors;
-  for (const auto& [name, at] : {std::pair{"B", 0}, {"G", 1}, {"R", 2}, {"Y", 0}}) {
-    if ((name[0] != 'Y') != color) continue;
-    char* base = OriginOf(reinterpret_cast<char*>(stored.ptr<float>() + at), data, 3 * sizeof(float),
-                          static_cast<std::int64_t>(stored.step));
-    buffer.insert(place.channels.layer + name, Imf::Slice(Imf::FLOAT, base, 3 * sizeof(float), stored.step));
+  for (const auto& [name, at] : channels) {
+    char* base = OriginOf(reinterpret_cast<char*>(pixels.ptr<float>() + at), data,
+                          static_cast<std::int64_t>(step), static_cast<std::int64_t>(pixels.step));
+    buffer.insert(name, Imf::Slice(Imf::FLOAT, base, step, pixels.step));
   }
-  Imf::InputPart part(file, place.part);
+  Imf::InputPart part(file, number);
   part.setFrameBuffer(buffer);
   part.readPixels(data.min.y, data.max.y);
-  if (!color)
-    for (int y = 0; y < stored.rows; ++y)
-      for (int x = 0; x < stored.cols; ++x)
-        stored.at<cv::Vec3f>(y, x) = cv::Vec3f::all(stored.at<cv::Vec3f>(y, x)[0]);
-  return stored;
 }
 
-// Reads the data window's opacity; it is 0 outside.
-cv::Mat ReadOpacity(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
-  const Imath::Box2i data = file.header(place.part).dataWindow();
-  cv::Mat opacity(size, CV_32FC1, cv::Scalar::all(1));
-  char* const base = OriginOf(reinterpret_cast<char*>(opacity.data), data, sizeof(float),
-                              static_cast<std::int64_t>(opacity.step));
-  Imf::FrameBuffer buffer;
-  buffer.insert(place.channels.layer + "A", Imf::Slice(Imf::FLOAT, base, sizeof(float), opacity.step));
-  Imf::InputPart part(file, place.part);
-  part.setFrameBuffer(buffer);
-  part.readPixels(data.min.y, data.max.y);
-  return opacity;
+cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
+  const std::string& layer = place.channels.layer;
+  const bool color = place.channels.has_colors;
+  cv::Mat stored(size, color ? CV_32FC3 : CV_32FC1, cv::Scalar::all(0));
+  if (color)
+    ReadSlices(file, place.part, {{layer + "B", 0}, {layer + "G", 1}, {layer + "R", 2}}, stored);
+  else
+    ReadSlices(file, place.part, {{layer + "Y", 0}}, stored);
+  if (!color) cv::merge(std::vector<cv::Mat>(3, stored), stored);
+  return stored;
 }
 
 // Crops or pads the pixels of the data window to the display window.
@@ -289,7 +281,9 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   CheckFloatNumbers(picture);
   if (place.channels.has_alpha) {
     RequireRoom(path, claimed, 1);
-    TakeOpacity(InDisplay(ReadOpacity(file, place, size), data, shown), picture);
+    cv::Mat opacity(size, CV_32FC1, cv::Scalar::all(1));
+    ReadSlices(file, place.part, {{place.channels.layer + "A", 0}}, opacity);
+    TakeOpacity(InDisplay(opacity, data, shown), picture);
   }
   if (Imf::hasChromaticities(header) && (place.channels.has_colors || place.channels.has_chroma)) {
     const Imf::Chromaticities& told = Imf::chromaticities(header);
@@ -299,6 +293,17 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
                   picture);
   }
   return picture;
+}
+
+// Runs `read` on a file with a sound header; what the library throws becomes an Error.
+template <typename Read>
+auto WithExr(const std::string& path, const Read& read) {
+  try {
+    RequireExrHeader(path);
+    return read();
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
 }
 
 }  // namespace
@@ -343,71 +348,50 @@ std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression com
 }
 
 StoredPicture ReadExrPicture(const std::string& path) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&] {
     Imf::MultiPartInputFile file(path.c_str());
     return ReadColours(file, path);
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 bool HasExrAlpha(const std::string& path) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&] {
     Imf::MultiPartInputFile file(path.c_str());
     StoredPicture unused;
     return PlaceOfPicture(file, path, unused).channels.has_alpha;
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 cv::Mat ReadExr(const std::string& path) { return ReadExrPicture(path).pixels; }
 
 cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
-  try {
-    RequireExrHeader(path);
-    Imf::InputFile file(path.c_str());
-    if (!file.header().channels().findChannel(name)) return {};
-    const Imath::Box2i data = file.header().dataWindow();
-    const cv::Size2d size = SizeOf(data);
+  return WithExr(path, [&]() -> cv::Mat {
+    Imf::MultiPartInputFile file(path.c_str());
+    if (!file.header(0).channels().findChannel(name)) return {};
+    const cv::Size2d size = SizeOf(file.header(0).dataWindow());
     RequireRoom(path, size, 1);
     cv::Mat stored(static_cast<int>(size.height), static_cast<int>(size.width), CV_32FC1);
-    char* const base = OriginOf(reinterpret_cast<char*>(stored.data), data, sizeof(float),
-                                static_cast<std::int64_t>(stored.step));
-    Imf::FrameBuffer buffer;
-    buffer.insert(name, Imf::Slice(Imf::FLOAT, base, sizeof(float), stored.step));
-    file.setFrameBuffer(buffer);
-    file.readPixels(data.min.y, data.max.y);
+    ReadSlices(file, 0, {{name, 0}}, stored);
     return stored;
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 ExrColors ExrColorsOf(const std::string& path) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&]() -> ExrColors {
     const Imf::InputFile file(path.c_str());
     if (!Imf::hasChromaticities(file.header())) return std::nullopt;
     const Imf::Chromaticities& told = Imf::chromaticities(file.header());
     return std::array{told.red.x,  told.red.y,  told.green.x, told.green.y,
                       told.blue.x, told.blue.y, told.white.x, told.white.y};
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 std::string ExrAttribute(const std::string& path, const std::string& name) {
-  try {
-    RequireExrHeader(path);
+  return WithExr(path, [&]() -> std::string {
     const Imf::InputFile file(path.c_str());
     const auto* text = file.header().findTypedAttribute<Imf::StringAttribute>(name);
     return text ? text->value() : "";
-  } catch (const Iex::BaseExc& error) {
-    RefuseExr(path, error.what());
-  }
+  });
 }
 
 }  // namespace ulf

@@ -1,8 +1,10 @@
 #include "core/image/files/image_header.h"
 
 #include <fmt/core.h>
+#include <tiff.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <fstream>
@@ -11,64 +13,50 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/image/files/picture_kind.h"
-#include "core/image/image.h"
 
 namespace ulf {
 
 namespace {
 
-using Bytes8 = std::array<std::uint8_t, 8>;
-
-template <std::size_t N>
-bool Read(std::istream& file, std::array<std::uint8_t, N>& bytes) {
-  return static_cast<bool>(file.read(reinterpret_cast<char*>(bytes.data()), N));
-}
-
-std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
-  std::int64_t value = 0;
-  for (int i = 0; i < count; ++i) value = value << 8 | bytes[i];
-  return value;
-}
+std::int64_t Side(std::string_view bytes) { return static_cast<std::int64_t>(BigEndian(bytes)); }
 
 // Looks for a chunk tRNS, which comes before the pixels. A chunk has length, name, content, checksum.
 bool HasTransparentColors(std::istream& file) {
-  file.seekg(8);
-  for (Bytes8 chunk{}; Read(file, chunk);) {
-    const std::string_view name(reinterpret_cast<const char*>(&chunk[4]), 4);
-    if (name == "IDAT") break;
+  for (std::uint64_t at = 8;;) {
+    const std::string chunk = BytesAt(file, at, 8),
+                      name = chunk.substr(std::min<std::size_t>(4, chunk.size()));
+    if (name.size() < 4 || name == "IDAT") return false;
     if (name == "tRNS") return true;
-    file.seekg(BigEndian(chunk.data(), 4) + 4, std::ios::cur);
+    at += 12 + BigEndian(chunk.substr(0, 4));
   }
-  return false;
 }
 
 // ISO 15948 has the signature, then IHDR with width, height, depth and colour type.
 std::optional<ImageHeader> ReadPngHeader(std::istream& file) {
-  std::array<std::uint8_t, 26> head{};
-  file.seekg(0);
-  if (!Read(file, head)) return std::nullopt;
+  const std::string head = BytesAt(file, 0, 26);
+  if (head.size() < 26) return std::nullopt;
   // The colour types are grey, -, RGB, palette (decodes to three channels), grey and alpha, -, RGB and alpha.
   constexpr std::array kChannels = {1, 0, 3, 3, 2, 0, 4};
-  const int color_type = head[25];
-  if (color_type >= static_cast<int>(kChannels.size()) || head[24] == 0 || head[24] > 16) return std::nullopt;
+  const int color_type = static_cast<std::uint8_t>(head[25]), bits = static_cast<std::uint8_t>(head[24]);
+  if (color_type >= static_cast<int>(kChannels.size()) || bits == 0 || bits > 16) return std::nullopt;
   const int channels = kChannels[static_cast<std::size_t>(color_type)];
   const bool alpha = channels == 2 || channels == 4 || HasTransparentColors(file);
-  return ImageHeader{"PNG",    BigEndian(&head[16], 4),     BigEndian(&head[20], 4),
-                     channels, head[24] < 8 ? 8 : head[24], alpha,
-                     false};
+  return ImageHeader{
+      "PNG", Side(head.substr(16, 4)), Side(head.substr(20, 4)), channels, std::max(bits, 8), alpha, false};
 }
 
 // ITU T.81 has segments up to the start of frame, which has precision, height, width and components.
 std::optional<ImageHeader> ReadJpegHeader(std::istream& file) {
-  file.seekg(2);
-  for (;;) {
-    std::array<std::uint8_t, 4> segment{};
-    if (!Read(file, segment)) return std::nullopt;
-    const int marker = segment[1];
-    if (segment[0] != 0xFF || marker == 0xFF) {  // fill bytes before a marker
-      file.seekg(-3, std::ios::cur);
+  for (std::uint64_t at = 2;;) {
+    const std::string segment = BytesAt(file, at, 4);
+    if (segment.size() < 4) return std::nullopt;
+    const int marker = static_cast<std::uint8_t>(segment[1]);
+    if (segment[0] != '\xFF' || marker == 0xFF) {  // fill bytes before a marker
+      ++at;
       continue;
     }
     constexpr int kStartOfScan = 0xDA;
@@ -76,20 +64,21 @@ std::optional<ImageHeader> ReadJpegHeader(std::istream& file) {
     const bool is_start_of_frame =
         marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
     if (is_start_of_frame) {
-      std::array<std::uint8_t, 6> frame{};
-      if (!Read(file, frame)) return std::nullopt;
-      return ImageHeader{"JPEG", BigEndian(&frame[3], 2), BigEndian(&frame[1], 2), frame[5], frame[0], false,
+      const std::string frame = BytesAt(file, at + 4, 6);
+      if (frame.size() < 6) return std::nullopt;
+      const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(frame[i]); };
+      return ImageHeader{"JPEG", Side(frame.substr(3, 2)), Side(frame.substr(1, 2)), byte(5), byte(0), false,
                          false};
     }
-    file.seekg(BigEndian(&segment[2], 2) - 2, std::ios::cur);
+    at += 2 + BigEndian(segment.substr(2));
   }
 }
 
 // TIFF 6.0 and BigTIFF have directories of entries with a tag, a type, a count, and a value or its place.
 class Tiff {
  public:
-  Tiff(std::istream& file, const Bytes8& begin)
-      : file_(file), is_little_(begin[0] == 'I'), is_big_(Number(&begin[2], 2) == 43) {}
+  Tiff(std::istream& file, std::string_view begin)
+      : file_(file), is_little_(begin[0] == 'I'), is_big_(begin[2] == '+' || begin[3] == '+') {}
 
   // Reads the first directory that is no thumbnail.
   std::optional<ImageHeader> Read() {
@@ -126,26 +115,25 @@ class Tiff {
       const std::int64_t at = first + i * step;
       const auto tag = NumberAt(at, 2), type = NumberAt(at + 2, 2), count = NumberAt(at + 4, wide);
       if (!tag || !type || !count) return std::nullopt;
-      constexpr int kSubfileType = 254, kWidth = 256, kHeight = 257, kBits = 258, kLight = 262,
-                    kChannels = 277, kExtra = 338, kSampleFormat = 339;
       const int size = BytesOfNumber(*type);
       const std::int64_t value = at + 4 + wide;
       const bool is_inside = *count <= wide / size;
       const std::int64_t place = is_inside ? value : NumberAt(value, wide).value_or(-1);
       const std::int64_t number = NumberAt(place, size).value_or(0);
-      constexpr int kDirectories = 330;
       constexpr std::int64_t kMostInside = 16;
-      for (std::int64_t k = 0; *tag == kDirectories && k < std::min(*count, kMostInside); ++k)
+      for (std::int64_t k = 0; *tag == TIFFTAG_SUBIFD && k < std::min(*count, kMostInside); ++k)
         if (const auto inside = NumberAt(place + k * size, size)) inside_.push_back(*inside);
-      constexpr std::int64_t kThumbnail = 1, kMask = 4, kFloat = 3, kLogL = 32844, kLogLuv = 32845;
-      if (*tag == kLight) is_log = number == kLogL || number == kLogLuv;
-      if (*tag == kSubfileType) is_picture = (number & (kThumbnail | kMask)) == 0;
-      if (*tag == kWidth) header.width = number;
-      if (*tag == kHeight) header.height = number;
-      if (*tag == kBits) header.bits = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
-      if (*tag == kChannels) header.channels = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
-      if (*tag == kExtra) header.alpha = number == 1 || number == 2;
-      if (*tag == kSampleFormat) header.is_float = number == kFloat;
+      if (*tag == TIFFTAG_PHOTOMETRIC) is_log = number == PHOTOMETRIC_LOGL || number == PHOTOMETRIC_LOGLUV;
+      if (*tag == TIFFTAG_SUBFILETYPE) is_picture = (number & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0;
+      if (*tag == TIFFTAG_IMAGEWIDTH) header.width = number;
+      if (*tag == TIFFTAG_IMAGELENGTH) header.height = number;
+      if (*tag == TIFFTAG_BITSPERSAMPLE)
+        header.bits = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
+      if (*tag == TIFFTAG_SAMPLESPERPIXEL)
+        header.channels = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
+      if (*tag == TIFFTAG_EXTRASAMPLES)
+        header.alpha = number == EXTRASAMPLE_ASSOCALPHA || number == EXTRASAMPLE_UNASSALPHA;
+      if (*tag == TIFFTAG_SAMPLEFORMAT) header.is_float = number == SAMPLEFORMAT_IEEEFP;
     }
     header.is_float = header.is_float || is_log;
     next_ = NumberAt(first + *entries * step, wide);
@@ -153,23 +141,16 @@ class Tiff {
   }
   // Returns the size of a value of that type, which is any integer type for a width.
   static int BytesOfNumber(std::int64_t type) {
-    constexpr int kByte = 1, kShort = 3, kLong = 4, kSignedByte = 6, kSignedShort = 8, kSignedLong = 9,
-                  kIfd = 13;
-    if (type == kByte || type == kSignedByte) return 1;
-    if (type == kShort || type == kSignedShort) return 2;
-    return type == kLong || type == kSignedLong || type == kIfd ? 4 : 8;
-  }
-  std::int64_t Number(const std::uint8_t* bytes, int count) const {
-    std::uint64_t value = 0;
-    for (int i = 0; i < count; ++i) value = value << 8 | bytes[is_little_ ? count - 1 - i : i];
-    return static_cast<std::int64_t>(value);
+    if (type == TIFF_BYTE || type == TIFF_SBYTE) return 1;
+    if (type == TIFF_SHORT || type == TIFF_SSHORT) return 2;
+    return type == TIFF_LONG || type == TIFF_SLONG || type == TIFF_IFD ? 4 : 8;
   }
   std::optional<std::int64_t> NumberAt(std::int64_t place, int count) {
-    Bytes8 bytes{};
-    file_.clear();
-    if (place < 0 || !file_.seekg(place) || !file_.read(reinterpret_cast<char*>(bytes.data()), count))
-      return std::nullopt;
-    return Number(bytes.data(), count);
+    const auto size = static_cast<std::size_t>(count);
+    const std::string bytes =
+        place < 0 ? std::string() : BytesAt(file_, static_cast<std::uint64_t>(place), size);
+    if (bytes.size() < size) return std::nullopt;
+    return static_cast<std::int64_t>(is_little_ ? LittleEndian(bytes) : BigEndian(bytes));
   }
 
   std::istream& file_;
@@ -178,86 +159,16 @@ class Tiff {
   std::optional<std::int64_t> next_;  // the next directory in the chain
 };
 
-}  // namespace
-
-std::string ImageHeader::Text() const {
-  return fmt::format("{} {}x{}, {} {} of {} bits{}{}", kind, width, height, channels,
-                     channels == 1 ? "channel" : "channels", bits, is_float ? " in floating point" : "",
-                     alpha ? ", with alpha" : "");
-}
-
-std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
-  Bytes8 signature{};
-  if (!Read(file, signature)) return std::nullopt;
-  if (signature == Bytes8{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}) return ReadPngHeader(file);
-  if (signature[0] == 0xFF && signature[1] == 0xD8) return ReadJpegHeader(file);
-  const std::string_view order(reinterpret_cast<const char*>(signature.data()), 4);
-  for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
-                                      std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
-    if (order == tiff) return Tiff(file, signature).Read();
-  return std::nullopt;
-}
-
-std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
-  if (IsRawFile(path)) return std::nullopt;  // many are TIFF, with a small picture first
-  if (std::error_code unknown; !std::filesystem::is_regular_file(path, unknown)) return std::nullopt;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  return ReadImageHeader(file);
-}
-
-void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
-                         double bytes_of_pixel) {
-  constexpr double kAlwaysBytes = 256e6;
-  // Deflate compresses at most 1032 to 1, and halves become floats.
-  constexpr double kMostOfFile = 2100;
-  const double bytes = pixels * bytes_of_pixel;
-  if (bytes > std::max(kAlwaysBytes, kMostOfFile * static_cast<double>(file_bytes)))
-    throw Error(
-        "{}: says that it holds {:.0f} million pixels, which do not fit into {} bytes; it is damaged: "
-        "copy it again from its source",
-        path, 1e-6 * pixels, file_bytes);
-}
-
-namespace {
-
-constexpr std::size_t kHeadBytes = 32;
-
-double LittleEndian(std::string_view head, std::size_t at, int bytes) {
-  std::uint64_t value = 0;
-  for (int i = bytes; i-- > 0;)
-    value = value << 8 | static_cast<std::uint8_t>(head[at + static_cast<std::size_t>(i)]);
-  return static_cast<double>(value);
-}
-
-double Signed32(std::string_view head, std::size_t at) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(LittleEndian(head, at, 4)));
-}
+constexpr std::size_t kBmpBytes = 26;
 
 // The length of the second header tells OS/2's from Windows'; a negative height counts from the top.
 cv::Size2d OfBmp(std::string_view head) {
-  constexpr double kOs2HeaderBytes = 12;
-  if (LittleEndian(head, 14, 4) == kOs2HeaderBytes)
-    return {LittleEndian(head, 18, 2), LittleEndian(head, 20, 2)};
-  return {Signed32(head, 18), std::abs(Signed32(head, 22))};
-}
-
-// RFC 9649 allows a lossy frame, a lossless one, or an extended header.
-std::optional<cv::Size2d> OfWebp(std::string_view head) {
-  const std::string_view kind = head.substr(12, 4);
-  constexpr std::uint32_t kFourteenBits = 0x3FFF;
-  if (kind == "VP8 ") {
-    const auto side = [&](std::size_t at) {
-      return static_cast<double>(static_cast<std::uint32_t>(LittleEndian(head, at, 2)) & kFourteenBits);
-    };
-    return cv::Size2d(side(26), side(28));
-  }
-  if (kind == "VP8L") {
-    const auto sides = static_cast<std::uint32_t>(LittleEndian(head, 21, 4));
-    return cv::Size2d((sides & kFourteenBits) + 1, (sides >> 14 & kFourteenBits) + 1);
-  }
-  if (kind == "VP8X") return cv::Size2d(LittleEndian(head, 24, 3) + 1, LittleEndian(head, 27, 3) + 1);
-  return std::nullopt;
+  const auto number = [&](std::size_t at, std::size_t bytes) {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(LittleEndian(head.substr(at, bytes))));
+  };
+  constexpr int kOs2HeaderBytes = 12;
+  if (number(14, 4) == kOs2HeaderBytes) return cv::Size2d(number(18, 2), number(20, 2));
+  return cv::Size2d(number(18, 4), std::abs(1.0 * number(22, 4)));
 }
 
 // Two decimal numbers follow the kind, with comments between them, which end as in OpenCV.
@@ -301,20 +212,55 @@ std::optional<cv::Size2d> OfRadiance(std::istream& file) {
 
 }  // namespace
 
+std::string ImageHeader::Text() const {
+  return fmt::format("{} {}x{}, {} {} of {} bits{}{}", kind, width, height, channels,
+                     channels == 1 ? "channel" : "channels", bits, is_float ? " in floating point" : "",
+                     alpha ? ", with alpha" : "");
+}
+
+std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
+  const std::string signature = BytesAt(file, 0, 8);
+  if (signature.size() < 8) return std::nullopt;
+  if (signature == "\x89PNG\r\n\x1A\n") return ReadPngHeader(file);
+  if (signature.starts_with("\xFF\xD8")) return ReadJpegHeader(file);
+  for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
+                                      std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
+    if (signature.starts_with(tiff)) return Tiff(file, signature).Read();
+  return std::nullopt;
+}
+
+std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
+  if (IsRawFile(path)) return std::nullopt;  // many are TIFF, with a small picture first
+  if (std::error_code unknown; !std::filesystem::is_regular_file(path, unknown)) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  return ReadImageHeader(file);
+}
+
+void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
+                         double bytes_of_pixel) {
+  constexpr double kAlwaysBytes = 256e6;
+  // Deflate compresses at most 1032 to 1, and halves become floats.
+  constexpr double kMostOfFile = 2100;
+  const double bytes = pixels * bytes_of_pixel;
+  if (bytes > std::max(kAlwaysBytes, kMostOfFile * static_cast<double>(file_bytes)))
+    throw Error(
+        "{}: says that it holds {:.0f} million pixels, which do not fit into {} bytes; it is damaged: "
+        "copy it again from its source",
+        path, 1e-6 * pixels, file_bytes);
+}
+
 std::optional<cv::Size2d> ClaimedSize(std::istream& file) {
-  std::string head(kHeadBytes, '\0');
+  const std::string head = BytesAt(file, 0, kBmpBytes);
   file.clear();
-  file.seekg(0);
-  file.read(head.data(), kHeadBytes);
-  const auto read = file.gcount();
-  file.clear();
-  constexpr std::string_view kNetpbmKinds = "123456Ff";
-  if (head[0] == 'P' && kNetpbmKinds.find(head[1]) != std::string_view::npos) return OfNetpbm(file);
+  if (head.size() > 1 && head[0] == 'P' &&
+      std::string_view("123456Ff").find(head[1]) != std::string_view::npos)
+    return OfNetpbm(file);
   if (head.starts_with("#?")) return OfRadiance(file);
-  constexpr std::streamsize kBmpBytes = 26;
-  if (head.starts_with("BM") && read >= kBmpBytes) return OfBmp(head);
-  if (read < static_cast<std::streamsize>(kHeadBytes)) return std::nullopt;
-  if (head.starts_with("RIFF") && std::string_view(head).substr(8, 4) == "WEBP") return OfWebp(head);
+  if (head.size() < kBmpBytes) return std::nullopt;
+  if (head.starts_with("BM")) return OfBmp(head);
+  if (head.starts_with("RIFF") && std::string_view(head).substr(8, 4) == "WEBP")
+    return WebpSize(BytesAt(file, 0, 256));
   return std::nullopt;
 }
 

@@ -2,7 +2,6 @@
 // T.81, TIFF 6.0 and BigTIFF): a thousand photographs take milliseconds.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <opencv2/core.hpp>

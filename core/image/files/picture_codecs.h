@@ -3,6 +3,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -34,7 +35,8 @@ StoredPicture ReadTiff(const std::string& path);
 // truncated or animated.
 StoredPicture ReadWebp(std::string_view bytes, const std::string& name);
 
-// Tells from the file's first bytes.
+// These tell from the file's first bytes; no size if they are damaged.
+std::optional<cv::Size2d> WebpSize(std::string_view begin);
 bool WebpHasAlpha(std::string_view begin);
 
 // Encodes 8-bit pixels, B G R or B G R A; quality 1 to 100.

@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
+#include <string>
 
 #include "core/image/files/exif.h"
 #include "core/image/image.h"
@@ -126,39 +128,11 @@ cv::Mat EncodedAs(int depth, const cv::Mat& linear) {
   return encoded;
 }
 
-// Converts every possible number, for grey pictures.
-cv::Mat TableOf(const Profile& profile, int depth) {
-  const int count = depth == CV_8U ? 256 : 65536;
-  cv::Mat numbers(1, count, CV_MAKETYPE(depth, 1));
-  for (int i = 0; i < count; ++i)
-    if (depth == CV_8U)
-      numbers.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
-    else
-      numbers.at<std::uint16_t>(i) = static_cast<std::uint16_t>(i);
-  const cv::Mat linear = LinearBy(profile, numbers);
-  return linear.empty() ? cv::Mat() : EncodedAs(depth, linear);
-}
-
-cv::Mat ThroughTable(const cv::Mat& table, const cv::Mat& grey) {
-  cv::Mat converted(grey.size(), grey.type());
-  for (int y = 0; y < grey.rows; ++y)
-    for (int x = 0; x < grey.cols; ++x)
-      if (grey.depth() == CV_8U)
-        converted.at<std::uint8_t>(y, x) = table.at<std::uint8_t>(grey.at<std::uint8_t>(y, x));
-      else
-        converted.at<std::uint16_t>(y, x) = table.at<std::uint16_t>(grey.at<std::uint16_t>(y, x));
-  return converted;
-}
-
 // Returns an empty image if the profile cannot be used. 8-bit colour is exact and fast in the library.
 cv::Mat Converted(const Profile& profile, const cv::Mat& pixels) {
   const int depth = pixels.depth();
   if (depth == CV_32F) return LinearBy(profile, pixels);
-  if (pixels.channels() == 1) {
-    const cv::Mat table = TableOf(profile, depth);
-    return table.empty() ? cv::Mat() : ThroughTable(table, pixels);
-  }
-  if (depth == CV_16U) {
+  if (depth == CV_16U || pixels.channels() == 1) {
     const cv::Mat linear = LinearBy(profile, pixels);
     return linear.empty() ? cv::Mat() : EncodedAs(depth, linear);
   }
@@ -201,20 +175,13 @@ std::string NameOf(const Profile& profile) {
 }
 
 std::string SpaceName(cmsColorSpaceSignature space) {
-  switch (space) {
-    case cmsSigCmykData:
-      return "CMYK";
-    case cmsSigLabData:
-      return "Lab";
-    case cmsSigXYZData:
-      return "XYZ";
-    case cmsSigRgbData:
-      return "RGB";
-    case cmsSigGrayData:
-      return "grey";
-    default:
-      return "another space";
-  }
+  static const std::map<cmsColorSpaceSignature, std::string> kNames = {{cmsSigCmykData, "CMYK"},
+                                                                       {cmsSigLabData, "Lab"},
+                                                                       {cmsSigXYZData, "XYZ"},
+                                                                       {cmsSigRgbData, "RGB"},
+                                                                       {cmsSigGrayData, "grey"}};
+  const auto name = kNames.find(space);
+  return name == kNames.end() ? "another space" : name->second;
 }
 
 Profile OpenProfile(const std::string& icc) {

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "core/base/atomic_file.h"
+#include "core/base/binary_file.h"
 
 namespace ulf {
 namespace {
@@ -43,12 +44,9 @@ bool PngIsWhole(std::ifstream& file, std::uint64_t size) {
   constexpr std::uint64_t kLengthNameSum = 12;
   std::uint64_t at = kPngSignature.size();
   while (at + kLengthNameSum <= size) {
-    std::string head(8, '\0');
-    file.seekg(static_cast<std::streamoff>(at));
-    if (!file.read(head.data(), static_cast<std::streamsize>(head.size()))) return false;
-    std::uint64_t length = 0;
-    for (std::size_t i = 0; i < 4; ++i) length = length << 8 | Byte(head, i);
-    at += kLengthNameSum + length;
+    const std::string head = BytesAt(file, at, 8);
+    if (head.size() < 8) return false;
+    at += kLengthNameSum + BigEndian(head.substr(0, 4));
     if (head.substr(4) == "IEND") return at <= size;
   }
   return false;
@@ -58,16 +56,15 @@ bool PngIsWhole(std::ifstream& file, std::uint64_t size) {
 std::uint64_t FirstScan(std::ifstream& file, std::uint64_t size) {
   std::uint64_t at = kJpegStart.size();
   while (at + 4 <= size) {
-    std::string head(4, '\0');
-    file.seekg(static_cast<std::streamoff>(at));
-    if (!file.read(head.data(), 4)) return 0;
+    const std::string head = BytesAt(file, at, 4);
+    if (head.size() < 4) return 0;
     const unsigned marker = Byte(head, 1);
     if (const std::size_t step = StepWithoutLength(Byte(head, 0), marker); step > 0) {
       at += step;
       continue;
     }
     if (marker == kEndOfImage) return 0;
-    at += 2 + (Byte(head, 2) << 8 | Byte(head, 3));
+    at += 2 + BigEndian(head.substr(2));
     if (marker == kStartOfScan) return at < size ? at : 0;
   }
   return 0;
@@ -86,7 +83,7 @@ bool JpegIsWhole(std::string_view bytes) {
     }
     if (marker == kEndOfImage) return true;
     if (at + 4 > bytes.size()) return false;
-    at += 2 + (Byte(bytes, at + 2) << 8 | Byte(bytes, at + 3));
+    at += 2 + BigEndian(bytes.substr(at + 2, 2));
     if (marker == kStartOfScan) at = NextMarker(bytes, std::min(at, bytes.size()));
   }
   return false;
@@ -97,8 +94,8 @@ bool ImageFileIsWhole(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, unknown)) return false;
   std::ifstream file(path, std::ios::binary);
   const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-  std::string head(kPngSignature.size(), '\0');
-  if (unknown || !file.read(head.data(), static_cast<std::streamsize>(head.size()))) return false;
+  const std::string head = BytesAt(file, 0, kPngSignature.size());
+  if (unknown || head.size() < kPngSignature.size()) return false;
   if (head == kPngSignature) return PngIsWhole(file, size);
   if (!head.starts_with(kJpegStart)) return true;
   // Coded data hold no end mark: one behind the start of the first scan is the picture's own, or lies behind
@@ -106,10 +103,8 @@ bool ImageFileIsWhole(const std::filesystem::path& path) {
   const std::uint64_t scan = FirstScan(file, size);
   if (scan == 0) return false;
   constexpr std::uint64_t kTail = 4096;
-  std::string tail(std::min<std::uint64_t>(kTail, size - scan), '\0');
-  file.clear();
-  file.seekg(static_cast<std::streamoff>(size - tail.size()));
-  file.read(tail.data(), static_cast<std::streamsize>(tail.size()));
+  const std::size_t tail_size = std::min<std::uint64_t>(kTail, size - scan);
+  const std::string tail = BytesAt(file, size - tail_size, tail_size);
   if (tail.find("\xFF\xD9") != std::string::npos) return true;
   return JpegIsWhole(ReadWholeFile(path));
 }

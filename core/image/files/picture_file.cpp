@@ -2,8 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <array>
 #include <fstream>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
@@ -11,6 +9,7 @@
 #include <system_error>
 
 #include "core/base/atomic_file.h"
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/exr_file.h"
@@ -148,10 +147,8 @@ bool HasAlphaChannel(const std::filesystem::path& path) {
         return false;  // the reader reports it
       }
     case PictureKind::kWebp: {
-      std::array<char, 256> head{};
       std::ifstream file(path, std::ios::binary);
-      file.read(head.data(), head.size());
-      return WebpHasAlpha({head.data(), static_cast<std::size_t>(file.gcount())});
+      return WebpHasAlpha(BytesAt(file, 0, 256));
     }
     default:
       return false;

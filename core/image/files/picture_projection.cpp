@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/exif.h"
@@ -64,10 +65,8 @@ struct SegmentNumbers {
 
   std::optional<std::uint32_t> At(std::size_t place, std::size_t count) const {
     if (place > bytes.size() || bytes.size() - place < count) return std::nullopt;
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      value = value << 8 | static_cast<std::uint8_t>(bytes[place + (is_little ? count - 1 - i : i)]);
-    return value;
+    const std::string_view number = bytes.substr(place, count);
+    return static_cast<std::uint32_t>(is_little ? LittleEndian(number) : BigEndian(number));
   }
 };
 

@@ -8,8 +8,9 @@
 #include <csetjmp>
 #include <cstdlib>
 #include <cstring>
-#include <opencv2/imgproc.hpp>
+#include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 
 #include "core/base/error.h"
@@ -147,42 +148,20 @@ bool DecodePng(png_structp png, png_infop info, PngContent& content) {
 std::optional<ColorTags> ClaimOfCode(const std::array<png_byte, 4>& code) {
   constexpr Primaries kBt2020{0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290},
       kDisplayP3{0.680, 0.320, 0.265, 0.690, 0.150, 0.060, 0.3127, 0.3290};
+  static const std::map<png_byte, double> kExponents{{4, 2.2}, {5, 2.8}, {8, 1.0}};
+  // sRGB, and television's curves, which players show unchanged.
+  static const std::set<png_byte> kShownAsSrgb{1, 2, 6, 13, 14, 15};
   ColorTags claim;
-  switch (code[0]) {
-    case 1:
-    case 2:
-      break;
-    case 9:
-      claim.primaries = kBt2020;
-      claim.name = "BT.2020 (cICP)";
-      break;
-    case 12:
-      claim.primaries = kDisplayP3;
-      claim.name = "Display P3 (cICP)";
-      break;
-    default:
-      return std::nullopt;
-  }
-  switch (code[1]) {
-    case 1:
-    case 2:
-    case 6:
-    case 13:
-    case 14:
-    case 15:
-      break;  // sRGB, and television's curves, which players show unchanged
-    case 4:
-      claim.exponent = 2.2;
-      break;
-    case 5:
-      claim.exponent = 2.8;
-      break;
-    case 8:
-      claim.exponent = 1.0;
-      break;
-    default:
-      return std::nullopt;
-  }
+  if (code[0] == 9)
+    claim = {.primaries = kBt2020, .name = "BT.2020 (cICP)"};
+  else if (code[0] == 12)
+    claim = {.primaries = kDisplayP3, .name = "Display P3 (cICP)"};
+  else if (code[0] != 1 && code[0] != 2)
+    return std::nullopt;
+  if (const auto exponent = kExponents.find(code[1]); exponent != kExponents.end())
+    claim.exponent = exponent->second;
+  else if (!kShownAsSrgb.contains(code[1]))
+    return std::nullopt;
   return code[2] == 0 && code[3] == 1 ? std::optional(claim) : std::nullopt;
 }
 
@@ -229,16 +208,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
         name, content.error.data());
   RequireOneLens(content.xmp, name);
   StoredPicture picture;
-  const int channels = content.pixels.channels();
-  if (channels == 2 || channels == 4) {
-    cv::extractChannel(content.pixels, picture.alpha, channels - 1);
-    if (channels == 2)
-      cv::extractChannel(content.pixels, picture.pixels, 0);
-    else
-      cv::cvtColor(content.pixels, picture.pixels, cv::COLOR_BGRA2BGR);
-  } else {
-    picture.pixels = content.pixels;
-  }
+  TakePixels(content.pixels, picture);
   if (!content.exif.empty())
     NoteOrientation(
         ReadExif((content.exif.starts_with("Exif") ? "" : std::string("Exif\0\0", 6)) + content.exif)

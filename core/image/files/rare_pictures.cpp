@@ -20,17 +20,6 @@
 namespace ulf {
 namespace {
 
-struct FreePictureCodec {
-  void operator()(AVCodecContext* codec) const { Ffmpeg().avcodec_free_context(&codec); }
-};
-struct FreePacket {
-  void operator()(AVPacket* packet) const { Ffmpeg().av_packet_free(&packet); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* frame) const { Ffmpeg().av_frame_free(&frame); }
-};
-using PictureFrame = std::unique_ptr<AVFrame, FreeFrame>;
-
 // A header has its numbers within this many bytes.
 constexpr std::size_t kMostOfHead = 64 << 10;
 
@@ -42,16 +31,16 @@ constexpr std::size_t kMostOfHead = 64 << 10;
 }
 
 // Decodes a picture of a size that fits (ClaimedSize): the library may read a header another way.
-PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
+FfmpegOwned<AVFrame> DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
   std::istringstream stream{std::string(bytes.substr(0, kMostOfHead))};
   const auto claimed = ClaimedSize(stream);
   if (!claimed) RefuseDamagedPicture(name, "its header");
   RouteFfmpegLog();
   const AVCodec* decoder = Ffmpeg().avcodec_find_decoder(kind);
   if (!decoder) throw Error("{}: FFmpeg has no decoder for this kind of picture; convert it to PNG", name);
-  const std::unique_ptr<AVCodecContext, FreePictureCodec> codec(Ffmpeg().avcodec_alloc_context3(decoder));
-  const std::unique_ptr<AVPacket, FreePacket> packet(Ffmpeg().av_packet_alloc());
-  PictureFrame frame(Ffmpeg().av_frame_alloc());
+  const FfmpegOwned<AVCodecContext> codec(Ffmpeg().avcodec_alloc_context3(decoder));
+  const FfmpegOwned<AVPacket> packet(Ffmpeg().av_packet_alloc());
+  FfmpegOwned<AVFrame> frame(Ffmpeg().av_frame_alloc());
   codec->thread_count = 1;
   constexpr double kAligned = 64;  // alignment of the library's rows
   codec->max_pixels = static_cast<std::int64_t>((claimed->width + kAligned) * claimed->height);
@@ -68,80 +57,42 @@ PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string
   return frame;
 }
 
-// Returns the rows of a frame's plane.
-cv::Mat Plane(const AVFrame& frame, int plane, int type) {
-  cv::Mat rows(frame.height, frame.width, type);
-  for (int y = 0; y < frame.height; ++y)
-    std::memcpy(rows.ptr(y), frame.data[plane] + static_cast<std::ptrdiff_t>(y) * frame.linesize[plane],
-                rows.elemSize() * static_cast<std::size_t>(frame.width));
-  return rows;
-}
-
-cv::Mat FromBigEndian(cv::Mat numbers) {
-  for (int y = 0; y < numbers.rows; ++y) {
-    auto* row = numbers.ptr<std::uint16_t>(y);
-    for (int i = 0; i < numbers.cols * numbers.channels(); ++i)
-      row[i] = static_cast<std::uint16_t>(row[i] << 8 | row[i] >> 8);
-  }
-  return numbers;
-}
-
-cv::Mat Turned(const cv::Mat& pixels, int code) {
-  cv::Mat turned;
-  cv::cvtColor(pixels, turned, code);
-  return turned;
-}
-
-// Converts any other layout of 8 bits to B G R by the library.
-cv::Mat Scaled(const AVFrame& frame, const std::string& name) {
-  constexpr int kByte = 8;
-  const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
-  if (!layout || layout->comp[0].depth > kByte)
-    throw Error("{}: its layout of pixels is not read; convert it to PNG or TIFF", name);
-  SwsContext* scaler = Ffmpeg().sws_getContext(
-      frame.width, frame.height, static_cast<AVPixelFormat>(frame.format), frame.width, frame.height,
-      AV_PIX_FMT_BGR24, SWS_POINT, nullptr, nullptr, nullptr);
+// Converts a frame to another layout, without any loss from a layout of the same channels and bits.
+cv::Mat Scaled(const AVFrame& frame, AVPixelFormat wanted, int type, const std::string& name) {
+  const FfmpegOwned<SwsContext> scaler(
+      Ffmpeg().sws_getContext(frame.width, frame.height, static_cast<AVPixelFormat>(frame.format),
+                              frame.width, frame.height, wanted, SWS_POINT, nullptr, nullptr, nullptr));
   if (!scaler) RefuseDamagedPicture(name, "its layout is not known");
-  cv::Mat bgr(frame.height, frame.width, CV_8UC3);
-  std::uint8_t* const to[1] = {bgr.data};
-  const int line_bytes[1] = {static_cast<int>(bgr.step)};
-  Ffmpeg().sws_scale(scaler, frame.data, frame.linesize, 0, frame.height, to, line_bytes);
-  Ffmpeg().sws_freeContext(scaler);
-  return bgr;
+  cv::Mat pixels(frame.height, frame.width, type);
+  std::uint8_t* const to[4] = {pixels.data};
+  const int line_bytes[4] = {static_cast<int>(pixels.step)};
+  Ffmpeg().sws_scale(scaler.get(), frame.data, frame.linesize, 0, frame.height, to, line_bytes);
+  return pixels;
 }
 
 StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
+  constexpr int kByte = 8;
+  const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
   StoredPicture picture;
   switch (frame.format) {
     case AV_PIX_FMT_GRAY8:
-      picture.pixels = Plane(frame, 0, CV_8UC1);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_GRAY8, CV_8UC1, name);
       break;
     case AV_PIX_FMT_GRAY16BE:
-      picture.pixels = FromBigEndian(Plane(frame, 0, CV_16UC1));
-      break;
     case AV_PIX_FMT_GRAY16LE:
-      picture.pixels = Plane(frame, 0, CV_16UC1);
-      break;
-    case AV_PIX_FMT_RGB24:
-      picture.pixels = Turned(Plane(frame, 0, CV_8UC3), cv::COLOR_RGB2BGR);
-      break;
-    case AV_PIX_FMT_BGR24:
-      picture.pixels = Plane(frame, 0, CV_8UC3);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_GRAY16LE, CV_16UC1, name);
       break;
     case AV_PIX_FMT_RGB48BE:
-      picture.pixels = Turned(FromBigEndian(Plane(frame, 0, CV_16UC3)), cv::COLOR_RGB2BGR);
-      break;
     case AV_PIX_FMT_RGB48LE:
-      picture.pixels = Turned(Plane(frame, 0, CV_16UC3), cv::COLOR_RGB2BGR);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_BGR48LE, CV_16UC3, name);
       break;
-    case AV_PIX_FMT_BGRA: {
-      const cv::Mat bgra = Plane(frame, 0, CV_8UC4);
-      cv::extractChannel(bgra, picture.alpha, 3);
-      picture.pixels = Turned(bgra, cv::COLOR_BGRA2BGR);
+    case AV_PIX_FMT_BGRA:
+      TakePixels(Scaled(frame, AV_PIX_FMT_BGRA, CV_8UC4, name), picture);
       break;
-    }
     default:
-      picture.pixels = Scaled(frame, name);
+      if (!layout || layout->comp[0].depth > kByte)
+        throw Error("{}: its layout of pixels is not read; convert it to PNG or TIFF", name);
+      picture.pixels = Scaled(frame, AV_PIX_FMT_BGR24, CV_8UC3, name);
   }
   return picture;
 }

@@ -8,13 +8,12 @@
 #include <fstream>
 #include <functional>
 #include <memory>
-#include <set>
 #include <system_error>
 #include <utility>
 
 #include "core/base/atomic_file.h"
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
-#include "core/base/lowercase.h"
 #include "core/image/clipped.h"
 #include "core/image/files/dng_layout.h"
 #include "core/image/files/image_header.h"
@@ -54,14 +53,8 @@ class RawDecoder {
       throw Error("{}: the raw file is missing or cannot be read; restore it", name_);
     file_bytes_ = std::filesystem::file_size(name_);
     std::ifstream file(name_, std::ios::binary);
-    const bool has_tiles = CheckLayout([&](std::uint64_t at, std::size_t count) {
-      std::string bytes(count, '\0');
-      file.clear();
-      file.seekg(static_cast<std::streamoff>(at));
-      file.read(bytes.data(), static_cast<std::streamsize>(count));
-      bytes.resize(static_cast<std::size_t>(file.gcount()));
-      return bytes;
-    });
+    const bool has_tiles =
+        CheckLayout([&](std::uint64_t at, std::size_t count) { return BytesAt(file, at, count); });
     if (has_tiles)
       OpenTiles(ReadWholeFile(name_));
     else

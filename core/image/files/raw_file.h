@@ -14,14 +14,11 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "core/base/mutex.h"
 #include "core/image/files/exif.h"

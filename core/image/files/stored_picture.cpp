@@ -9,8 +9,20 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/imgproc.hpp>
 
 namespace ulf {
+
+void TakePixels(const cv::Mat& pixels, StoredPicture& picture) {
+  const int colors = pixels.channels() < 3 ? 1 : 3;
+  picture.pixels = pixels;
+  if (pixels.channels() == colors) return;
+  cv::extractChannel(pixels, picture.alpha, colors);
+  if (colors == 1)
+    cv::extractChannel(pixels, picture.pixels, 0);
+  else
+    cv::cvtColor(pixels, picture.pixels, cv::COLOR_BGRA2BGR);
+}
 
 std::string WithoutNumbers(const std::string& sentence) {
   std::string words;

@@ -18,6 +18,9 @@ struct StoredPicture {
   std::vector<std::string> notes = {}, remarks = {}, warnings = {};
 };
 
+// Takes pixels that may have alpha behind their grey, or behind B, G, R.
+void TakePixels(const cv::Mat& pixels, StoredPicture& picture);
+
 // Removes the words that begin with a digit from a sentence, so that a folder's repeated fault is reported
 // once.
 std::string WithoutNumbers(const std::string& sentence);

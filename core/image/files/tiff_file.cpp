@@ -1,5 +1,7 @@
 #include "core/image/files/tiff_file.h"
 
+#include <tiff.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,24 +16,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "pixels are written as they are in memory");
 
-// Tags of TIFF 6.0 and their types.
-constexpr std::uint16_t kShort = 3, kLong = 4, kRational = 5;
-enum Tag : std::uint16_t {
-  kImageWidth = 256,
-  kImageLength = 257,
-  kBitsPerSample = 258,
-  kCompression = 259,
-  kPhotometric = 262,
-  kStripOffsets = 273,
-  kSamplesPerPixel = 277,
-  kRowsPerStrip = 278,
-  kStripByteCounts = 279,
-  kXResolution = 282,
-  kYResolution = 283,
-  kResolutionUnit = 296,
-  kSampleFormat = 339,
-};
-
 // The pixels begin at a block boundary of any disk.
 constexpr std::uint32_t kPixelsAt = 4096;
 constexpr std::uint32_t kThreeShortsAt = 512, kFormatsAt = 520, kOneAt = 528;
@@ -40,9 +24,9 @@ using Header = std::array<char, kPixelsAt>;
 class HeaderWriter {
  public:
   void Put(std::size_t at, const auto& value) { std::memcpy(header_.data() + at, &value, sizeof value); }
-  void Entry(Tag tag, std::uint16_t type, std::uint32_t count, std::uint32_t value) {
+  void Entry(std::uint16_t tag, std::uint16_t type, std::uint32_t count, std::uint32_t value) {
     const std::size_t at = kFirstEntry + 12 * entries_++;
-    Put(at, static_cast<std::uint16_t>(tag));
+    Put(at, tag);
     Put(at + 2, type);
     Put(at + 4, count);
     Put(at + 8, value);
@@ -65,7 +49,7 @@ Header HeaderOf(const cv::Mat& pixels, std::uint32_t pixel_bytes) {
              height = static_cast<std::uint32_t>(pixels.rows),
              channels = static_cast<std::uint32_t>(pixels.channels());
   const auto bits = static_cast<std::uint16_t>(8 * pixels.elemSize1());
-  const std::uint16_t format = pixels.depth() == CV_32F ? 3 : 1;  // IEEE floating point, unsigned integer
+  const std::uint16_t format = pixels.depth() == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT;
   HeaderWriter header;
   for (std::uint32_t i = 0; i < 3; ++i) {
     header.Put(kThreeShortsAt + 2 * i, bits);
@@ -73,19 +57,19 @@ Header HeaderOf(const cv::Mat& pixels, std::uint32_t pixel_bytes) {
   }
   header.Put(kOneAt, std::array<std::uint32_t, 2>{1, 1});
   const bool color = channels == 3;
-  header.Entry(kImageWidth, kLong, 1, width);
-  header.Entry(kImageLength, kLong, 1, height);
-  header.Entry(kBitsPerSample, kShort, channels, color ? kThreeShortsAt : bits);
-  header.Entry(kCompression, kShort, 1, 1);              // none
-  header.Entry(kPhotometric, kShort, 1, color ? 2 : 1);  // RGB; black is zero
-  header.Entry(kStripOffsets, kLong, 1, kPixelsAt);
-  header.Entry(kSamplesPerPixel, kShort, 1, channels);
-  header.Entry(kRowsPerStrip, kLong, 1, height);
-  header.Entry(kStripByteCounts, kLong, 1, pixel_bytes);
-  header.Entry(kXResolution, kRational, 1, kOneAt);
-  header.Entry(kYResolution, kRational, 1, kOneAt);
-  header.Entry(kResolutionUnit, kShort, 1, 1);  // none
-  header.Entry(kSampleFormat, kShort, channels, color ? kFormatsAt : format);
+  header.Entry(TIFFTAG_IMAGEWIDTH, TIFF_LONG, 1, width);
+  header.Entry(TIFFTAG_IMAGELENGTH, TIFF_LONG, 1, height);
+  header.Entry(TIFFTAG_BITSPERSAMPLE, TIFF_SHORT, channels, color ? kThreeShortsAt : bits);
+  header.Entry(TIFFTAG_COMPRESSION, TIFF_SHORT, 1, COMPRESSION_NONE);
+  header.Entry(TIFFTAG_PHOTOMETRIC, TIFF_SHORT, 1, color ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
+  header.Entry(TIFFTAG_STRIPOFFSETS, TIFF_LONG, 1, kPixelsAt);
+  header.Entry(TIFFTAG_SAMPLESPERPIXEL, TIFF_SHORT, 1, channels);
+  header.Entry(TIFFTAG_ROWSPERSTRIP, TIFF_LONG, 1, height);
+  header.Entry(TIFFTAG_STRIPBYTECOUNTS, TIFF_LONG, 1, pixel_bytes);
+  header.Entry(TIFFTAG_XRESOLUTION, TIFF_RATIONAL, 1, kOneAt);
+  header.Entry(TIFFTAG_YRESOLUTION, TIFF_RATIONAL, 1, kOneAt);
+  header.Entry(TIFFTAG_RESOLUTIONUNIT, TIFF_SHORT, 1, RESUNIT_NONE);
+  header.Entry(TIFFTAG_SAMPLEFORMAT, TIFF_SHORT, channels, color ? kFormatsAt : format);
   return header.Done();
 }
 

@@ -104,35 +104,29 @@ cv::Mat ThroughPalette(const cv::Mat& indices, const std::array<const std::uint1
 }
 
 bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::Mat& pixels) {
-  const bool is_8_bits = pixels.depth() == CV_8U;
-  const int channels = pixels.channels(), count = is_8_bits ? 256 : 65536;
-  const double full = count - 1;
-  cv::Mat tables(1, count, pixels.type());
-  double largest = 0;
-  for (int i = 0; i < count; ++i)
-    for (int c = 0; c < channels; ++c) {
-      const std::uint16_t* own = channels == 3 ? rgb[static_cast<std::size_t>(2 - c)] : nullptr;
-      const std::uint16_t* curve = own ? own : rgb[0];
-      const double level = full * SrgbFromLinear(static_cast<float>(curve[i] / 65535.0));
-      largest = std::max(largest, std::abs(level - i) / full);
-      if (is_8_bits)
-        tables.ptr<std::uint8_t>()[i * channels + c] = cv::saturate_cast<std::uint8_t>(level);
-      else
-        tables.ptr<std::uint16_t>()[i * channels + c] = cv::saturate_cast<std::uint16_t>(level);
-    }
-  constexpr double kNearSrgb = 0.035;  // an exponent of 2.2, the default of the tag, differs by as much
-  if (largest < kNearSrgb) return false;
-  for (int y = 0; y < pixels.rows; ++y)
-    for (int i = 0; i < pixels.cols * channels; ++i) {
-      if (is_8_bits) {
-        auto& number = pixels.ptr<std::uint8_t>(y)[i];
-        number = tables.ptr<std::uint8_t>()[number * channels + i % channels];
-      } else {
-        auto& number = pixels.ptr<std::uint16_t>(y)[i];
-        number = tables.ptr<std::uint16_t>()[number * channels + i % channels];
+  const auto apply = [&]<typename Number>(Number most) {
+    const int channels = pixels.channels(), count = most + 1;
+    const double full = most;
+    cv::Mat tables(1, count, pixels.type());
+    double largest = 0;
+    for (int i = 0; i < count; ++i)
+      for (int c = 0; c < channels; ++c) {
+        const std::uint16_t* own = channels == 3 ? rgb[static_cast<std::size_t>(2 - c)] : nullptr;
+        const std::uint16_t* curve = own ? own : rgb[0];
+        const double level = full * SrgbFromLinear(static_cast<float>(curve[i] / 65535.0));
+        largest = std::max(largest, std::abs(level - i) / full);
+        tables.ptr<Number>()[i * channels + c] = cv::saturate_cast<Number>(level);
       }
-    }
-  return true;
+    constexpr double kNearSrgb = 0.035;  // an exponent of 2.2, the default of the tag, differs by as much
+    if (largest < kNearSrgb) return false;
+    for (int y = 0; y < pixels.rows; ++y)
+      for (int i = 0; i < pixels.cols * channels; ++i) {
+        Number& number = pixels.ptr<Number>(y)[i];
+        number = tables.ptr<Number>()[number * channels + i % channels];
+      }
+    return true;
+  };
+  return pixels.depth() == CV_8U ? apply(std::uint8_t{255}) : apply(std::uint16_t{65535});
 }
 
 void WarnOfUnusedBits(unsigned largest, int bits, const cv::Mat& samples, StoredPicture& picture) {

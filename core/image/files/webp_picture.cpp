@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <cstring>
-#include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
 #include "core/image/files/exif.h"
@@ -57,11 +56,7 @@ StoredPicture ReadWebp(std::string_view bytes, const std::string& name) {
         name);
   RequireOneLens(ChunkOfWebp(bytes, "XMP "), name);
   StoredPicture picture;
-  picture.pixels = pixels;
-  if (pixels.channels() == 4) {
-    cv::extractChannel(pixels, picture.alpha, 3);
-    cv::cvtColor(pixels, picture.pixels, cv::COLOR_BGRA2BGR);
-  }
+  TakePixels(pixels, picture);
   if (std::string exif(ChunkOfWebp(bytes, "EXIF")); !exif.empty()) {
     const std::string head("Exif\0\0", 6);
     NoteOrientation(ReadExif(exif.starts_with(head) ? exif : head + exif).orientation, picture);
@@ -69,6 +64,12 @@ StoredPicture ReadWebp(std::string_view bytes, const std::string& name) {
   if (const std::string_view icc = ChunkOfWebp(bytes, "ICCP"); !icc.empty())
     ConvertToSrgb({.icc = std::string(icc)}, picture);
   return picture;
+}
+
+std::optional<cv::Size2d> WebpSize(std::string_view begin) {
+  WebPBitstreamFeatures features{};
+  if (WebPGetFeatures(Data(begin), begin.size(), &features) != VP8_STATUS_OK) return std::nullopt;
+  return cv::Size2d(features.width, features.height);
 }
 
 bool WebpHasAlpha(std::string_view begin) {

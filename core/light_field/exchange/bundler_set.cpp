@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -15,7 +14,6 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/points/ply_reader.h"
@@ -33,9 +31,7 @@ class BundleWords {
   explicit BundleWords(const fs::path& file) : name_(file.string()) {
     std::error_code unknown;
     if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give the bundle file in it", name_);
-    RequireRegularFile(file);
-    stream_.open(file, std::ios::binary);
-    if (!stream_) throw Error("{}: cannot be read: {}", name_, std::strerror(errno));
+    stream_ = OpenRegularFile(file);
     for (int c = Take(); c != '\n' && c != kEnd; c = Take())
       if (word_.size() < kMostInWord) word_ += static_cast<char>(c);
     if (!word_.starts_with(kBundleTitle))
@@ -178,9 +174,7 @@ fs::path FindBundleList(const fs::path& bundle_out) {
 
 BundleList ReadBundleList(const fs::path& bundle_out) {
   BundleList list{FindBundleList(bundle_out), {}};
-  RequireRegularFile(list.file);
-  std::ifstream stream(list.file);
-  if (!stream) throw Error("{}: cannot be read: {}", list.file.string(), std::strerror(errno));
+  std::ifstream stream = OpenRegularFile(list.file);
   for (std::string row; std::getline(stream, row);)
     if (row.find_first_not_of(" \t\r") != std::string::npos) list.names.push_back(NameOfBundleRow(row));
   return list;
@@ -322,24 +316,17 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
       ++unregistered;
       continue;
     }
-    View view;
-    view.image_path = photographs.Find(name);
-    if (view.image_path.empty()) {
+    const std::string path = photographs.Find(name);
+    if (path.empty()) {
       missing.push_back(name);
       continue;
     }
-    const auto [other, is_new] = taken.try_emplace(view.image_path, name);
+    const auto [other, is_new] = taken.try_emplace(path, name);
     if (!is_new)
       throw Error("{}: '{}' and '{}' both lead to {}; give the folder from which the names count with {}",
-                  list.file.string(), other->second, name, (root / view.image_path).string(),
-                  Parameter("images"));
-    view.id = view_ids[At(i)] = static_cast<int>(light_field.views.size()) + 1;
-    view.mask_path = photographs.images().MaskOf(view.image_path);
-    view.camera =
-        IndexOfCamera(ModelOfBundled(camera, root / view.image_path, bundle_out.string() + ", " + owner),
-                      light_field.cameras);
-    view.cam_from_world = camera.cam_from_world;
-    light_field.views.push_back(std::move(view));
+                  list.file.string(), other->second, name, (root / path).string(), Parameter("images"));
+    const CameraModel model = ModelOfBundled(camera, root / path, bundle_out.string() + ", " + owner);
+    view_ids[At(i)] = AddView(path, model, camera.cam_from_world, photographs.images(), light_field).id;
   }
   if (unregistered == At(camera_count))
     throw Error(
@@ -348,9 +335,7 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of {} are not in {}; {}", bundle_out.string(),
                 missing.front(), list.file.string(), root.string(), ImagesRemedy());
-  if (unregistered > 0)
-    light_field.doubts.push_back(
-        fmt::format("{} left out: not registered (focal length 0)", Counted(unregistered, "camera")));
+  NoteLeftOut(unregistered, "camera", "not registered (focal length 0)", light_field.doubts);
   if (!missing.empty())
     light_field.doubts.push_back(fmt::format("{} left out: no photograph in {}: {}{}",
                                              Counted(missing.size(), "camera"), root.string(),

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cstdint>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include <unordered_map>
 
 #include "core/base/atomic_file.h"
+#include "core/base/binary_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"
@@ -93,13 +93,10 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
 // Counts without reading the model; none if it does not say.
 std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   if (HoldsModel(folder, "bin")) {
-    std::array<unsigned char, 8> bytes{};
     RequireRegularFile(folder / "images.bin");
     std::ifstream stream(folder / "images.bin", std::ios::binary);
-    if (!stream.read(reinterpret_cast<char*>(bytes.data()), bytes.size())) return std::nullopt;
-    std::uint64_t count = 0;
-    for (std::size_t i = bytes.size(); i-- > 0;) count = count << 8 | bytes[i];
-    return count;
+    const std::string bytes = BytesAt(stream, 0, sizeof(std::uint64_t));
+    return bytes.size() == sizeof(std::uint64_t) ? std::optional(LittleEndian(bytes)) : std::nullopt;
   }
   constexpr std::string_view kCount = "# Number of images: ";
   RequireRegularFile(folder / "images.txt");
@@ -207,15 +204,8 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   const SetImages images(source, chosen, ImagesFoldersOf(source, folder));
   light_field.root = images.folder();
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);
-  for (const TakenImage& each : taken) {
-    View view;
-    view.id = static_cast<int>(light_field.views.size()) + 1;
-    view.image_path = each.path;
-    view.mask_path = images.MaskOf(each.path);
-    view.camera = IndexOfCamera(each.camera, light_field.cameras);
-    view.cam_from_world = each.image->cam_from_world;
-    light_field.views.push_back(std::move(view));
-  }
+  for (const TakenImage& each : taken)
+    AddView(each.path, each.camera, each.image->cam_from_world, images, light_field);
   SayUnposed(images, taken, light_field.doubts);
   TakePoints(model, taken, light_field);
   return set;

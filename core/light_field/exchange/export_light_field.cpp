@@ -8,7 +8,6 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
-#include <unordered_map>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -112,13 +111,11 @@ std::vector<Undistortion> UndistortAll(const LightField& light_field, bool one_l
 }
 
 void MoveObservations(const LightField& from, const std::vector<Undistortion>& cameras, LightField& to) {
-  std::unordered_map<int, int> camera_of;
-  for (const View& view : from.views) camera_of[view.id] = view.camera;
   for (ScenePoint& point : to.points)
     std::erase_if(point.track, [&](ViewObservation& seen) {
-      const auto found = camera_of.find(seen.view_id);
-      if (found == camera_of.end()) return true;
-      const Undistortion& undistortion = cameras[static_cast<std::size_t>(found->second)];
+      const View* view = from.FindView(seen.view_id);
+      if (!view) return true;
+      const Undistortion& undistortion = cameras[static_cast<std::size_t>(view->camera)];
       if (undistortion.is_identity) return false;
       const auto ray = undistortion.from.RayFromImg(seen.in_img);
       const auto img = ray ? undistortion.to.ImgFromCam(*ray) : std::nullopt;
@@ -153,10 +150,8 @@ cv::Mat MaskOf(const LightField& light_field, const View& view) {
 }
 
 cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
-  cv::Mat all(bgr.size(), CV_8UC4);
-  const cv::Mat from[] = {bgr, alpha};
-  const int pairs[] = {0, 0, 1, 1, 2, 2, 3, 3};
-  cv::mixChannels(from, 2, &all, 1, pairs, 4);
+  cv::Mat all;
+  cv::merge(std::array{bgr, alpha}, all);
   return all;
 }
 

@@ -70,14 +70,8 @@ PosedSet ReadLlffSet(const fs::path& source, const fs::path& chosen) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string where = fmt::format("{}, row {} ({})", file.string(), i, names[i]);
     const LlffRow row = RowOf(rows.row(static_cast<Eigen::Index>(i)), where);
-    View view;
-    view.id = static_cast<int>(i) + 1;
-    view.image_path = names[i];
-    view.mask_path = images.MaskOf(names[i]);
-    view.camera = IndexOfCamera(AtSizeOf(images.folder() / names[i], row.camera, where, light_field.doubts),
-                                light_field.cameras);
-    view.cam_from_world = row.cam_from_world;
-    light_field.views.push_back(std::move(view));
+    const CameraModel camera = AtSizeOf(images.folder() / names[i], row.camera, where, light_field.doubts);
+    AddView(names[i], camera, row.cam_from_world, images, light_field);
     set.depth_bounds.push_back(row.depths);
   }
   return set;

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <sstream>
 
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/geometry/similarity3.h"
@@ -254,10 +252,6 @@ XmlElement ChosenChunk(const XmlElement& document, const fs::path& xml, std::vec
   return *chosen;
 }
 
-void SayWhatIsLeftOut(std::size_t count, const std::string& why, std::vector<std::string>& doubts) {
-  if (count > 0) doubts.push_back(fmt::format("{} left out: {}", Counted(count, "camera"), why));
-}
-
 }  // namespace
 
 PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
@@ -289,45 +283,41 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
       ++elsewhere;
       continue;
     }
-    View view;
     const std::string label = camera.Attribute("label").value_or("");
     if (label.empty())
       throw Error("{}: has no label to find its photograph by; export the cameras again", where);
-    view.image_path = photographs.Find(label);
-    if (view.image_path.empty()) {
+    const std::string path = photographs.Find(label);
+    if (path.empty()) {
       if (missing++ == 0) first_missing = label;
       continue;
     }
-    const auto [other, is_new] = taken.try_emplace(view.image_path, where);
+    const auto [other, is_new] = taken.try_emplace(path, where);
     if (!is_new)
       throw Error("{}: its photograph {} is also that of {}; give the cameras labels of their own", where,
-                  view.image_path, other->second);
+                  path, other->second);
     const std::string sensor_id = camera.Attribute("sensor_id").value_or("");
     const auto sensor = sensors.find(sensor_id);
     if (sensor == sensors.end())
       throw Error("{}: belongs to the sensor '{}', and there is none; export the cameras again", where,
                   sensor_id);
     if (!models.contains(sensor_id)) models.emplace(sensor_id, ModelOfSensor(sensor->second));
-    view.id = static_cast<int>(light_field.views.size()) + 1;
-    view.mask_path = photographs.MaskOf(view.image_path);
-    view.cam_from_world = CamFromWorldOf(camera, component->world_from_chunk);
-    view.camera = IndexOfCamera(
-        AtSizeOf(light_field.root / view.image_path, models.at(sensor_id), where, light_field.doubts),
-        light_field.cameras);
-    light_field.views.push_back(std::move(view));
+    const Rigid3 cam_from_world = CamFromWorldOf(camera, component->world_from_chunk);
+    const CameraModel model =
+        AtSizeOf(light_field.root / path, models.at(sensor_id), where, light_field.doubts);
+    AddView(path, model, cam_from_world, photographs, light_field);
   }
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
                 first_missing, light_field.root.string(), ImagesRemedy());
   if (components.has_scale()) light_field.units = "metres";
   std::vector<std::string>& doubts = light_field.doubts;
-  SayWhatIsLeftOut(unaligned, "not aligned", doubts);
-  SayWhatIsLeftOut(disabled, "disabled", doubts);
-  SayWhatIsLeftOut(elsewhere, "of components without a transform, beside the largest", doubts);
-  SayWhatIsLeftOut(missing,
-                   fmt::format("no photograph in {}: {}{}", light_field.root.string(), first_missing,
-                               missing > 1 ? ", ..." : ""),
-                   doubts);
+  NoteLeftOut(unaligned, "camera", "not aligned", doubts);
+  NoteLeftOut(disabled, "camera", "disabled", doubts);
+  NoteLeftOut(elsewhere, "camera", "of components without a transform, beside the largest", doubts);
+  NoteLeftOut(missing, "camera",
+              fmt::format("no photograph in {}: {}{}", light_field.root.string(), first_missing,
+                          missing > 1 ? ", ..." : ""),
+              doubts);
   if (const auto left_out = components.left_out())
     doubts.push_back(
         fmt::format("the geocentric translation ({:.3f}, {:.3f}, {:.3f}) is left out: the world's origin "

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/base/atomic_file.h"
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 
 namespace ulf {
@@ -98,11 +99,7 @@ Eigen::MatrixXd ReadNpyMatrix(const std::filesystem::path& file) {
   if (!bytes.starts_with("\x93NUMPY") || bytes.size() < kVersionEnd + 4)
     throw Error("{}: is no NumPy file (.npy), or is cut short; copy it again", where);
   const bool is_long = bytes[kMagic] >= 2;
-  const auto byte = [&](std::size_t i) {
-    return static_cast<std::size_t>(static_cast<std::uint8_t>(bytes[i]));
-  };
-  std::size_t length = byte(8) | byte(9) << 8;
-  if (is_long) length |= byte(10) << 16 | byte(11) << 24;
+  const std::uint64_t length = LittleEndian(std::string_view(bytes).substr(kVersionEnd, is_long ? 4 : 2));
   const std::size_t begin = kVersionEnd + (is_long ? 4 : 2);
   if (length > bytes.size() - begin) throw Error("{}: is cut short; copy it again", where);
   const NpyHeader header(std::string_view(bytes).substr(begin, length), where);

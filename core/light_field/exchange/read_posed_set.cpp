@@ -8,7 +8,6 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/lowercase.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/rigid3.h"
 #include "core/image/files/picture_file.h"
@@ -17,7 +16,6 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"
-#include "core/light_field/journal_stamp.h"
 
 namespace ulf {
 namespace {

@@ -3,8 +3,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "core/light_field/formats/posed_set.h"
 #include "core/light_field/formats/set_format.h"

@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
@@ -164,7 +163,8 @@ std::vector<std::string> PhotographsOf(const SetImages& images) {
 }
 
 struct PosedPhotograph {
-  View view;
+  std::string path;
+  Rigid3 cam_from_world;
   CameraModel camera;
   std::string frame;
 };
@@ -213,14 +213,9 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
       ++without_pose;
       continue;
     }
-    PosedPhotograph photograph;
-    photograph.view.image_path = name;
-    photograph.view.mask_path = images.MaskOf(name);
-    photograph.view.cam_from_world = *cam_from_world;
-    photograph.camera = ModelOfXmp(xmp, images.folder() / name);
-    photograph.frame = FrameOfXmp(xmp);
-    ++frames[photograph.frame];
-    posed.push_back(std::move(photograph));
+    const CameraModel camera = ModelOfXmp(xmp, images.folder() / name);
+    posed.push_back({name, *cam_from_world, camera, FrameOfXmp(xmp)});
+    ++frames[posed.back().frame];
   }
   if (posed.empty())
     throw Error(
@@ -230,21 +225,15 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
 
   const std::string frame =
       std::ranges::max_element(frames, {}, [](const auto& entry) { return entry.second; })->first;
-  for (PosedPhotograph& photograph : posed) {
-    if (photograph.frame != frame) continue;
-    photograph.view.id = static_cast<int>(light_field.views.size()) + 1;
-    photograph.view.camera = IndexOfCamera(photograph.camera, light_field.cameras);
-    light_field.views.push_back(std::move(photograph.view));
-  }
-  const auto left_out = [&](std::size_t count, const char* why) {
-    if (count > 0)
-      light_field.doubts.push_back(fmt::format("{} left out: {}", Counted(count, "photograph"), why));
-  };
-  left_out(without_file, "no XMP file");
-  left_out(without_pose, "no pose in the XMP file");
-  left_out(twice, "another photograph has the same XMP file");
-  left_out(posed.size() - light_field.views.size(),
-           "positions count from another component than the largest");
+  for (const PosedPhotograph& photograph : posed)
+    if (photograph.frame == frame)
+      AddView(photograph.path, photograph.camera, photograph.cam_from_world, images, light_field);
+  std::vector<std::string>& doubts = light_field.doubts;
+  NoteLeftOut(without_file, "photograph", "no XMP file", doubts);
+  NoteLeftOut(without_pose, "photograph", "no pose in the XMP file", doubts);
+  NoteLeftOut(twice, "photograph", "another photograph has the same XMP file", doubts);
+  NoteLeftOut(posed.size() - light_field.views.size(), "photograph",
+              "positions count from another component than the largest", doubts);
   return set;
 }
 

@@ -2,19 +2,18 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf {
 namespace fs = std::filesystem;
@@ -88,11 +87,9 @@ StagedFolder::~StagedFolder() {
 }
 
 void StagedFolder::Commit() {
-  const int descriptor = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && syncfs(descriptor) == 0;
-  const int reason = errno;
-  if (descriptor >= 0) close(descriptor);
-  if (!synced) ThrowDiskError(reason, path_.string() + ": syncing to disk failed");
+  const FileDescriptor folder(open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder.IsOpen() || syncfs(folder.Number()) != 0)
+    ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
   if (path_ != target_ && rename(path_.c_str(), target_.c_str()) != 0)
     ThrowDiskError(errno, fmt::format("{}: cannot be renamed to {}", path_.string(), target_.string()));
   committed_ = true;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -37,9 +36,7 @@ struct ListedPhotograph {
 
 // Returns them in order of time.
 std::vector<ListedPhotograph> ReadTumList(const fs::path& file) {
-  RequireRegularFile(file);
-  std::ifstream stream(file);
-  if (!stream) throw Error("{}: cannot be read: {}", file.string(), std::strerror(errno));
+  std::ifstream stream = OpenRegularFile(file);
   std::vector<ListedPhotograph> photographs;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
@@ -111,18 +108,12 @@ PosedSet ReadTumSet(const fs::path& rgb_txt, const fs::path& chosen, const Camer
       missing.push_back(each.name);
       continue;
     }
-    View view;
-    view.image_path = PathInside(images.folder(), found, where);
-    if (const auto [other, is_new] = lines.try_emplace(view.image_path, each.line); !is_new)
+    const std::string path = PathInside(images.folder(), found, where);
+    if (const auto [other, is_new] = lines.try_emplace(path, each.line); !is_new)
       throw Error("{}, lines {} and {}: both lead to {}; a photograph has one time: take out the wrong line",
-                  rgb_txt.string(), other->second, each.line, (images.folder() / view.image_path).string());
-    view.id = static_cast<int>(light_field.views.size()) + 1;
-    view.mask_path = images.MaskOf(view.image_path);
-    view.camera = IndexOfCamera(
-        AtSizeOf(images.folder() / view.image_path, camera, where, light_field.doubts), light_field.cameras);
-    view.cam_from_world = *cam_from_world;
-    view.device_time_s = each.time_s;
-    light_field.views.push_back(std::move(view));
+                  rgb_txt.string(), other->second, each.line, (images.folder() / path).string());
+    const CameraModel own = AtSizeOf(images.folder() / path, camera, where, light_field.doubts);
+    AddView(path, own, *cam_from_world, images, light_field).device_time_s = each.time_s;
   }
   if (unposed.size() == listed.size())
     throw Error(

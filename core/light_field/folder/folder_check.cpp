@@ -5,6 +5,7 @@
 #include <fstream>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <ranges>
 #include <set>
 
 #include "core/base/counted.h"
@@ -53,23 +54,17 @@ Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& 
 }
 
 std::set<int> Ids(const std::map<int, View>& views) {
-  std::set<int> ids;
-  for (const auto& [id, view] : views) ids.insert(id);
-  return ids;
+  const auto ids = views | std::views::keys;
+  return {ids.begin(), ids.end()};
 }
 
 // Adds the differences between `views` and the journal.
 void Compare(const std::vector<View>& views, const JournalContents& journal, Derived& derived) {
-  std::map<int, const View*> known;
-  for (const View& view : journal.light_field.views) known[view.id] = &view;
   for (const View& view : views) {
-    const auto found = known.find(view.id);
-    if (found != known.end()) {
+    if (const View* known = journal.light_field.FindView(view.id)) {
       // View numbers of another program refer to other photographs.
-      if (SafeName(found->second->image_path) != SafeName(view.image_path))
-        derived.lineage = Lineage::kForeign;
-      if (!IsSamePose(found->second->cam_from_world, view.cam_from_world))
-        derived.other_poses[view.id] = view;
+      if (SafeName(known->image_path) != SafeName(view.image_path)) derived.lineage = Lineage::kForeign;
+      if (!IsSamePose(known->cam_from_world, view.cam_from_world)) derived.other_poses[view.id] = view;
     } else if (!journal.removed.contains(view.id)) {
       derived.unknown[view.id] = view;
     }
@@ -83,11 +78,9 @@ bool CamerasDiffer(const LightField& journal, const LightField& other) {
       camera.distortion = Distortion::kNone;
     return camera;
   };
-  std::map<int, const View*> known;
-  for (const View& view : journal.views) known[view.id] = &view;
   return std::ranges::any_of(other.views, [&](const View& view) {
-    const auto found = known.find(view.id);
-    return found != known.end() && !(plain(journal.CameraOf(*found->second)) == plain(other.CameraOf(view)));
+    const View* known = journal.FindView(view.id);
+    return known && !(plain(journal.CameraOf(*known)) == plain(other.CameraOf(view)));
   });
 }
 

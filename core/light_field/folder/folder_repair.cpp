@@ -1,8 +1,5 @@
 #include "core/light_field/folder/repair_plan.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <limits>

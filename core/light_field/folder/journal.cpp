@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -33,18 +31,13 @@ constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",  
 
 // Adds a camera of the header, or of a line of its own.
 void AppendCamera(const json& camera, const std::string& where, JournalContents& contents) {
-  LightField& light_field = contents.light_field;
-  const int index = static_cast<int>(light_field.cameras.size());
-  const CameraModel model = CameraFromJson({camera, where});
-  std::optional<FlatField> flat_field;
-  std::optional<ColorProfile> color_profile;
-  if (camera.contains("flat_field")) flat_field = FlatFieldFromJson(camera["flat_field"], where);
-  if (camera.contains("color_profile")) color_profile = ColorProfileFromJson(camera["color_profile"], where);
-  light_field.cameras.push_back(model);
-  contents.recorded_cameras.resize(light_field.cameras.size(), model);
-  if (flat_field) light_field.flat_fields[index] = *flat_field;
-  if (color_profile) light_field.color_profiles[index] = *color_profile;
-  NoteCalibrationSource({camera, where}, index, light_field);
+  NewCamera added{CameraFromJson({camera, where}), {}, {}, ""};
+  if (camera.contains("flat_field")) added.flat_field = FlatFieldFromJson(camera["flat_field"], where);
+  if (camera.contains("color_profile"))
+    added.color_profile = ColorProfileFromJson(camera["color_profile"], where);
+  added.calibration_source = JsonPlace{camera, where}.Text("calibration_source", "");
+  contents.light_field.AddCamera(added);
+  contents.recorded_cameras.resize(contents.light_field.cameras.size(), added.camera);
 }
 
 void ApplyHeader(const JsonPlace& event, JournalContents& contents) {
@@ -68,7 +61,7 @@ class LineStaysError : public Error {
 void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const int index = event.Integer("index"), there = static_cast<int>(light_field.cameras.size());
-  const JsonPlace camera{event.Raw("camera"), event.where + ", camera"};
+  const JsonPlace camera = event.Inside("camera");
   if (index > there)
     throw LineStaysError("{}: camera {} cannot be read without camera {}, which is missing", event.where,
                          index, there);
@@ -79,12 +72,6 @@ void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
   }
   AppendCamera(camera.object, camera.where, contents);
   NoteCalibrationSource(event, index, light_field);
-}
-
-View* FindView(LightField& light_field, int id) {
-  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
-                                      [](const View& view, int wanted) { return view.id < wanted; });
-  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
 }
 
 // Calls `read`, which checks paths.
@@ -126,7 +113,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   View view;
   view.id = event.Integer("id");
   if (view.id < 1) throw Error("{}: there is no view {}; they count from 1", event.where, view.id);
-  if (FindView(light_field, view.id) || contents.removed.contains(view.id))
+  if (light_field.FindView(view.id) || contents.removed.contains(view.id))
     throw Error("{}: view {} is recorded twice; the first one is used", event.where, view.id);
   ReadViewJson(event, view);
   ReadFiles(event, light_field, view);
@@ -143,9 +130,9 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   std::vector<std::pair<View*, Rigid3>> poses;
   std::map<std::size_t, CorrectedLens> cameras;
-  const JsonPlace given{event.Raw("poses"), event.where + ", poses"};
+  const JsonPlace given = event.Inside("poses");
   for (const auto& [id, pose] : given.object.items())
-    if (View* view = FindView(light_field, std::atoi(id.c_str())))
+    if (View* view = light_field.FindView(std::atoi(id.c_str())))
       poses.emplace_back(view, PoseFromJson(given, id.c_str()));
   std::optional<std::string> unknown_camera;
   const std::string source =
@@ -174,7 +161,7 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
 }
 
 View& ViewOf(const JsonPlace& event, LightField& light_field) {
-  View* view = FindView(light_field, event.Integer("view"));
+  View* view = light_field.FindView(event.Integer("view"));
   if (!view) throw LineStaysError("{}: there is no view {} (any more)", event.where, event.Integer("view"));
   return *view;
 }
@@ -198,9 +185,9 @@ void ApplyMerged(const JsonPlace& event, LightField& light_field) {
 // Masks of missing views are ignored.
 void ApplyMasks(const JsonPlace& event, LightField& light_field) {
   std::vector<std::pair<View*, std::string>> paths;
-  const JsonPlace given{event.Raw("masks"), event.where + ", masks"};
+  const JsonPlace given = event.Inside("masks");
   for (const auto& [id, path] : given.object.items())
-    if (View* view = FindView(light_field, std::atoi(id.c_str()))) {
+    if (View* view = light_field.FindView(std::atoi(id.c_str()))) {
       const std::string path = given.Text(id.c_str());
       ReadPaths([&] { paths.emplace_back(view, PathBelow(path, given.where)); });
     }
@@ -222,7 +209,7 @@ void ApplyRemoval(const JsonPlace& event, JournalContents& contents) {
   }
   for (const int id : ids) {
     contents.removed.insert(id);
-    if (const View* view = FindView(light_field, id)) {
+    if (const View* view = light_field.FindView(id)) {
       contents.removed_files.merge(FilesOf(*view));
       light_field.taken_back.insert(id);
     }
@@ -272,10 +259,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     ApplyChecked(event, contents);
   } else if (kind == "close") {
     light_field.capture_s = event.Number("capture_s", 0);
-    if (event.Has("reasons"))
-      light_field.reasons = ReasonsFromJson({event.Raw("reasons"), event.where + ", reasons"});
-    if (event.Has("measured"))
-      light_field.measured = MeasuredFromJson({event.Raw("measured"), event.where + ", measured"});
+    if (event.Has("reasons")) light_field.reasons = ReasonsFromJson(event.Inside("reasons"));
+    if (event.Has("measured")) light_field.measured = MeasuredFromJson(event.Inside("measured"));
   } else if (kind != "gap" && kind != "repaired") {
     throw LineStaysError("{}: unknown event '{}'; use a newer ulf", event.where, kind);
   }
@@ -345,19 +330,6 @@ void NameMissingViews(JournalContents& contents) {
     if (!damaged.views.empty() && damaged.IsWhole()) damaged.poses.clear();
   }
 }
-
-}  // namespace
-
-std::string DamagedLine::Words() const {
-  const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };
-  std::string words = reason + (lines == 1 ? "; the line is left out" : "; these lines are left out");
-  if (!views.empty()) words += fmt::format("; {} {} in doubt", ViewNumbers(views), are(views));
-  if (!poses.empty())
-    words += fmt::format("; it may have corrected poses: {} {} in doubt", ViewNumbers(poses), are(poses));
-  return words;
-}
-
-namespace {
 
 // Notes the view of a kept line: its number is taken, and the view is in doubt.
 void NoteStayingView(const json& object, JournalContents& contents) {
@@ -442,6 +414,15 @@ JournalContents Read(const fs::path& file, const LightField* header) {
 }
 
 }  // namespace
+
+std::string DamagedLine::Words() const {
+  const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };
+  std::string words = reason + (lines == 1 ? "; the line is left out" : "; these lines are left out");
+  if (!views.empty()) words += fmt::format("; {} {} in doubt", ViewNumbers(views), are(views));
+  if (!poses.empty())
+    words += fmt::format("; it may have corrected poses: {} {} in doubt", ViewNumbers(poses), are(poses));
+  return words;
+}
 
 JournalContents ReadJournal(const fs::path& file) { return Read(file, nullptr); }
 

@@ -1,26 +1,5 @@
 // journal.jsonl: the append-only, authoritative record of a capture, one JSON object per line.
-// docs/light_field.md has every key with its type, unit and default, and an example of each line:
-//
-//   header       {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
-//                 units, threshold_px, coverage_width_px}
-//   camera       {index, camera as in the header}
-//   view         {id, image, master, mask, camera, cam_from_world [qw qx qy qz tx ty tz], times, exposure,
-//                 gain, quality, bound, twist}
-//   pose_update  {poses {id: [7]}, cameras {index: as in the header}}
-//   exposure     {view, image, master, times, exposure, gain, exposure_from_view [7], pose}
-//   merged       {view, image, exposures, ghosts}
-//   subject      {center, radius}
-//   up           {up}
-//   goal         {cap_deg [2], share}
-//   readout      {readout_s, sigma_s}
-//   turntable    {board}
-//   masks        {masks {id: path}}
-//   gap          {from_s, to_s, reason}
-//   remove       {id}, or of several together {ids []}
-//   unposed      {image, master, camera, times, exposure, gain, problem}
-//   close        {capture_s, reasons, measured}
-//   checked      {check, found [{text, whole, views {id: {photograph, pose}}}]}
-//   repaired     {}
+// docs/light_field.md has every event with its keys, their types, units and defaults, and an example.
 //
 // Every call syncs its lines before it returns; if the disk refuses a write, the whole call is undone
 // (DiskFullError, Error). A damaged end (an incomplete last line, or lines after which no line is complete)
@@ -40,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/file_descriptor.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -92,9 +72,6 @@ JournalContents ReadJournal(const std::filesystem::path& file, const LightField&
 class Journal {
  public:
   explicit Journal(const std::filesystem::path& file);
-  ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
 
   // Removes a damaged end; call it before the first append to an existing journal.
   void CutAt(std::size_t whole_bytes);
@@ -133,7 +110,7 @@ class Journal {
   void Open();
   void BreakHardLinks();
   std::filesystem::path file_;
-  int descriptor_ = -1;
+  FileDescriptor descriptor_;
 };
 
 }  // namespace ulf

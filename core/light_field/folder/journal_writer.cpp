@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/base/at.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
@@ -20,145 +21,104 @@
 
 namespace ulf {
 
-namespace {
-
-bool IsSameFile(int descriptor, const std::filesystem::path& path) {
-  struct stat of_descriptor {
-  }, of_path{};
-  return fstat(descriptor, &of_descriptor) == 0 && stat(path.c_str(), &of_path) == 0 &&
-         of_descriptor.st_ino == of_path.st_ino && of_descriptor.st_dev == of_path.st_dev;
-}
-
-}  // namespace
-
 Journal::Journal(const std::filesystem::path& file) : file_(file) {
   // Another writer may replace the file by a copy before we hold the lock.
   constexpr int kMostTries = 100;  // a limit for file systems that report two numbers of one file
-  for (int tries = 0; tries == 0 || (tries < kMostTries && !IsSameFile(descriptor_, file_)); ++tries) {
-    if (descriptor_ >= 0) close(descriptor_);
+  for (int tries = 0; tries == 0 || (tries < kMostTries && !IsSameFile(descriptor_.Number(), file_)); ++tries)
     Open();
-  }
 }
 
 void Journal::Open() {
-  descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0644);
-  if (descriptor_ < 0)
+  descriptor_ = {};
+  descriptor_ =
+      FileDescriptor(open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0644));
+  if (!descriptor_.IsOpen())
     throw Error("{}: cannot be opened for writing: {}; check permissions", file_.string(),
                 std::strerror(errno));
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    close(descriptor_);
-    descriptor_ = -1;
+  if (flock(descriptor_.Number(), LOCK_EX | LOCK_NB) != 0)
     throw Error("{}: another process is recording into this light field; stop it or choose another folder",
                 file_.parent_path().string());
-  }
 }
 
 void Journal::BreakHardLinks() {
   struct stat status {
   }, of_name{};
   const bool is_link = lstat(file_.c_str(), &of_name) == 0 && S_ISLNK(of_name.st_mode);
-  if (!is_link && (fstat(descriptor_, &status) != 0 || status.st_nlink <= 1)) return;
+  if (!is_link && (fstat(descriptor_.Number(), &status) != 0 || status.st_nlink <= 1)) return;
   const std::filesystem::path copy = TemporaryName(file_);
   const std::string bytes = ReadWholeFile(file_);
-  const int shared =
-      std::exchange(descriptor_, open(copy.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
-  const auto refuse = [&] {
+  FileDescriptor own(open(copy.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
+  // The copy is locked before it gets the name, so that no other writer can intervene.
+  if (!own.IsOpen() || flock(own.Number(), LOCK_EX | LOCK_NB) != 0 || !WriteAll(own.Number(), bytes) ||
+      fsync(own.Number()) != 0 || rename(copy.c_str(), file_.c_str()) != 0) {
     const int reason = errno;
-    if (descriptor_ >= 0) close(descriptor_);
     unlink(copy.c_str());
-    descriptor_ = shared;
     ThrowDiskError(reason, fmt::format("{}: shares its bytes with another light field and cannot be copied",
                                        file_.string()));
-  };
-  // The copy is locked before it gets the name, so that no other writer can intervene.
-  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) != 0) refuse();
-  for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t written = write(descriptor_, bytes.data() + done, bytes.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) refuse();
-    done += static_cast<std::size_t>(written);
   }
-  if (fsync(descriptor_) != 0 || rename(copy.c_str(), file_.c_str()) != 0) refuse();
+  descriptor_ = std::move(own);
   SyncFolder(FolderOf(file_));
-  close(shared);
 }
 
 void Journal::CutAt(std::size_t whole_bytes) {
   struct stat status {};
-  if (fstat(descriptor_, &status) == 0 && static_cast<std::size_t>(status.st_size) == whole_bytes) return;
+  if (fstat(descriptor_.Number(), &status) == 0 && static_cast<std::size_t>(status.st_size) == whole_bytes)
+    return;
   BreakHardLinks();
-  if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
+  if (ftruncate(descriptor_.Number(), static_cast<off_t>(whole_bytes)) != 0)
     throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
-}
-
-Journal::~Journal() {
-  if (descriptor_ >= 0) close(descriptor_);
 }
 
 void Journal::Append(const std::string& lines) {
   BreakHardLinks();
   const std::string text = lines + "\n";
-  const off_t before = lseek(descriptor_, 0, SEEK_END);
+  const int number = descriptor_.Number();
+  const off_t before = lseek(number, 0, SEEK_END);
   // Removes a partial line: the next one would be appended to it.
   const auto undo = [&](const char* what) {
     const int reason = errno;
-    if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);
+    if (ftruncate(number, before) == 0) fsync(number);
     ThrowDiskError(reason, fmt::format("{}: {} (everything before this is safe)", file_.string(), what));
   };
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t written = write(descriptor_, text.data() + done, text.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) undo("writing failed");
-    done += static_cast<std::size_t>(written);
-  }
-  if (fsync(descriptor_) != 0) undo("syncing to disk failed");
+  if (!WriteAll(number, text)) undo("writing failed");
+  if (fsync(number) != 0) undo("syncing to disk failed");
 }
 
 void Journal::NoteRepair(std::uint64_t bytes) {
   const std::string line = JsonText(nlohmann::json{{"event", "repaired"}});
-  const auto now = static_cast<std::uint64_t>(lseek(descriptor_, 0, SEEK_END)) + line.size() + 1;
+  const auto now = static_cast<std::uint64_t>(lseek(descriptor_.Number(), 0, SEEK_END)) + line.size() + 1;
   Append(line + std::string(now < bytes ? bytes - now : 0, ' '));
 }
 
-static nlohmann::json CameraEntry(const CameraModel& camera, const FlatField* flat_field,
-                                  const ColorProfile* color_profile, const std::string& calibration_source) {
-  nlohmann::json entry = CameraToJson(camera);
-  if (flat_field) entry["flat_field"] = FlatFieldToJson(*flat_field);
-  if (color_profile) entry["color_profile"] = ColorProfileToJson(*color_profile);
-  if (!calibration_source.empty()) entry["calibration_source"] = calibration_source;
+static nlohmann::json CameraEntry(const NewCamera& camera) {
+  nlohmann::json entry = CameraToJson(camera.camera);
+  if (camera.flat_field) entry["flat_field"] = FlatFieldToJson(*camera.flat_field);
+  if (camera.color_profile) entry["color_profile"] = ColorProfileToJson(*camera.color_profile);
+  if (!camera.calibration_source.empty()) entry["calibration_source"] = camera.calibration_source;
   return entry;
 }
 
+static void AppendEvent(const char* kind, nlohmann::json keys, Journal& journal) {
+  keys["event"] = kind;
+  journal.Append(JsonText(keys));
+}
+
 void Journal::Header(const LightField& light_field) {
-  nlohmann::json event = {{"event", "header"},
-                          {"version", kJournalVersion},
-                          {"device_uri", light_field.device_uri},
-                          {"device_serial", light_field.device_serial},
-                          {"device_maker", light_field.device_maker},
-                          {"device_model", light_field.device_model},
-                          {"units", light_field.units},
-                          {"coverage_width_px", light_field.coverage_width_px}};
-  if (light_field.window) event["sensor"] = WindowToJson(*light_field.window);
-  if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
-  for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
-    const auto flat = light_field.flat_fields.find(static_cast<int>(i));
-    const auto profile = light_field.color_profiles.find(static_cast<int>(i));
-    event["cameras"].push_back(
-        CameraEntry(light_field.cameras[i], flat == light_field.flat_fields.end() ? nullptr : &flat->second,
-                    profile == light_field.color_profiles.end() ? nullptr : &profile->second,
-                    light_field.CalibrationSource(static_cast<int>(i))));
+  nlohmann::json event = CaptureToJson(light_field);
+  event["version"] = kJournalVersion;
+  for (const char* key : {"device_uri", "device_serial", "device_maker", "device_model"})
+    event.emplace(key, "");
+  for (int i = 0; i < static_cast<int>(light_field.cameras.size()); ++i) {
+    NewCamera camera{light_field.cameras[At(i)], {}, {}, light_field.CalibrationSource(i)};
+    if (light_field.flat_fields.contains(i)) camera.flat_field = light_field.flat_fields.at(i);
+    if (light_field.color_profiles.contains(i)) camera.color_profile = light_field.color_profiles.at(i);
+    event["cameras"].push_back(CameraEntry(camera));
   }
-  Append(JsonText(event));
+  AppendEvent("header", std::move(event), *this);
 }
 
 void Journal::AddCamera(int index, const NewCamera& camera) {
-  Append(JsonText(nlohmann::json{
-      {"event", "camera"},
-      {"index", index},
-      {"camera",
-       CameraEntry(camera.camera, camera.flat_field ? &*camera.flat_field : nullptr,
-                   camera.color_profile ? &*camera.color_profile : nullptr, camera.calibration_source)}}));
+  AppendEvent("camera", {{"index", index}, {"camera", CameraEntry(camera)}}, *this);
 }
 
 void Journal::AddViews(std::span<const View> views) {
@@ -179,90 +139,73 @@ void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
                           const std::map<int, CorrectedLens>& cameras) {
   nlohmann::json poses = nlohmann::json::object();
   for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
-  nlohmann::json event{{"event", "pose_update"}, {"poses", poses}};
+  nlohmann::json event{{"poses", poses}};
   for (const auto& [index, lens] : cameras)
-    event["cameras"][std::to_string(index)] =
-        CameraEntry(lens.camera, nullptr, nullptr, lens.calibration_source);
-  Append(JsonText(event));
+    event["cameras"][std::to_string(index)] = CameraEntry({lens.camera, {}, {}, lens.calibration_source});
+  AppendEvent("pose_update", std::move(event), *this);
 }
 
 void Journal::AddExposure(int view_id, const ViewExposure& exposure) {
   nlohmann::json event = ExposureToJson(exposure);
-  event["event"] = "exposure";
   event["view"] = view_id;
-  Append(JsonText(event));
+  AppendEvent("exposure", std::move(event), *this);
 }
 
 void Journal::NoteMerged(int view_id, const MergedExposures& merged) {
   nlohmann::json event = MergedToJson(merged);
-  event["event"] = "merged";
   event["view"] = view_id;
-  Append(JsonText(event));
+  AppendEvent("merged", std::move(event), *this);
 }
 
 void Journal::SetSubject(const Subject& subject) {
-  Append(JsonText(nlohmann::json{
-      {"event", "subject"}, {"center", Vector3ToJson(subject.center_in_world)}, {"radius", subject.radius}}));
+  AppendEvent("subject", {{"center", Vector3ToJson(subject.center_in_world)}, {"radius", subject.radius}},
+              *this);
 }
-
 void Journal::SetUp(const Eigen::Vector3d& up_in_world) {
-  Append(JsonText(nlohmann::json{{"event", "up"}, {"up", Vector3ToJson(up_in_world)}}));
+  AppendEvent("up", {{"up", Vector3ToJson(up_in_world)}}, *this);
 }
-
-void Journal::SetGoal(const CoverageGoal& goal) {
-  nlohmann::json event = CoverageGoalToJson(goal);
-  event["event"] = "goal";
-  Append(JsonText(event));
-}
-
+void Journal::SetGoal(const CoverageGoal& goal) { AppendEvent("goal", CoverageGoalToJson(goal), *this); }
 void Journal::SetReadout(const ShutterReadout& readout) {
-  nlohmann::json event = ReadoutToJson(readout);
-  event["event"] = "readout";
-  Append(JsonText(event));
+  AppendEvent("readout", ReadoutToJson(readout), *this);
 }
-
 void Journal::SetTurntable(const Turntable& turntable) {
-  Append(JsonText(nlohmann::json{{"event", "turntable"}, {"board", turntable.board}}));
+  AppendEvent("turntable", {{"board", turntable.board}}, *this);
 }
 
 void Journal::SetMasks(const std::map<int, std::string>& mask_path_by_view) {
   nlohmann::json masks = nlohmann::json::object();
   for (const auto& [id, path] : mask_path_by_view) masks[std::to_string(id)] = path;
-  Append(JsonText(nlohmann::json{{"event", "masks"}, {"masks", masks}}));
+  AppendEvent("masks", {{"masks", masks}}, *this);
 }
 
 void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
-  Append(JsonText(nlohmann::json{{"event", "gap"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}));
+  AppendEvent("gap", {{"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}, *this);
 }
 
 void Journal::RemoveViews(const std::set<int>& view_ids) {
-  if (view_ids.empty()) return;
-  nlohmann::json event{{"event", "remove"}};
   if (view_ids.size() == 1)
-    event["id"] = *view_ids.begin();
-  else
-    event["ids"] = view_ids;
-  Append(JsonText(event));
+    AppendEvent("remove", {{"id", *view_ids.begin()}}, *this);
+  else if (!view_ids.empty())
+    AppendEvent("remove", {{"ids", view_ids}}, *this);
 }
 
 void Journal::NoteUnposed(const UnposedPhotograph& photograph) {
   nlohmann::json event = PhotographToJson(photograph.view);
-  event["event"] = "unposed";
   event["image"] = photograph.view.image_path;
   event["camera"] = photograph.view.camera;
   if (!photograph.problem.empty()) event["problem"] = photograph.problem;
-  Append(JsonText(event));
+  AppendEvent("unposed", std::move(event), *this);
 }
 
 void Journal::NoteChecked(const std::string& check, const std::vector<KeptFinding>& found) {
-  Append(JsonText(KeptFindingsToJson(check, found)));
+  AppendEvent("checked", KeptFindingsToJson(check, found), *this);
 }
 
 void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
                     const std::optional<MeasuredErrors>& measured) {
-  nlohmann::json event{{"event", "close"}, {"capture_s", capture_s}, {"reasons", reasons}};
+  nlohmann::json event{{"capture_s", capture_s}, {"reasons", reasons}};
   if (measured) event["measured"] = MeasuredToJson(*measured);
-  Append(JsonText(event));
+  AppendEvent("close", std::move(event), *this);
 }
 
 }  // namespace ulf

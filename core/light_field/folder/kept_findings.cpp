@@ -1,11 +1,10 @@
 #include "core/light_field/folder/kept_findings.h"
 
 #include <algorithm>
-#include <array>
 #include <fstream>
 #include <iterator>
-#include <set>
 
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/folder_check.h"
@@ -31,23 +30,11 @@ std::string PhotographDigest(const LightField& light_field, const View& view) {
   if (!fs::is_regular_file(file, unknown)) return {};
   const std::uint64_t size = fs::file_size(file, unknown);
   std::ifstream stream(file, std::ios::binary);
-  std::array<char, 4096> block;
   std::string bytes = std::to_string(size);
-  for (const std::uint64_t part : {0, 1, 2}) {
-    const std::uint64_t last = size > block.size() ? size - block.size() : 0;
-    stream.clear();
-    stream.seekg(static_cast<std::streamoff>(part * last / 2));
-    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
-    bytes.append(block.data(), static_cast<std::size_t>(std::max<std::streamsize>(0, stream.gcount())));
-  }
+  constexpr std::size_t kBlock = 4096;
+  for (const std::uint64_t part : {0, 1, 2})
+    bytes += BytesAt(stream, part * (size > kBlock ? size - kBlock : 0) / 2, kBlock);
   return ChecksumText(ChecksumOf(bytes));
-}
-
-std::string PoseDigest(const LightField& light_field, const View& view) {
-  Digest digest;
-  digest.Add(view.cam_from_world);
-  digest.Add(light_field.CameraOf(view));
-  return ChecksumText(digest.Value());
 }
 
 // Returns at most so many of the values, from the first to the last.
@@ -66,14 +53,15 @@ KeptFinding Judged(const Finding& found, Check check, const LightField& light_fi
     if (kept.whole || found.views.contains(view.id)) views.push_back(&view);
   if (kept.whole) views = Evenly(views, kMostExamples);
   for (const View* view : views)
-    kept.views[view->id].pose = check == Check::kPoses ? PoseDigest(light_field, *view) : std::string();
+    kept.views[view->id].pose =
+        check == Check::kPoses ? ChecksumText(light_field.PoseDigest(*view)) : std::string();
   for (const View* view : Evenly(views, kMostPhotographs))
     kept.views[view->id].photograph = PhotographDigest(light_field, *view);
   return kept;
 }
 
 bool IsAsJudged(const JudgedView& judged, const View& view, const LightField& light_field) {
-  return (judged.pose.empty() || judged.pose == PoseDigest(light_field, view)) &&
+  return (judged.pose.empty() || judged.pose == ChecksumText(light_field.PoseDigest(view))) &&
          (judged.photograph.empty() || judged.photograph == PhotographDigest(light_field, view));
 }
 
@@ -86,18 +74,15 @@ std::string WhyNotWritable(const fs::path& dir, const JournalContents& contents)
 }  // namespace
 
 std::vector<Finding> StillValid(const std::vector<KeptFinding>& kept, const LightField& light_field) {
-  std::map<int, const View*> by_id;
-  if (!kept.empty())
-    for (const View& view : light_field.views) by_id[view.id] = &view;
   std::vector<Finding> standing;
   for (const KeptFinding& each : kept) {
     Finding finding{each.check, each.text, {}};
     std::size_t as_judged = 0;
     for (const auto& [id, judged] : each.views) {
-      const auto view = by_id.find(id);
-      if (view == by_id.end() || !IsAsJudged(judged, *view->second, light_field)) continue;
+      const View* view = light_field.FindView(id);
+      if (!view || !IsAsJudged(judged, *view, light_field)) continue;
       ++as_judged;
-      if (!each.whole) finding.views[id] = view->second->image_path;
+      if (!each.whole) finding.views[id] = view->image_path;
     }
     // Light is judged by comparison: nothing follows for views that are all alike.
     const bool has_others = each.check != Name(Check::kLight) || 2 * as_judged <= light_field.views.size();

@@ -166,15 +166,11 @@ Eigen::MatrixXd GainsOf(const std::vector<std::size_t>& of, const std::vector<Pa
     normal(b->second, b->second) += pair.weight;
     normal(a->second, b->second) -= pair.weight;
     normal(b->second, a->second) -= pair.weight;
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      right(a->second, c) += pair.weight * pair.ratio[static_cast<std::size_t>(c)];
-      right(b->second, c) -= pair.weight * pair.ratio[static_cast<std::size_t>(c)];
-    }
+    const Eigen::RowVector3d ratio = pair.weight * Eigen::RowVector3d::Map(pair.ratio.data());
+    right.row(a->second) += ratio;
+    right.row(b->second) -= ratio;
   }
-  const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
-  Eigen::MatrixXd gains(count, 3);
-  for (Eigen::Index c = 0; c < 3; ++c) gains.col(c) = solver.solve(right.col(c));
-  return gains;
+  return normal.ldlt().solve(right);
 }
 
 struct Cut {
@@ -186,52 +182,33 @@ struct Cut {
 struct Left {
   double squares = 0, products = 0;
 };
-void LeaveOfLine(const std::vector<double>& values, std::size_t from, std::size_t to, Left& left) {
-  const auto count = static_cast<double>(to - from);
-  double mean = 0, slope = 0, spread = 0;
-  for (std::size_t i = from; i < to; ++i) mean += values[i] / count;
-  const double middle = 0.5 * (count - 1);
-  for (std::size_t i = from; i < to; ++i) {
-    const double at = static_cast<double>(i - from) - middle;
-    slope += at * (values[i] - mean);
-    spread += at * at;
-  }
-  slope /= spread;
-  double last = 0;
-  for (std::size_t i = from; i < to; ++i) {
-    const double off = values[i] - mean - slope * (static_cast<double>(i - from) - middle);
-    left.squares += off * off;
-    left.products += last * off;
-    last = off;
-  }
+void LeaveOfLine(const Eigen::ArrayXd& values, Left& left) {
+  const Eigen::Index count = values.size();
+  const double last = 0.5 * static_cast<double>(count - 1);
+  const Eigen::ArrayXd at = Eigen::ArrayXd::LinSpaced(count, -last, last), off = values - values.mean();
+  const Eigen::ArrayXd beside = off - (at * off).sum() / at.square().sum() * at;
+  left.squares += beside.square().sum();
+  left.products += (beside.head(count - 1) * beside.tail(count - 1)).sum();
 }
 
 // Splits the values, in order of time, into two parts of one value each with least squares.
-Cut BestCut(const std::vector<double>& values, int least_part) {
-  const auto part = static_cast<std::size_t>(least_part);
+Cut BestCut(const Eigen::ArrayXd& values, Eigen::Index least_part) {
   Cut best;
   double least = std::numeric_limits<double>::infinity();
-  const auto mean = [&](std::size_t from, std::size_t to) {
-    double sum = 0;
-    for (std::size_t i = from; i < to; ++i) sum += values[i];
-    return sum / static_cast<double>(to - from);
-  };
-  for (std::size_t at = part; at + part <= values.size(); ++at) {
-    const double before = mean(0, at), after = mean(at, values.size());
-    double squares = 0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double off = values[i] - (i < at ? before : after);
-      squares += off * off;
-    }
+  for (Eigen::Index at = least_part; at + least_part <= values.size(); ++at) {
+    const Eigen::ArrayXd first = values.head(at), later = values.tail(values.size() - at);
+    const double before = first.mean(), after = later.mean();
+    const double squares = (first - before).square().sum() + (later - after).square().sum();
     if (squares >= least) continue;
     least = squares;
-    best = {at, after - before, 0};
+    best = {static_cast<std::size_t>(at), after - before, 0};
   }
   // A lamp that keeps drifting is no noise, so lines are fitted to the two parts. Neighbours in time look
   // from nearly the same place, and err alike: there are fewer independent values than views.
   Left left;
-  LeaveOfLine(values, 0, best.at, left);
-  LeaveOfLine(values, best.at, values.size(), left);
+  const auto cut = static_cast<Eigen::Index>(best.at);
+  LeaveOfLine(values.head(cut), left);
+  LeaveOfLine(values.tail(values.size() - cut), left);
   const auto count = static_cast<double>(values.size()), first = static_cast<double>(best.at);
   const double alike = std::clamp(left.squares > 0 ? left.products / left.squares : 0, 0.0, 0.9);
   const double variance = left.squares / (count - 4) * (1 + alike) / (1 - alike);
@@ -274,7 +251,7 @@ LightCheck CheckLight(const LightField& light_field, const std::function<void(do
   check.compared = compared.size();
   const Eigen::MatrixXd gains = GainsOf(compared, pairs);
   const auto look_at = [&](LampDrift::Kind kind, const Eigen::VectorXd& values) {
-    const Cut cut = BestCut({values.begin(), values.end()}, kLeastPart);
+    const Cut cut = BestCut(values, kLeastPart);
     if (std::abs(cut.difference) < kLeastDifference ||
         std::abs(cut.difference) < kDriftStandardErrors * cut.standard_error) {
       const std::vector<double> all(values.begin(), values.end());

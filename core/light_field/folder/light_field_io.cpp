@@ -2,12 +2,12 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <unistd.h>
 
 #include <spdlog/spdlog.h>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/findings.h"
 #include "core/light_field/folder/derived_files.h"
@@ -25,11 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 bool IsBeingWritten(const fs::path& journal) {
-  const int descriptor = open(journal.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool locked = flock(descriptor, LOCK_SH | LOCK_NB) != 0;
-  close(descriptor);
-  return locked;
+  const FileDescriptor file(open(journal.c_str(), O_RDONLY | O_CLOEXEC));
+  return file.IsOpen() && flock(file.Number(), LOCK_SH | LOCK_NB) != 0;
 }
 
 LightField ReadForeignSet(const fs::path& transforms) {

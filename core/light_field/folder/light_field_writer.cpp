@@ -1,7 +1,6 @@
 #include "core/light_field/folder/light_field_writer.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <map>
@@ -73,14 +72,9 @@ int LightFieldWriter::AddCamera(const NewCamera& camera) {
   if (camera.camera.width != now.width || camera.camera.height != now.height)
     throw Error("{}: its pictures have {}x{} pixels, the other camera's {}x{}; begin a new light field",
                 light_field.root.string(), now.width, now.height, camera.camera.width, camera.camera.height);
-  const int index = static_cast<int>(light_field.cameras.size());
-  state_->journal.AddCamera(index, camera);
-  light_field.cameras.push_back(camera.camera);
+  state_->journal.AddCamera(static_cast<int>(light_field.cameras.size()), camera);
   state_->recorded_cameras.push_back(camera.camera);
-  if (camera.flat_field) light_field.flat_fields[index] = *camera.flat_field;
-  if (camera.color_profile) light_field.color_profiles[index] = *camera.color_profile;
-  if (!camera.calibration_source.empty()) light_field.calibration_sources[index] = camera.calibration_source;
-  return state_->camera = index;
+  return state_->camera = light_field.AddCamera(camera);
 }
 
 void LightFieldWriter::KeepMosaics(bool keep) { state_->keep_mosaics = keep; }
@@ -122,59 +116,37 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     }
     if (added[i].files.image) batch.Write(root / views[i].image_path, added[i].files.image->content);
   }
-  batch.Commit();
-  try {
-    state_->journal.AddViews(views);
-  } catch (...) {
-    batch.TakeBack();  // a photograph without its journal line is no view
-    throw;
-  }
+  batch.Commit([&] { state_->journal.AddViews(views); });
   state_->light_field.views.insert(state_->light_field.views.end(), views.begin(), views.end());
   return views;
 }
 
 void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view,
                                    bool pose_is_between) {
-  const auto view = std::ranges::find(state_->light_field.views, view_id, &View::id);
-  if (view == state_->light_field.views.end())
-    return KeepUnposed(frame, "it is another exposure of a view that was taken back");
+  View* const view = state_->light_field.FindView(view_id);
+  if (!view) return KeepUnposed(frame, "it is another exposure of a view that was taken back");
   const fs::path& root = state_->light_field.root;
   const ViewFiles files = Files(frame, MakePictures::kLater);
   const std::string name = ExposureName(view_id, view->exposures.size() + 1);
   View taken;
   NoteFrame(frame, taken);
-  ViewExposure exposure{.image_path = files.image ? name + files.image_extension : "",
-                        .master_path = files.master ? name + ".master" + files.master->extension : "",
-                        .master_transfer = files.master_transfer,
-                        .master_mosaic = files.master_mosaic,
-                        .raw_white_balance = {},
-                        .exposure_from_view = exposure_from_view,
-                        .pose_is_between = pose_is_between,
-                        .device_time_s = taken.device_time_s,
-                        .host_time_s = taken.host_time_s,
-                        .exposure_s = taken.exposure_s,
-                        .gain = taken.gain,
-                        .black_level = taken.black_level,
-                        .f_number = taken.f_number};
+  ViewExposure exposure{taken, exposure_from_view, pose_is_between};
+  if (files.image) exposure.image_path = name + files.image_extension;
+  if (files.master) exposure.master_path = name + ".master" + files.master->extension;
+  exposure.master_transfer = files.master_transfer;
+  exposure.master_mosaic = files.master_mosaic;
   if (files.raw) exposure.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   state_->MakeFolder(kExposuresFolder);
   FileBatch batch(FileBatch::Existing::kKeep);
   if (files.image) batch.Write(root / exposure.image_path, files.image->content);
   if (files.master) batch.Write(root / exposure.master_path, files.master->content);
-  batch.Commit();
-  try {
-    state_->journal.AddExposure(view_id, exposure);
-  } catch (...) {
-    batch.TakeBack();  // the caller can try again
-    throw;
-  }
+  batch.Commit([&] { state_->journal.AddExposure(view_id, exposure); });
   view->exposures.push_back(std::move(exposure));
 }
 
 void LightFieldWriter::SetMerged(int view_id, const std::string& exr, int exposures, double ghost_share) {
-  const auto view = std::ranges::find(state_->light_field.views, view_id, &View::id);
-  if (view == state_->light_field.views.end())
-    throw Error("{}: there is no view {}", state_->light_field.root.string(), view_id);
+  View* const view = state_->light_field.FindView(view_id);
+  if (!view) throw Error("{}: there is no view {}", state_->light_field.root.string(), view_id);
   const MergedExposures merged{MergedPath(view_id), exposures, ghost_share};
   state_->MakeFolder(kMergedFolder);
   WriteFileAtomically(state_->light_field.root / merged.path, exr);
@@ -244,13 +216,7 @@ void LightFieldWriter::SetMasks(const std::map<int, cv::Mat>& masks) {
     if (!view.mask_path.empty()) replaced.push_back(view.mask_path);
   }
   if (paths.empty()) return;
-  batch.Commit();
-  try {
-    state_->journal.SetMasks(paths);
-  } catch (...) {
-    batch.TakeBack();
-    throw;
-  }
+  batch.Commit([&] { state_->journal.SetMasks(paths); });
   for (View& view : state_->light_field.views)
     if (const auto path = paths.find(view.id); path != paths.end()) view.mask_path = path->second;
   for (const std::string& path : replaced) {
@@ -315,13 +281,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& proble
     view.master_mosaic = files.master_mosaic;
     if (files.raw) view.raw_white_balance = state_->white_balance.WhiteBalanceFor(*files.raw);
   }
-  batch.Commit();
-  try {
-    state_->journal.NoteUnposed(photograph);
-  } catch (...) {
-    batch.TakeBack();  // the caller can try again
-    throw;
-  }
+  batch.Commit([&] { state_->journal.NoteUnposed(photograph); });
   state_->light_field.unposed.push_back(std::move(photograph));
 }
 
@@ -341,13 +301,7 @@ void LightFieldWriter::AddUnposed(std::vector<View> photographs) {
     };
     copy("images", view.image_path);
     if (!view.master_path.empty()) copy("masters", view.master_path);
-    batch.Commit();
-    try {
-      state_->journal.AddViews({&view, 1});
-    } catch (...) {
-      batch.TakeBack();
-      throw;
-    }
+    batch.Commit([&] { state_->journal.AddViews({&view, 1}); });
     std::error_code refused;  // otherwise it remains in both places
     for (const fs::path& file : done) fs::remove(file, refused);
     std::erase_if(light_field.unposed, [&](const UnposedPhotograph& noted) {

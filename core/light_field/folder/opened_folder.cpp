@@ -2,8 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -16,26 +14,18 @@ namespace fs = std::filesystem;
 
 OpenedFolder::OpenedFolder(const fs::path& folder)
     : path_(folder), descriptor_(open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)) {
-  if (descriptor_ < 0)
+  if (!descriptor_.IsOpen())
     throw Error("{}: cannot open the folder: {}; check the path and its permissions", folder.string(),
                 std::strerror(errno));
-  tells_numbers_ = IsAt(path_);
-}
-
-OpenedFolder::~OpenedFolder() { close(descriptor_); }
-
-bool OpenedFolder::IsAt(const fs::path& path) const {
-  struct stat of_descriptor {
-  }, of_path{};
-  return fstat(descriptor_, &of_descriptor) == 0 && stat(path.c_str(), &of_path) == 0 &&
-         of_descriptor.st_ino == of_path.st_ino && of_descriptor.st_dev == of_path.st_dev;
+  tells_numbers_ = IsSameFile(descriptor_.Number(), path_);
 }
 
 std::optional<std::string> OpenedFolder::WhyNotInPlace() const {
   std::error_code unknown;
-  if (tells_numbers_ ? IsAt(path_) : fs::is_directory(path_, unknown)) return std::nullopt;
-  const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", descriptor_), unknown);
-  if (!unknown && IsAt(now))
+  if (tells_numbers_ ? IsSameFile(descriptor_.Number(), path_) : fs::is_directory(path_, unknown))
+    return std::nullopt;
+  const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", descriptor_.Number()), unknown);
+  if (!unknown && IsSameFile(descriptor_.Number(), now))
     return fmt::format(
         "{}: the folder was moved to {} while it was being written; what was recorded by then is there: go "
         "on with it under that name",

@@ -6,15 +6,14 @@
 #include <optional>
 #include <string>
 
+#include "core/base/file_descriptor.h"
+
 namespace ulf {
 
 class OpenedFolder {
  public:
   // Throws Error if there is no such folder.
   explicit OpenedFolder(const std::filesystem::path& folder);
-  ~OpenedFolder();
-  OpenedFolder(const OpenedFolder&) = delete;
-  OpenedFolder& operator=(const OpenedFolder&) = delete;
 
   // Returns none if the path still leads to this folder, otherwise says that it was moved, and to where, or
   // deleted. Any thread may call it.
@@ -23,9 +22,8 @@ class OpenedFolder {
   void RequireInPlace() const;
 
  private:
-  bool IsAt(const std::filesystem::path& path) const;
   const std::filesystem::path path_;
-  int descriptor_ = -1;
+  FileDescriptor descriptor_;
   bool tells_numbers_ = false;  // false on file systems that give one folder several inode numbers
 };
 

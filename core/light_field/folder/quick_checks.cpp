@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
@@ -34,15 +33,11 @@ std::vector<const Value*> Sample(const std::vector<Value>& values, std::size_t m
 
 void CountMisplaced(const LightField& light_field, const std::vector<const ScenePoint*>& points,
                     PointsFit& fit) {
-  std::unordered_map<int, const View*> views;
-  for (const View& view : light_field.views) views[view.id] = &view;
   for (const ScenePoint* point : points)
     for (const ViewObservation& seen : point->track) {
-      const auto view = views.find(seen.view_id);
-      if (view == views.end()) continue;
+      const PosedObservation observation = PosedObservationOf(seen, light_field);
+      if (!observation.camera) continue;
       ++fit.observations;
-      const PosedObservation observation{&light_field.CameraOf(*view->second), &view->second->cam_from_world,
-                                         seen.in_img};
       fit.misplaced += !(ReprojectionErrorPx(observation, point->position_in_world) <= kMostTrackErrorPx);
     }
 }

@@ -72,17 +72,13 @@ bool HeaderFromTransforms(const fs::path& dir, Found& found) {
     found.problem += fmt::format("; {} is by another program", kTransformsFile);
     return false;
   }
-  found.settings = text.light_field;
-  found.header = std::move(text.light_field);
-  found.header->views.clear();
-  found.header->doubts.clear();
-  found.header->subject.reset();
-  found.header->up_in_world.reset();
-  found.header->goal.reset();
-  found.header->readout.reset();
-  found.header->turntable.reset();
-  found.header->capture_s = 0;
-  found.header->reasons.clear();
+  LightField& header = found.header.emplace();
+  static_cast<CaptureFacts&>(header) = text.light_field;
+  header.root = text.light_field.root;
+  header.cameras = text.light_field.cameras;
+  header.calibration_sources = text.light_field.calibration_sources;
+  header.measured = text.light_field.measured;
+  found.settings = std::move(text.light_field);
   return true;
 }
 
@@ -116,12 +112,9 @@ Found FindJournal(const fs::path& dir) {
 // Returns the journal's camera for each camera of the other file: the one of most common views, or one with
 // the same model.
 std::map<int, int> MatchCameras(const LightField& journal, const LightField& other) {
-  std::map<int, int> ours_by_id;
-  for (const View& view : journal.views) ours_by_id[view.id] = view.camera;
   std::map<int, std::map<int, int>> votes;
   for (const View& view : other.views)
-    if (const auto found = ours_by_id.find(view.id); found != ours_by_id.end())
-      ++votes[view.camera][found->second];
+    if (const View* ours = journal.FindView(view.id)) ++votes[view.camera][ours->camera];
   std::map<int, int> matched;
   for (int camera = 0; camera < static_cast<int>(other.cameras.size()); ++camera) {
     const auto same = std::ranges::find(journal.cameras, other.cameras[static_cast<std::size_t>(camera)]);
@@ -257,7 +250,7 @@ void PlanRemovals(const fs::path& dir, const LightField& light_field, const Fold
 void PlanPictures(const fs::path& dir, const LightField& light_field, RepairPlan& plan) {
   const PictureCheck check = CheckPictures(light_field);
   if (!check.damaged_masters.empty()) {
-    const auto first = std::ranges::find(light_field.views, *check.damaged_masters.begin(), &View::id);
+    const View* first = light_field.FindView(*check.damaged_masters.begin());
     plan.found.push_back(fmt::format(
         "{}: the masters of {} cannot be read ({} is truncated or damaged{}): their photographs of 8 "
         "bits are used; copy the masters again from their source",

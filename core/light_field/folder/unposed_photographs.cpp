@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 
@@ -22,9 +22,7 @@ namespace fs = std::filesystem;
 
 bool IsPicture(const fs::path& file) {
   constexpr std::array kEndings{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr"};
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return std::ranges::find(kEndings, ending) != kEndings.end();
+  return std::ranges::find(kEndings, Lowercase(file.extension().string())) != kEndings.end();
 }
 
 bool IsMaster(const fs::path& file) { return file.stem().extension() == ".master"; }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>

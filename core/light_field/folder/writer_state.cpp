@@ -161,9 +161,8 @@ void WriterState::TakeOutOfJournal(const std::set<int>& view_ids) {
   std::set<int> ids;
   for (const int id : view_ids) {
     if (to_unposed.contains(id)) continue;
-    const auto view = std::ranges::find(light_field.views, id, &View::id);
-    if (view == light_field.views.end())
-      throw Error("{}: there is no view {} to remove", light_field.root.string(), id);
+    const View* view = light_field.FindView(id);
+    if (!view) throw Error("{}: there is no view {} to remove", light_field.root.string(), id);
     files[id] = FilesToKeep(*view);
     ids.insert(id);
   }
@@ -206,18 +205,9 @@ std::unique_ptr<WriterState> WriterState::Created(const fs::path& dir, const Cap
     state->journal.CutAt(0);
   }
   LightField& light_field = state->light_field;
-  light_field.cameras = state->recorded_cameras = {header.camera};
-  if (header.flat_field) light_field.flat_fields[0] = *header.flat_field;
-  if (header.color_profile) light_field.color_profiles[0] = *header.color_profile;
-  light_field.device_uri = header.device_uri;
-  light_field.device_serial = header.device_serial;
-  light_field.device_maker = header.device_maker;
-  light_field.device_model = header.device_model;
-  light_field.window = header.window;
-  if (!header.calibration_source.empty()) light_field.calibration_sources[0] = header.calibration_source;
-  light_field.units = header.units;
-  light_field.threshold_px = header.threshold_px;
-  light_field.coverage_width_px = header.coverage_width_px;
+  light_field.AddCamera(header);
+  state->recorded_cameras = light_field.cameras;
+  static_cast<CaptureFacts&>(light_field) = header;
   try {
     state->journal.Header(light_field);
     SyncFolder(dir);

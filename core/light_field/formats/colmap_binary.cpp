@@ -71,13 +71,20 @@ void RequireWhole(const ByteReader& in, const std::filesystem::path& file) {
         file.string());
 }
 
-void ReadCamerasBin(const std::filesystem::path& file, ColmapReconstruction& model) {
+// Reads a count, and as many items of at least `least` bytes each.
+template <typename Item, typename Read>
+void ReadItems(const std::filesystem::path& file, std::size_t least, std::vector<Item>& items,
+               const Read& read) {
   const std::string bytes = ReadWholeFile(file);
   ByteReader in(bytes);
+  const std::size_t count = in.Count64(least);
+  for (std::size_t i = 0; i < count && !in.IsShort(); ++i) read(in, items.emplace_back());
+  RequireWhole(in, file);
+}
+
+void ReadCamerasBin(const std::filesystem::path& file, ColmapReconstruction& model) {
   constexpr std::size_t kLeastBytes = 24;
-  const std::size_t count = in.Count64(kLeastBytes);
-  for (std::size_t i = 0; i < count && !in.IsShort(); ++i) {
-    ColmapReconstruction::Camera camera;
+  ReadItems(file, kLeastBytes, model.cameras, [&](ByteReader& in, ColmapReconstruction::Camera& camera) {
     camera.id = in.Get<std::uint32_t>();
     camera.model = in.Get<std::int32_t>();
     camera.width = in.Get<std::uint64_t>();
@@ -86,18 +93,12 @@ void ReadCamerasBin(const std::filesystem::path& file, ColmapReconstruction& mod
     const std::string where = fmt::format("{}, camera {}", file.string(), camera.id);
     for (std::size_t left = ColmapParameters(camera.model, where); left > 0; --left)
       camera.parameters.push_back(in.Get<double>());
-    model.cameras.push_back(std::move(camera));
-  }
-  RequireWhole(in, file);
+  });
 }
 
 void ReadImagesBin(const std::filesystem::path& file, ColmapReconstruction& model) {
-  const std::string bytes = ReadWholeFile(file);
-  ByteReader in(bytes);
   constexpr std::size_t kLeastBytes = 73, kPointBytes = 24;
-  const std::size_t count = in.Count64(kLeastBytes);
-  for (std::size_t i = 0; i < count && !in.IsShort(); ++i) {
-    ColmapReconstruction::Image image;
+  ReadItems(file, kLeastBytes, model.images, [&](ByteReader& in, ColmapReconstruction::Image& image) {
     image.id = in.Get<std::uint32_t>();
     Eigen::Quaterniond& q = image.cam_from_world.rotation;
     for (const int part : {3, 0, 1, 2}) q.coeffs()(part) = in.Get<double>();
@@ -114,18 +115,12 @@ void ReadImagesBin(const std::filesystem::path& file, ColmapReconstruction& mode
       point.in_img = in.Get2();
       point.point = in.Get<std::uint64_t>();
     }
-    model.images.push_back(std::move(image));
-  }
-  RequireWhole(in, file);
+  });
 }
 
 void ReadPoints3dBin(const std::filesystem::path& file, ColmapReconstruction& model) {
-  const std::string bytes = ReadWholeFile(file);
-  ByteReader in(bytes);
   constexpr std::size_t kLeastBytes = 51, kSeenBytes = 8;
-  const std::size_t count = in.Count64(kLeastBytes);
-  for (std::size_t i = 0; i < count && !in.IsShort(); ++i) {
-    ColmapReconstruction::Point point;
+  ReadItems(file, kLeastBytes, model.points, [](ByteReader& in, ColmapReconstruction::Point& point) {
     point.id = in.Get<std::uint64_t>();
     point.position = in.Get3();
     point.rgb = in.Get<std::array<std::uint8_t, 3>>();
@@ -135,9 +130,7 @@ void ReadPoints3dBin(const std::filesystem::path& file, ColmapReconstruction& mo
       seen.image = in.Get<std::uint32_t>();
       seen.index = in.Get<std::uint32_t>();
     }
-    model.points.push_back(std::move(point));
-  }
-  RequireWhole(in, file);
+  });
 }
 
 }  // namespace

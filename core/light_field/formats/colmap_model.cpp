@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <unordered_map>
 
 #include "core/base/error.h"
 #include "core/light_field/formats/image_names.h"
@@ -147,9 +146,7 @@ ColmapReconstruction ToColmap(const LightField& light_field) {
     model.cameras.push_back(ToColmapCamera(camera));
     model.cameras.back().id = static_cast<std::uint32_t>(model.cameras.size());
   }
-  std::unordered_map<int, std::size_t> image_of_view;
   for (const View& view : light_field.views) {
-    image_of_view[view.id] = model.images.size();
     model.images.push_back({static_cast<std::uint32_t>(view.id),
                             static_cast<std::uint32_t>(view.camera) + 1,
                             view.cam_from_world,
@@ -166,9 +163,10 @@ ColmapReconstruction ToColmap(const LightField& light_field) {
     point.rgb = from.rgb;
     point.error_px = from.error_px;
     for (const ViewObservation& seen : from.track) {
-      const auto at = image_of_view.find(seen.view_id);
-      if (at == image_of_view.end()) continue;
-      ColmapReconstruction::Image& image = model.images[at->second];
+      const View* view = light_field.FindView(seen.view_id);
+      if (!view) continue;
+      ColmapReconstruction::Image& image =
+          model.images[static_cast<std::size_t>(view - light_field.views.data())];
       point.track.push_back({image.id, static_cast<std::uint32_t>(image.points.size())});
       image.points.push_back({seen.in_img, point.id});
     }

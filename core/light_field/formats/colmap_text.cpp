@@ -41,19 +41,12 @@ void AppendPoints(const std::vector<ColmapReconstruction::Point2d>& points, std:
   text += '\n';
 }
 
-std::ifstream OpenRows(const std::filesystem::path& path) {
-  RequireRegularFile(path);
-  std::ifstream file(path);
-  if (!file) throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno));
-  return file;
-}
-
 // Calls `comment` with each line that begins with '#', and `image` with each image, the line of its points
 // and its line's number.
 void ForEachImage(const std::filesystem::path& images_txt,
                   const std::function<void(const std::string&)>& comment,
                   const std::function<void(int, ColmapPoses::Image&&, const std::string&, int)>& use) {
-  std::ifstream file = OpenRows(images_txt);
+  std::ifstream file = OpenRegularFile(images_txt);
   int number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
@@ -119,7 +112,7 @@ std::vector<ColmapReconstruction::Point2d> Points2dOf(const std::string& line, c
 // Calls `use` with each line that is neither empty nor a comment, and its place.
 void ForEachRow(const std::filesystem::path& path,
                 const std::function<void(std::istringstream&, const std::string&)>& use) {
-  std::ifstream file = OpenRows(path);
+  std::ifstream file = OpenRegularFile(path);
   int number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;

@@ -5,19 +5,17 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <climits>
-#include <cmath>
 #include <functional>
 #include <opencv2/core.hpp>
 
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/geometry/small_matrices.h"
-#include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
-#include "core/image/image.h"
 
 namespace ulf {
 namespace {
@@ -171,6 +169,22 @@ int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras) 
   if (found != cameras.end()) return static_cast<int>(found - cameras.begin());
   cameras.push_back(camera);
   return static_cast<int>(cameras.size()) - 1;
+}
+
+View& AddView(const std::string& image_path, const CameraModel& camera, const Rigid3& cam_from_world,
+              const SetImages& images, LightField& light_field) {
+  View& view = light_field.views.emplace_back();
+  view.id = static_cast<int>(light_field.views.size());
+  view.image_path = image_path;
+  view.mask_path = images.MaskOf(image_path);
+  view.camera = IndexOfCamera(camera, light_field.cameras);
+  view.cam_from_world = cam_from_world;
+  return view;
+}
+
+void NoteLeftOut(std::size_t count, const char* noun, const std::string& why,
+                 std::vector<std::string>& doubts) {
+  if (count > 0) doubts.push_back(fmt::format("{} left out: {}", Counted(count, noun), why));
 }
 
 Eigen::Quaterniond NearestRotation(const Eigen::Matrix3d& matrix, const std::string& where,

@@ -67,6 +67,14 @@ CameraModel AtSizeOf(const std::filesystem::path& image, const CameraModel& came
 // Adds the camera to `cameras` unless an equal one is there; returns its index.
 int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras);
 
+// Adds a view of this photograph of `images`, with its mask, under the next id.
+View& AddView(const std::string& image_path, const CameraModel& camera, const Rigid3& cam_from_world,
+              const SetImages& images, LightField& light_field);
+
+// Adds to `doubts` that so many cameras or photographs (`noun`) were left out, unless there are none.
+void NoteLeftOut(std::size_t count, const char* noun, const std::string& why,
+                 std::vector<std::string>& doubts);
+
 // Returns the rotation nearest to `matrix`. Throws Error that begins with `where` and names `what` unless the
 // matrix is one within 1e-3 (orthonormal, determinant 1).
 Eigen::Quaterniond NearestRotation(const Eigen::Matrix3d& matrix, const std::string& where,

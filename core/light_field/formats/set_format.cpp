@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <utility>
 
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/light_field/formats/transforms_json.h"
@@ -17,25 +17,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::pair<SetFormat, const char*>, 9> kSetFormats{
-    {{SetFormat::kUlf, "ulf"},
-     {SetFormat::kTransforms, "nerfstudio"},
-     {SetFormat::kNerfSynthetic, "nerf-synthetic"},
-     {SetFormat::kColmap, "colmap"},
-     {SetFormat::kLlff, "llff"},
-     {SetFormat::kBundler, "bundler"},
-     {SetFormat::kMetashape, "metashape"},
-     {SetFormat::kRealityScan, "realityscan"},
-     {SetFormat::kTum, "tum"}}};
+// The order is that of SetFormat.
+constexpr std::array kSetFormats{"ulf",     "nerfstudio", "nerf-synthetic", "colmap", "llff",
+                                 "bundler", "metashape",  "realityscan",    "tum"};
 
 std::string BeginningOf(const fs::path& file) {
   constexpr std::size_t kEnough = 4096;
   if (std::error_code unknown; !fs::is_regular_file(file, unknown)) return {};
-  std::string text(kEnough, '\0');
   std::ifstream stream(file, std::ios::binary);
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
+  return BytesAt(stream, 0, kEnough);
 }
 
 bool IsMetashapeFile(const fs::path& file) {
@@ -70,25 +60,21 @@ fs::path FirstFileIn(const fs::path& folder, std::initializer_list<const char*> 
 
 }  // namespace
 
-const char* Name(SetFormat format) {
-  return std::ranges::find(kSetFormats, format, &std::pair<SetFormat, const char*>::first)->second;
-}
+const char* Name(SetFormat format) { return kSetFormats[static_cast<std::size_t>(format)]; }
 
 std::optional<SetFormat> SetFormatFromName(const std::string& name) {
   if (name == "auto") return std::nullopt;
-  std::vector<std::string> names;
-  for (const auto& [format, known] : kSetFormats) {
-    if (name == known) return format;
-    names.emplace_back(known);
-  }
+  const auto found = std::ranges::find(kSetFormats, name);
+  if (found != kSetFormats.end()) return static_cast<SetFormat>(found - kSetFormats.begin());
   throw Refusal(Parameter("format"), name, "there is no such format",
-                fmt::format("there are auto, {}", fmt::join(names, ", ")));
+                fmt::format("there are auto, {}", fmt::join(kSetFormats, ", ")));
 }
 
 std::vector<SetFormat> FormatsIn(const fs::path& source) {
   std::vector<SetFormat> formats;
-  for (const auto& [format, name] : kSetFormats)
-    if (!PlaceOf(format, source).empty()) formats.push_back(format);
+  for (std::size_t i = 0; i < kSetFormats.size(); ++i)
+    if (const auto format = static_cast<SetFormat>(i); !PlaceOf(format, source).empty())
+      formats.push_back(format);
   return formats;
 }
 

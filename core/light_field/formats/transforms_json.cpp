@@ -2,14 +2,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <opencv2/core.hpp>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -64,22 +62,17 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
     throw NewerFormatError("{}: format version {} is newer than this program's {}; use a newer ulf",
                            ours.where, version, kFormatVersion);
   if (ours.Has("subject")) {
-    const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
+    const JsonPlace subject = ours.Inside("subject");
     light_field.subject = Subject{Vector3FromJson(subject, "center"), subject.Positive("radius")};
   }
   if (ours.Has("up")) light_field.up_in_world = Vector3FromJson(ours, "up").normalized();
-  if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
-  if (ours.Has("readout"))
-    light_field.readout = ReadoutFromJson({ours.Raw("readout"), ours.where + ", readout"});
-  if (ours.Has("turntable"))
-    light_field.turntable =
-        Turntable{JsonPlace{ours.Raw("turntable"), ours.where + ", turntable"}.Text("board", "")};
-  if (ours.Has("measured"))
-    light_field.measured = MeasuredFromJson({ours.Raw("measured"), ours.where + ", measured"});
+  if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson(ours.Inside("goal"));
+  if (ours.Has("readout")) light_field.readout = ReadoutFromJson(ours.Inside("readout"));
+  if (ours.Has("turntable")) light_field.turntable = Turntable{ours.Inside("turntable").Text("board", "")};
+  if (ours.Has("measured")) light_field.measured = MeasuredFromJson(ours.Inside("measured"));
   ReadCaptureJson(ours, light_field);
   light_field.capture_s = ours.Number("capture_s", 0);
-  if (ours.Has("reasons"))
-    light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
+  if (ours.Has("reasons")) light_field.reasons = ReasonsFromJson(ours.Inside("reasons"));
 }
 
 template <std::size_t N>
@@ -125,9 +118,7 @@ class Document {
 
  private:
   json Parse(const std::function<void(json&&, std::size_t)>& use) const {
-    RequireRegularFile(file_);
-    std::ifstream stream(file_, std::ios::binary);
-    if (!stream) throw Error("{}: cannot be read: {}", file_.string(), std::strerror(errno));
+    std::ifstream stream = OpenRegularFile(file_);
     std::size_t count = 0;
     bool in_frames = false;
     const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
@@ -183,26 +174,14 @@ class Cameras {
  public:
   explicit Cameras(std::vector<CameraModel>& cameras) : cameras_(cameras) {}
   int IndexOf(const CameraModel& camera) {
-    const auto [found, is_new] = indices_.try_emplace(Values(camera), static_cast<int>(cameras_.size()));
+    const auto [found, is_new] = indices_.try_emplace(camera, static_cast<int>(cameras_.size()));
     if (is_new) cameras_.push_back(camera);
     return found->second;
   }
 
  private:
-  static std::vector<double> Values(const CameraModel& camera) {
-    std::vector<double> values = {static_cast<double>(camera.width),
-                                  static_cast<double>(camera.height),
-                                  static_cast<double>(camera.distortion),
-                                  camera.fx,
-                                  camera.fy,
-                                  camera.cx,
-                                  camera.cy};
-    values.insert(values.end(), camera.coefficients.begin(), camera.coefficients.end());
-    return values;
-  }
-
   std::vector<CameraModel>& cameras_;
-  std::map<std::vector<double>, int> indices_;
+  std::map<CameraModel, int> indices_;
 };
 
 void AddOnce(const std::string& doubt, std::vector<std::string>& doubts) {
@@ -275,7 +254,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (files.may_be_resized) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
     view.camera = cameras.IndexOf(camera);
     if (frame.Has("ulf")) {
-      const JsonPlace ours{frame.Raw("ulf"), frame.where + ", ulf"};
+      const JsonPlace ours = frame.Inside("ulf");
       ReadOurView(files, ours, view);
       NoteCalibrationSource(ours, view.camera, light_field);
     }
@@ -326,26 +305,31 @@ std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
 }
 
 json OurKeys(const LightField& light_field) {
-  json ours = {{"format_version", kFormatVersion},
-               {"units", light_field.units},
-               {"coverage_width_px", light_field.coverage_width_px},
-               {"capture_s", light_field.capture_s}};
+  json ours = CaptureToJson(light_field);
+  ours["format_version"] = kFormatVersion;
+  ours["capture_s"] = light_field.capture_s;
   ours["up"] = Vector3ToJson(light_field.UpInWorld());
   if (light_field.subject)
     ours["subject"] = {{"center", Vector3ToJson(light_field.subject->center_in_world)},
                        {"radius", light_field.subject->radius}};
-  if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
   if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
   if (light_field.readout) ours["readout"] = ReadoutToJson(*light_field.readout);
   if (light_field.turntable) ours["turntable"] = {{"board", light_field.turntable->board}};
-  if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
-  if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
-  if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;
-  if (!light_field.device_model.empty()) ours["device_model"] = light_field.device_model;
-  if (light_field.window) ours["sensor"] = WindowToJson(*light_field.window);
   if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
   if (light_field.measured) ours["measured"] = MeasuredToJson(*light_field.measured);
   return ours;
+}
+
+LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
+  const Document document(file);
+  LightField light_field = ReadFrames(document, file, files);
+  const JsonPlace top{document.top(), file.string()};
+  ReadPointsOf(top, files.root, light_field);
+  if (StampFrom(top) && !fs::exists(files.root / kJournalFile))
+    light_field.doubts.push_back(fmt::format(
+        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
+        files.root.string(), file.filename().string(), ShellWord(files.root.string())));
+  return light_field;
 }
 
 }  // namespace
@@ -368,22 +352,6 @@ Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& w
   RequireRotation(world_from_cam, where, key);
   return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
 }
-
-namespace {
-
-LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
-  const Document document(file);
-  LightField light_field = ReadFrames(document, file, files);
-  const JsonPlace top{document.top(), file.string()};
-  ReadPointsOf(top, files.root, light_field);
-  if (StampFrom(top) && !fs::exists(files.root / kJournalFile))
-    light_field.doubts.push_back(fmt::format(
-        "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
-        files.root.string(), file.filename().string(), ShellWord(files.root.string())));
-  return light_field;
-}
-
-}  // namespace
 
 LightField ReadTransformsJson(const fs::path& file) { return ReadDocument(file, {.root = FolderOf(file)}); }
 

@@ -108,7 +108,7 @@ void ReadViewJson(const JsonPlace& place, View& view) {
   if (place.Has("exposures"))
     for (const nlohmann::json& exposure : place.Raw("exposures"))
       view.exposures.push_back(ExposureFromJson({exposure, place.where + ", exposures"}));
-  if (place.Has("merged")) view.merged = MergedFromJson({place.Raw("merged"), place.where + ", merged"});
+  if (place.Has("merged")) view.merged = MergedFromJson(place.Inside("merged"));
 }
 
 void ReadPhotographJson(const JsonPlace& place, View& view) {
@@ -158,19 +158,9 @@ nlohmann::json ExposureToJson(const ViewExposure& exposure) {
 ViewExposure ExposureFromJson(const JsonPlace& place) {
   View photograph;
   ReadPhotographJson(place, photograph);
-  ViewExposure exposure{.image_path = place.Text("image", ""),
-                        .master_path = photograph.master_path,
-                        .master_transfer = photograph.master_transfer,
-                        .master_mosaic = photograph.master_mosaic,
-                        .raw_white_balance = photograph.raw_white_balance,
-                        .exposure_from_view = PoseFromJson(place, "exposure_from_view"),
-                        .pose_is_between = place.Text("pose", "found") == "between",
-                        .device_time_s = photograph.device_time_s,
-                        .host_time_s = photograph.host_time_s,
-                        .exposure_s = photograph.exposure_s,
-                        .gain = photograph.gain,
-                        .black_level = photograph.black_level,
-                        .f_number = photograph.f_number};
+  photograph.image_path = place.Text("image", "");
+  ViewExposure exposure{photograph, PoseFromJson(place, "exposure_from_view"),
+                        place.Text("pose", "found") == "between"};
   if (exposure.image_path.empty() && exposure.master_path.empty())
     throw Error("{}: an exposure needs 'image' or 'master'", place.where);
   if (!(exposure.exposure_s > 0))
@@ -195,11 +185,21 @@ void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
   light_field.device_serial = place.Text("device_serial", "");
   light_field.device_maker = place.Text("device_maker", "");
   light_field.device_model = place.Text("device_model", "");
-  if (place.Has("sensor"))
-    light_field.window = WindowFromJson({place.Raw("sensor"), place.where + ", sensor"});
+  if (place.Has("sensor")) light_field.window = WindowFromJson(place.Inside("sensor"));
   light_field.units = place.Text("units", "arbitrary");
   if (place.Has("threshold_px")) light_field.threshold_px = place.Number("threshold_px");
   light_field.coverage_width_px = place.Integer("coverage_width_px", 640);
+}
+
+nlohmann::json CaptureToJson(const CaptureFacts& facts) {
+  nlohmann::json keys{{"units", facts.units}, {"coverage_width_px", facts.coverage_width_px}};
+  if (!facts.device_uri.empty()) keys["device_uri"] = facts.device_uri;
+  if (!facts.device_serial.empty()) keys["device_serial"] = facts.device_serial;
+  if (!facts.device_maker.empty()) keys["device_maker"] = facts.device_maker;
+  if (!facts.device_model.empty()) keys["device_model"] = facts.device_model;
+  if (facts.window) keys["sensor"] = WindowToJson(*facts.window);
+  if (facts.threshold_px) keys["threshold_px"] = *facts.threshold_px;
+  return keys;
 }
 
 void NoteCalibrationSource(const JsonPlace& place, int camera, LightField& light_field) {
@@ -304,7 +304,7 @@ std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event) {
 }
 
 nlohmann::json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept) {
-  nlohmann::json event{{"event", "checked"}, {"check", check}, {"found", nlohmann::json::array()}};
+  nlohmann::json event{{"check", check}, {"found", nlohmann::json::array()}};
   for (const KeptFinding& each : kept) {
     nlohmann::json views = nlohmann::json::object();
     for (const auto& [id, judged] : each.views) {

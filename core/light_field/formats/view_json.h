@@ -45,6 +45,8 @@ MergedExposures MergedFromJson(const JsonPlace& place);
 // Reads device_uri, device_serial, device_maker, device_model, sensor, units, threshold_px,
 // coverage_width_px, with the same keys in the journal's header and under "ulf" in transforms.json.
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field);
+// Writes those that are known.
+nlohmann::json CaptureToJson(const CaptureFacts& facts);
 
 // Reads calibration_source, the origin of this camera's intrinsics; without the key it stays.
 void NoteCalibrationSource(const JsonPlace& place, int camera, LightField& light_field);
@@ -64,7 +66,7 @@ ShutterReadout ReadoutFromJson(const JsonPlace& place);
 nlohmann::json CoverageGoalToJson(const CoverageGoal& goal);
 CoverageGoal CoverageGoalFromJson(const JsonPlace& place);
 
-// The form is {"event":"checked","check":"light","found":[{"text":"...","whole":false,"views":
+// The form is {"check":"light","found":[{"text":"...","whole":false,"views":
 // {"7":{"photograph":"...","pose":"..."}}}]}.
 std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event);
 nlohmann::json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept);

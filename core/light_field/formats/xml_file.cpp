@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <pugixml.hpp>
 #include <string_view>
 
@@ -54,17 +51,10 @@ std::string BytesOfXml(const fs::path& file) {
   std::error_code unknown;
   if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give an XML file", file.string());
   RequireRegularFile(file);
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream) throw Error("{}: cannot be read: {}", file.string(), std::strerror(errno));
-  const std::streamoff size = stream.tellg();
-  if (size < 0) throw Error("{}: cannot be read; give a file on a disk", file.string());
-  if (static_cast<std::uintmax_t>(size) > kMostXmlBytes)
+  if (const std::uintmax_t size = fs::file_size(file); size > kMostXmlBytes)
     throw Error("{}: has {} bytes; XML of up to {} is read: is it the right file?", file.string(), size,
                 kMostXmlBytes);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  stream.seekg(0);
-  if (!stream.read(bytes.data(), size)) throw Error("{}: cannot be read to its end", file.string());
-  return bytes;
+  return ReadWholeFile(file);
 }
 
 }  // namespace
@@ -84,13 +74,9 @@ std::optional<XmlElement> XmlElement::Find(const char* name) const {
 }
 
 std::optional<XmlElement> XmlElement::FindPath(const std::string& path) const {
-  std::optional<XmlElement> at = *this;
-  for (std::size_t begin = 0; at && begin <= path.size();) {
-    const std::size_t end = std::min(path.find('/', begin), path.size());
-    at = at->Find(path.substr(begin, end - begin).c_str());
-    begin = end + 1;
-  }
-  return at;
+  const pugi::xml_node found = NodeOf(node_).first_element_by_path(path.c_str());
+  if (!found) return std::nullopt;
+  return XmlElement(document_, found.internal_object());
 }
 
 XmlElement XmlElement::Child(const char* name) const {
@@ -113,21 +99,10 @@ std::vector<XmlElement> XmlElement::AllChildren() const {
   return found;
 }
 
-// Iterates instead of recursing, because a file may be nested to any depth.
 std::vector<XmlElement> XmlElement::Descendants(const char* name) const {
   std::vector<XmlElement> found;
-  const pugi::xml_node top = NodeOf(node_);
-  pugi::xml_node at = top.first_child();
-  while (at) {
-    if (std::strcmp(at.name(), name) == 0) found.push_back(XmlElement(document_, at.internal_object()));
-    if (at.first_child()) {
-      at = at.first_child();
-      continue;
-    }
-    while (at != top && !at.next_sibling()) at = at.parent();
-    if (at == top) break;
-    at = at.next_sibling();
-  }
+  for (const pugi::xpath_node& each : NodeOf(node_).select_nodes(fmt::format("descendant::{}", name).c_str()))
+    found.push_back(XmlElement(document_, each.node().internal_object()));
   return found;
 }
 

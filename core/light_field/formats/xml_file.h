@@ -1,4 +1,4 @@
-// Wraps pugixml to read XML with checks. Only this header and its source use the library.
+// Wraps pugixml to read XML with checks. picture_projection reads XMP by the library itself, without checks.
 //
 // A value that is missing, no number or not finite becomes an Error that names the file, the line and the
 // element, as "cameras.xml, line 12, <sensor>". Names of elements and attributes include their prefix.

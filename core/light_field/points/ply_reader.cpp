@@ -13,24 +13,35 @@ namespace ulf {
 namespace ply {
 namespace {
 
+template <typename T>
+double As(const std::array<char, 8>& bytes) {
+  T value;
+  std::memcpy(&value, bytes.data(), sizeof(T));
+  return static_cast<double>(value);
+}
+
+struct NumberType {
+  std::string_view name, other_name;
+  std::size_t size = 0;
+  double (*value)(const std::array<char, 8>& bytes) = nullptr;  // in this machine's byte order
+};
+
+constexpr std::array<NumberType, 8> kNumberTypes{{{"char", "int8", 1, As<std::int8_t>},
+                                                  {"uchar", "uint8", 1, As<std::uint8_t>},
+                                                  {"short", "int16", 2, As<std::int16_t>},
+                                                  {"ushort", "uint16", 2, As<std::uint16_t>},
+                                                  {"int", "int32", 4, As<std::int32_t>},
+                                                  {"uint", "uint32", 4, As<std::uint32_t>},
+                                                  {"float", "float32", 4, As<float>},
+                                                  {"double", "float64", 8, As<double>}}};
+
 std::optional<Number> NumberNamed(std::string_view name) {
-  static constexpr std::array<std::array<std::string_view, 2>, 8> kNames{{{"char", "int8"},
-                                                                          {"uchar", "uint8"},
-                                                                          {"short", "int16"},
-                                                                          {"ushort", "uint16"},
-                                                                          {"int", "int32"},
-                                                                          {"uint", "uint32"},
-                                                                          {"float", "float32"},
-                                                                          {"double", "float64"}}};
-  for (std::size_t i = 0; i < kNames.size(); ++i)
-    if (name == kNames[i][0] || name == kNames[i][1]) return static_cast<Number>(i);
+  for (std::size_t i = 0; i < kNumberTypes.size(); ++i)
+    if (name == kNumberTypes[i].name || name == kNumberTypes[i].other_name) return static_cast<Number>(i);
   return std::nullopt;
 }
 
-std::size_t SizeOf(Number type) {
-  static constexpr std::array<std::size_t, 8> kSizes{1, 1, 2, 2, 4, 4, 4, 8};
-  return kSizes[static_cast<std::size_t>(type)];
-}
+const NumberType& TypeOf(Number number) { return kNumberTypes[static_cast<std::size_t>(number)]; }
 
 std::vector<std::string_view> Words(std::string_view line) {
   std::vector<std::string_view> words;
@@ -42,13 +53,6 @@ std::vector<std::string_view> Words(std::string_view line) {
     at = end;
   }
   return words;
-}
-
-template <typename T>
-double As(const std::array<char, 8>& bytes) {
-  T value;
-  std::memcpy(&value, bytes.data(), sizeof(T));
-  return static_cast<double>(value);
 }
 
 }  // namespace
@@ -107,7 +111,7 @@ Body::Body(const std::string& bytes, const Header& header, std::string name)
 void Body::Require(const Element& element) const {
   std::size_t least_bytes = 0;  // for text a digit and a space each
   for (const Property& property : element.properties)
-    least_bytes += format_ == Format::kAscii ? 2 : SizeOf(property.count_type.value_or(property.type));
+    least_bytes += format_ == Format::kAscii ? 2 : TypeOf(property.count_type.value_or(property.type)).size;
   // The last number of a text file may have no space behind it.
   if (format_ == Format::kAscii && least_bytes > 0) --least_bytes;
   if (element.count * least_bytes > static_cast<std::size_t>(end_ - at_)) Truncated();
@@ -115,31 +119,13 @@ void Body::Require(const Element& element) const {
 
 double Body::Next(Number type) {
   if (format_ == Format::kAscii) return NextText();
-  const std::size_t size = SizeOf(type);
+  const std::size_t size = TypeOf(type).size;
   if (static_cast<std::size_t>(end_ - at_) < size) Truncated();
-  std::array<char, 8> bytes{};  // in this machine's byte order
+  std::array<char, 8> bytes{};
   const bool turn = (format_ == Format::kBigEndian) == (std::endian::native == std::endian::little);
   for (std::size_t i = 0; i < size; ++i) bytes[turn ? size - 1 - i : i] = at_[i];
   at_ += size;
-  switch (type) {
-    case Number::kInt8:
-      return As<std::int8_t>(bytes);
-    case Number::kUint8:
-      return As<std::uint8_t>(bytes);
-    case Number::kInt16:
-      return As<std::int16_t>(bytes);
-    case Number::kUint16:
-      return As<std::uint16_t>(bytes);
-    case Number::kInt32:
-      return As<std::int32_t>(bytes);
-    case Number::kUint32:
-      return As<std::uint32_t>(bytes);
-    case Number::kFloat:
-      return As<float>(bytes);
-    case Number::kDouble:
-      return As<double>(bytes);
-  }
-  return 0;
+  return TypeOf(type).value(bytes);
 }
 
 double Body::Count(const Property& property) { return property.count_type ? Next(*property.count_type) : 1; }

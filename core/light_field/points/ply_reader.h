@@ -1,9 +1,7 @@
 // Reads Stanford PLY of any kind (text, little or big endian, any elements and properties), number by number.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <map>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -24,86 +23,6 @@ namespace {
 
 constexpr char kPointsMagic[8] = {'u', 'l', 'f', 'p', 't', 's', '\0', 1};  // the last byte is the version
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);
-
-std::uint64_t MeasuredUnder(const LightField& light_field, const View& view) {
-  Digest digest;
-  digest.Add(view.cam_from_world);
-  digest.Add(light_field.CameraOf(view));
-  return digest.Value();
-}
-
-}  // namespace
-
-std::string PointFileBytes(const LightField& light_field) {
-  ByteWriter out;
-  out.Put(kPointsMagic);
-  std::map<int, std::uint32_t> index;
-  out.Count(light_field.views.size());
-  for (const View& view : light_field.views) {
-    index.emplace(view.id, static_cast<std::uint32_t>(index.size()));
-    out.Put(static_cast<std::int32_t>(view.id));
-    out.Put(MeasuredUnder(light_field, view));
-  }
-  out.Count(light_field.points.size());
-  for (const ScenePoint& point : light_field.points) {
-    out.Put(point.position_in_world);
-    out.Put(point.rgb);
-    out.Count(static_cast<std::size_t>(std::ranges::count_if(
-        point.track, [&](const ViewObservation& seen) { return index.contains(seen.view_id); })));
-    for (const ViewObservation& seen : point.track) {
-      const auto view = index.find(seen.view_id);
-      if (view == index.end()) continue;
-      out.Put(view->second);
-      out.Put(static_cast<float>(seen.in_img.x()));
-      out.Put(static_cast<float>(seen.in_img.y()));
-    }
-  }
-  out.Put(ChecksumOf(out.bytes()));
-  return std::move(out.bytes());
-}
-
-StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_field) {
-  if (bytes.size() < sizeof kPointsMagic + kSumBytes || std::memcmp(bytes.data(), kPointsMagic, 6) != 0)
-    return {"it is no file of points", {}, {}};
-  if (bytes[7] != kPointsMagic[7]) return {"it is of another version", {}, {}};
-  std::uint64_t checksum;
-  std::memcpy(&checksum, bytes.data() + bytes.size() - kSumBytes, kSumBytes);
-  bytes.remove_suffix(kSumBytes);
-  if (ChecksumOf(bytes) != checksum) return {"it is damaged", {}, {}};
-  bytes.remove_prefix(sizeof kPointsMagic);
-
-  const StoredPoints inconsistent{"its content is inconsistent", {}, {}};
-  StoredPoints stored;
-  ByteReader in(bytes);
-  std::map<int, const View*> views;
-  for (const View& view : light_field.views) views[view.id] = &view;
-  constexpr std::size_t kViewBytes = 12, kPointBytes = 31, kSeenBytes = 12;
-  std::vector<int> ids(in.Count(kViewBytes));
-  for (int& id : ids) {
-    id = in.Get<std::int32_t>();
-    const auto digest = in.Get<std::uint64_t>();
-    const auto view = views.find(id);
-    if (view != views.end() && MeasuredUnder(light_field, *view->second) != digest) stored.moved.insert(id);
-  }
-  stored.points.resize(in.Count(kPointBytes));
-  for (ScenePoint& point : stored.points) {
-    point.position_in_world = in.Get3();
-    point.rgb = in.Get<std::array<std::uint8_t, 3>>();
-    point.track.resize(in.Count(kSeenBytes));
-    for (ViewObservation& seen : point.track) {
-      const auto view = in.Get<std::uint32_t>();
-      if (view >= ids.size()) return inconsistent;
-      seen.view_id = ids[view];
-      seen.in_img.x() = in.Get<float>();
-      seen.in_img.y() = in.Get<float>();
-      if (!seen.in_img.allFinite()) return inconsistent;
-    }
-    if (!point.position_in_world.allFinite()) return inconsistent;
-  }
-  return in.IsShort() || !in.AtEnd() ? inconsistent : stored;
-}
-
-namespace {
 
 // Identifies a file that ulf wrote for a light field, against edited ones and other light fields' files.
 std::string OwnComment(std::string_view body, const std::string& light_field) {
@@ -159,41 +78,6 @@ bool IsOwnPointPly(std::string_view ply, const std::string& light_field) {
   return header.find("comment " + OwnComment(BodyOf(ply), light_field) + "\n") != std::string_view::npos;
 }
 
-}  // namespace
-
-std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field) {
-  std::string body;
-  for (const ScenePoint& point : points) {
-    const Eigen::Vector3f position = point.position_in_world.cast<float>();
-    body.append(reinterpret_cast<const char*>(position.data()), 3 * sizeof(float));
-    body.append(reinterpret_cast<const char*>(point.rgb.data()), 3);
-  }
-  return Header(points.size(), body, light_field) + body;
-}
-
-std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file) {
-  const std::string bytes = ReadWholeFile(file);
-  const ply::Header header = ply::ParseHeader(bytes, file.string());
-  ply::Body body(bytes, header, file.string());
-  std::vector<ScenePoint> points;
-  for (const ply::Element& element : header.elements) {
-    body.Require(element);
-    if (element.name != "vertex" || element.properties.empty()) {
-      body.Skip(element);
-      continue;
-    }
-    points.reserve(element.count);
-    for (std::size_t i = 0; i < element.count; ++i) {
-      ScenePoint point;
-      for (const ply::Property& property : element.properties) Take(property, body, point);
-      if (point.position_in_world.allFinite()) points.push_back(point);
-    }
-  }
-  return points;
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 
 constexpr const char* kPointFile = "points.ulf";
@@ -230,6 +114,103 @@ bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
 }
 
 }  // namespace
+
+std::string PointFileBytes(const LightField& light_field) {
+  ByteWriter out;
+  out.Put(kPointsMagic);
+  out.Count(light_field.views.size());
+  for (const View& view : light_field.views) {
+    out.Put(static_cast<std::int32_t>(view.id));
+    out.Put(light_field.PoseDigest(view));
+  }
+  out.Count(light_field.points.size());
+  for (const ScenePoint& point : light_field.points) {
+    out.Put(point.position_in_world);
+    out.Put(point.rgb);
+    out.Count(static_cast<std::size_t>(std::ranges::count_if(point.track, [&](const ViewObservation& seen) {
+      return light_field.FindView(seen.view_id) != nullptr;
+    })));
+    for (const ViewObservation& seen : point.track) {
+      const View* view = light_field.FindView(seen.view_id);
+      if (!view) continue;
+      out.Count(static_cast<std::size_t>(view - light_field.views.data()));
+      out.Put(static_cast<float>(seen.in_img.x()));
+      out.Put(static_cast<float>(seen.in_img.y()));
+    }
+  }
+  out.Put(ChecksumOf(out.bytes()));
+  return std::move(out.bytes());
+}
+
+StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_field) {
+  if (bytes.size() < sizeof kPointsMagic + kSumBytes || std::memcmp(bytes.data(), kPointsMagic, 6) != 0)
+    return {"it is no file of points", {}, {}};
+  if (bytes[7] != kPointsMagic[7]) return {"it is of another version", {}, {}};
+  std::uint64_t checksum;
+  std::memcpy(&checksum, bytes.data() + bytes.size() - kSumBytes, kSumBytes);
+  bytes.remove_suffix(kSumBytes);
+  if (ChecksumOf(bytes) != checksum) return {"it is damaged", {}, {}};
+  bytes.remove_prefix(sizeof kPointsMagic);
+
+  const StoredPoints inconsistent{"its content is inconsistent", {}, {}};
+  StoredPoints stored;
+  ByteReader in(bytes);
+  constexpr std::size_t kViewBytes = 12, kPointBytes = 31, kSeenBytes = 12;
+  std::vector<int> ids(in.Count(kViewBytes));
+  for (int& id : ids) {
+    id = in.Get<std::int32_t>();
+    const auto digest = in.Get<std::uint64_t>();
+    const View* view = light_field.FindView(id);
+    if (view && light_field.PoseDigest(*view) != digest) stored.moved.insert(id);
+  }
+  stored.points.resize(in.Count(kPointBytes));
+  for (ScenePoint& point : stored.points) {
+    point.position_in_world = in.Get3();
+    point.rgb = in.Get<std::array<std::uint8_t, 3>>();
+    point.track.resize(in.Count(kSeenBytes));
+    for (ViewObservation& seen : point.track) {
+      const auto view = in.Get<std::uint32_t>();
+      if (view >= ids.size()) return inconsistent;
+      seen.view_id = ids[view];
+      seen.in_img.x() = in.Get<float>();
+      seen.in_img.y() = in.Get<float>();
+      if (!seen.in_img.allFinite()) return inconsistent;
+    }
+    if (!point.position_in_world.allFinite()) return inconsistent;
+  }
+  return in.IsShort() || !in.AtEnd() ? inconsistent : stored;
+}
+
+std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field) {
+  std::string body;
+  for (const ScenePoint& point : points) {
+    const Eigen::Vector3f position = point.position_in_world.cast<float>();
+    body.append(reinterpret_cast<const char*>(position.data()), 3 * sizeof(float));
+    body.append(reinterpret_cast<const char*>(point.rgb.data()), 3);
+  }
+  return Header(points.size(), body, light_field) + body;
+}
+
+std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file) {
+  const std::string bytes = ReadWholeFile(file);
+  const ply::Header header = ply::ParseHeader(bytes, file.string());
+  ply::Body body(bytes, header, file.string());
+  std::vector<ScenePoint> points;
+  for (const ply::Element& element : header.elements) {
+    body.Require(element);
+    if (element.name != "vertex" || element.properties.empty()) {
+      body.Skip(element);
+      continue;
+    }
+    points.reserve(element.count);
+    for (std::size_t i = 0; i < element.count; ++i) {
+      ScenePoint point;
+      for (const ply::Property& property : element.properties) Take(property, body, point);
+      if (point.position_in_world.allFinite()) points.push_back(point);
+    }
+  }
+  return points;
+}
 
 bool ReadPointPositions(const fs::path& ply, LightField& light_field) {
   std::error_code unknown;

@@ -24,15 +24,6 @@ void WritePoints(const LightField& light_field);
 
 // points.ulf holds the points with all their observations (docs/light_field.md, for other programs).
 //
-// Little-endian:
-//   8 bytes "ulfpts\0" and version
-//   views:  count (u32); for each the id (i32) and a digest of the pose and camera with which the points were
-//           computed (u64)
-//   points: count (u32); for each x y z (f64), red green blue (u8), count of observations (u32); for each of
-//           these the view's index in the list above (u32) and x y in its image (f32, pixel centres at
-//           integer + 0.5)
-//   checksum of all bytes before it (FNV-1a, 64 bits)
-//
 // The journal's poses take precedence: points that are observed by views whose pose or camera has changed
 // since are computed again. Errors are not stored but computed. If the file is damaged or missing, points.ply
 // has the positions.

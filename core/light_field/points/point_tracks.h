@@ -42,6 +42,9 @@ struct PosedObservation {
   Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
 };
 
+// Has no camera if there is no such view.
+PosedObservation PosedObservationOf(const ViewObservation& seen, const LightField& light_field);
+
 // Starts at the point nearest to all rays and minimises Huber's loss with a threshold of one pixel. Returns
 // none if fewer than two cameras have the point in front of them, or the rays are nearly parallel.
 std::optional<Eigen::Vector3d> FitPoint(std::span<const PosedObservation> observations);

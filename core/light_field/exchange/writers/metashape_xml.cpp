@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <iterator>
+#include <ranges>
 
 #include "core/light_field/formats/xml_file.h"
 
@@ -45,27 +46,22 @@ std::string SensorText(const CameraModel& camera, std::size_t id) {
 }
 
 std::string CameraText(const View& view, std::size_t id) {
-  const Eigen::Matrix4d chunk_from_cam = view.cam_from_world.Inverse().Matrix();
-  std::string numbers;
-  for (int i = 0; i < 16; ++i)
-    fmt::format_to(std::back_inserter(numbers), "{}{}", i == 0 ? "" : " ", chunk_from_cam(i / 4, i % 4));
+  const Eigen::Matrix4d columns = view.cam_from_world.Inverse().Matrix().transpose();
   return fmt::format(
       "      <camera id=\"{}\" sensor_id=\"{}\" component_id=\"0\" label=\"{}\">\n"
       "        <transform>{}</transform>\n"
       "        <orientation>1</orientation>\n"
       "      </camera>\n",
-      id, view.camera, XmlEscaped(std::filesystem::path(view.image_path).stem().string()), numbers);
+      id, view.camera, XmlEscaped(std::filesystem::path(view.image_path).stem().string()),
+      fmt::join(columns.data(), columns.data() + 16, " "));
 }
 
 }  // namespace
 
 std::string MetashapeXmlText(const LightField& exported) {
-  std::string sensors, cameras, ids;
+  std::string sensors, cameras;
   for (std::size_t i = 0; i < exported.cameras.size(); ++i) sensors += SensorText(exported.cameras[i], i);
-  for (std::size_t i = 0; i < exported.views.size(); ++i) {
-    cameras += CameraText(exported.views[i], i);
-    fmt::format_to(std::back_inserter(ids), "{}{}", i == 0 ? "" : " ", i);
-  }
+  for (std::size_t i = 0; i < exported.views.size(); ++i) cameras += CameraText(exported.views[i], i);
   // A scale says that units are metres.
   const char* transform = exported.units == "metres" ? "        <transform>\n"
                                                        "          <rotation>1 0 0 0 1 0 0 0 1</rotation>\n"
@@ -86,7 +82,9 @@ std::string MetashapeXmlText(const LightField& exported) {
       "    <cameras next_id=\"{}\" next_group_id=\"0\">\n{}    </cameras>\n"
       "  </chunk>\n"
       "</document>\n",
-      exported.cameras.size(), sensors, transform, ids, exported.views.size(), cameras);
+      exported.cameras.size(), sensors, transform,
+      fmt::join(std::views::iota(std::size_t{0}, exported.views.size()), " "), exported.views.size(),
+      cameras);
 }
 
 }  // namespace ulf

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "core/base/error.h"
 
@@ -29,10 +28,7 @@ std::string RealityScanXmpText(const CameraModel& camera, int camera_group, cons
   const bool tangential = !straight && (c[2] != 0 || c[3] != 0);
   std::string distortion = "0 0 0 0 0 0";
   if (!straight) distortion = fmt::format("{} {} {} 0 {} {}", c[0], c[1], c[4], c[3], c[2]);
-  const Eigen::Matrix3d matrix = cam_from_world.RotationMatrix();
-  std::string rotation;
-  for (int i = 0; i < 9; ++i)
-    fmt::format_to(std::back_inserter(rotation), "{}{}", i == 0 ? "" : " ", matrix(i / 3, i % 3));
+  const Eigen::Matrix3d columns = cam_from_world.RotationMatrix().transpose();
   const Eigen::Vector3d center = cam_from_world.OriginInSource();
   return fmt::format(
       "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\">\n"
@@ -53,8 +49,8 @@ std::string RealityScanXmpText(const CameraModel& camera, int camera_group, cons
       : tangential ? "brown3t2"
                    : "brown3",
       camera.fx / scale * kLargerSideOf35mm, camera.fy / camera.fx, (camera.cx - 0.5 * camera.width) / scale,
-      (camera.cy - 0.5 * camera.height) / scale, camera_group, camera_group, rotation, center.x(), center.y(),
-      center.z(), distortion);
+      (camera.cy - 0.5 * camera.height) / scale, camera_group, camera_group,
+      fmt::join(columns.data(), columns.data() + 9, " "), center.x(), center.y(), center.z(), distortion);
 }
 
 }  // namespace ulf

@@ -1,7 +1,6 @@
 #include "core/light_field/exchange/writers/unit_cube.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
