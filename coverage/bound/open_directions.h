@@ -10,7 +10,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "coverage/measured/error_meter.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 

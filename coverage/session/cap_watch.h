@@ -8,7 +8,6 @@
 #include <string>
 
 #include "core/frames/frame.h"
-#include "core/geometry/angles.h"
 #include "coverage/bound/coverage_map.h"
 
 namespace ulf::coverage {

@@ -15,7 +15,8 @@
 #include "coverage/session/capture_state.h"
 #include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/posed_photographs.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/sources/marker_spec.h"
+#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::coverage {
 

@@ -26,7 +26,8 @@
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/turn_back.h"
 #include "coverage/session/watch/mistake_watch.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/start_progress.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/frames/frame.h"
-#include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/session/capture_request.h"
@@ -18,8 +17,7 @@
 #include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/subject_anchors.h"
-#include "tracking/sources/poses_spec.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

@@ -21,7 +21,9 @@
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/still_capture.h"
 #include "coverage/session/watch/mistake_watch.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/estimation/calibration_check.h"
+#include "tracking/tracker/readout.h"
+#include "tracking/tracker/start_progress.h"
 
 namespace ulf::coverage {
 

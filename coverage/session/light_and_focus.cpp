@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
 #include "coverage/bound/sphere_outline.h"
 

@@ -7,13 +7,10 @@
 #include <map>
 
 #include "acquisition/device/repeated_events.h"
-#include "acquisition/device/replay_device.h"
 #include "acquisition/opening/open_device.h"
-#include "acquisition/simulator/simulated_device.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "core/base/stop_signal.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/kept_photographs.h"

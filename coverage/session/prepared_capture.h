@@ -14,7 +14,6 @@
 #include "core/base/stop_signal.h"
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "coverage/session/capture_options.h"
 #include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker_options.h"

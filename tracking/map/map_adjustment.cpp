@@ -11,8 +11,8 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/similarity3.h"
 #include "core/geometry/small_matrices.h"
-#include "core/geometry/trajectory.h"
 #include "tracking/map/map_rows.h"
 
 namespace ulf::tracking {

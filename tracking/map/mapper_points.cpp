@@ -8,7 +8,6 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/features/matching.h"
-#include "tracking/map/map_matching.h"
 #include "tracking/map/mapper.h"
 
 namespace ulf::tracking {

@@ -6,6 +6,7 @@
 
 #include "core/base/at.h"
 #include "tracking/estimation/absolute_pose.h"
+#include "tracking/features/matching.h"
 
 namespace ulf::tracking {
 

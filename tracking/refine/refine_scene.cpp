@@ -9,7 +9,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
-#include "core/geometry/trajectory.h"
+#include "core/geometry/similarity3.h"
 
 namespace ulf::tracking {
 

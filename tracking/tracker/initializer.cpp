@@ -5,10 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
+#include "tracking/features/patch_alignment.h"
 
 namespace ulf::tracking {
 namespace {

@@ -1,7 +1,6 @@
 #include "tracking/tracker/tracker.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"

@@ -4,14 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
 
 #include "core/base/at.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/geometry/angles.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/map/pose_log_odds.h"
 #include "tracking/tracker/photograph_locator.h"

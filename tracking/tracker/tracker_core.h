@@ -16,7 +16,6 @@
 #include "tracking/map/frame_locator.h"
 #include "tracking/map/mapper.h"
 #include "tracking/map/pose_error.h"
-#include "tracking/map/relocalizer.h"
 #include "tracking/tracker/initializer.h"
 #include "tracking/tracker/readout.h"
 #include "tracking/tracker/readout_search.h"

@@ -1,13 +1,14 @@
 #include "tracking/tracker/turn_tracker.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "core/base/at.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/relative_pose.h"
 #include "tracking/features/matching.h"
+#include "tracking/tracker/start_progress.h"
 
 namespace ulf::tracking {
 

@@ -8,7 +8,6 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 

@@ -19,7 +19,7 @@
 #include "acquisition/device/device.h"
 #include "core/frames/frame.h"
 #include "coverage/session/record/view_spool.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

@@ -9,15 +9,7 @@
 #include <utility>
 
 #include "core/base/counted.h"
-#include "core/base/error.h"
-#include "core/base/host_time.h"
-#include "core/image/image.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
-#include "core/light_field/folder/view_images.h"
-#include "coverage/measured/threshold_by_errors.h"
-#include "coverage/session/record/geometry_files.h"
-#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 
 namespace ulf::coverage {

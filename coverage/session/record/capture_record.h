@@ -16,7 +16,6 @@
 
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
@@ -28,7 +27,7 @@
 #include "coverage/session/record/measured_geometry.h"
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/view_spool.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

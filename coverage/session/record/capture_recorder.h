@@ -22,7 +22,7 @@
 #include "coverage/session/record/exposure.h"
 #include "coverage/session/record/posed_photographs.h"
 #include "coverage/session/record/still_capture.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

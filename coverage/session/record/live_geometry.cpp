@@ -13,7 +13,6 @@
 #include "core/base/host_time.h"
 #include "core/base/parallel_for.h"
 #include "core/base/stop_signal.h"
-#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/subject_in_mesh.h"
 #include "render/stereo/mesh_of_maps.h"

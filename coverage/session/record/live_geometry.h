@@ -17,7 +17,6 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -31,7 +30,6 @@
 
 #include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/image.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/triangle_mesh.h"
 #include "render/proxy/view_depth_map.h"

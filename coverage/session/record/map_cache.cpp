@@ -7,7 +7,6 @@
 #include <chrono>
 #include <vector>
 
-#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -15,7 +14,6 @@
 #include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/folder/view_images.h"
 #include "coverage/session/record/still_capture.h"
-#include "tracking/map/map_file.h"
 
 namespace ulf::coverage {
 namespace {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "core/light_field/light_field.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

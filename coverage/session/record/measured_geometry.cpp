@@ -12,9 +12,10 @@
 #include "core/base/host_time.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "coverage/session/record/geometry_files.h"
 #include "render/proxy/geometry_state.h"
-#include "render/proxy/proxy_choice.h"
+#include "render/proxy/mesh_file.h"
 
 namespace ulf::coverage {
 namespace {

@@ -20,7 +20,7 @@
 #include "coverage/session/record/capture_lens.h"
 #include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/recorded_views.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 

@@ -1,7 +1,6 @@
 #include "coverage/session/record/posed_photographs.h"
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 #include <utility>
 

@@ -6,7 +6,6 @@
 // twice is recorded once.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -14,7 +13,7 @@
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/record/recorded_views.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 

@@ -19,7 +19,7 @@
 #include "coverage/session/watch/light_watch.h"
 #include "coverage/session/watch/picture_tracks.h"
 #include "tracking/estimation/calibration_check.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/readout.h"
 
 namespace ulf::coverage {
 

@@ -1,7 +1,6 @@
 #include "coverage/session/watch/picture_tracks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>

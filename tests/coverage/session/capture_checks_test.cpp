@@ -22,6 +22,8 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
+#include "tracking/sources/pose_sources.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf::test {
 namespace {
