@@ -14,11 +14,6 @@ namespace ulf::coverage {
 
 class CapturePace {
  public:
-  // Guessed; docs/capture.md#guidance has the results with simulated people.
-  struct Options {
-    double least_s = 8;      // shortest time of work to measure over,
-    double least_views = 4;  // and smallest area, in views
-  };
   // Call it after every frame with the covered area, the number of views, and the camera's direction from the
   // subject (none: unknown). `disc_radius`: what a view covers around it, radians.
   void Update(double time_s, double covered_sr, std::size_t views,
@@ -31,7 +26,6 @@ class CapturePace {
   struct Worked {
     double work_s = 0, painted_sr = 0;  // so far
   };
-  Options options_;
   double known_sr_ = 0;
   std::size_t known_views_ = 0;
   bool begun_ = false;

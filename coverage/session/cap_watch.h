@@ -14,10 +14,6 @@ namespace ulf::coverage {
 
 class CapWatch {
  public:
-  // Guessed.
-  struct Options {
-    double step = Radians(2);  // round the subject; less is a hand's trembling and no movement
-  };
   // `share` of the cap ends the capture. `turns`: the subject turns before a fixed camera; then only whole
   // turns without a gain count. `source`: advice to move is given only for a camera in the hand.
   CapWatch(double share, bool turns, FrameSource source) : share_(share), turns_(turns), source_(source) {}
@@ -31,7 +27,6 @@ class CapWatch {
   const double share_;
   const bool turns_;
   const FrameSource source_;
-  const Options options_{};
   double most_covered_ = 0;
   std::optional<Eigen::Vector3d> from_;  // where the present step began
   double moved_ = 0;                     // since the last gain, radians

@@ -14,13 +14,6 @@ namespace ulf::coverage {
 
 class FocusWatch {
  public:
-  // Settled on simulated scenes (docs/capture.md#mistakes).
-  struct Options {
-    std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
-  };
-  FocusWatch() = default;
-  explicit FocusWatch(const Options& options) : options_(options) {}
-
   // A pair that does not continue the last one restarts the watch.
   void Update(const PicturePair& pair);
   // Returns the amplitude: the sharpest picture's fine detail over the softest one's; none when the focus
@@ -33,7 +26,6 @@ class FocusWatch {
   struct Moment {
     double time_s = 0, log_detail = 0;
   };
-  Options options_;
   std::deque<Moment> moments_;       // of late
   double highest_ = 0, lowest_ = 0;  // since the last swing
   int direction_ = 0;                // of the last swing; 0: none yet
