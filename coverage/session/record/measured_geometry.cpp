@@ -139,7 +139,7 @@ void MeasuredGeometry::Removed(const RecordedViews::Entry& view) {
   if (errors_ && subject_)
     Note([&](ErrorMap& errors) {
       errors.RemoveView(view.cam_from_world.OriginInSource() - subject_->center_in_world,
-                        ErrorMeter::Options{}.view_reach);
+                        ErrorMeter::kViewReach);
     });
 }
 
