@@ -47,14 +47,9 @@ Frame AsExposed(const Frame& frame, double exposure_s, double gain);
 
 class BracketCapture {
  public:
-  // Guessed.
-  struct Options {
-    double patience_s = 3;       // without a frame of the bracket; photographs: as long as the device has it
-    bool deterministic = false;  // host times are the device's
-  };
-  // `device`, `poses` and `spool` outlive it.
+  // `device`, `poses` and `spool` outlive it. `deterministic`: host times are the device's.
   BracketCapture(acquisition::Device& device, const tracking::PoseSource& poses, ViewSpool& spool,
-                 const ExposureBracket& bracket, const Options& options,
+                 const ExposureBracket& bracket, bool deterministic,
                  std::function<void(const std::string&)> say);
 
   // Begins the bracket of a view that was recorded of this frame or photograph.
@@ -99,7 +94,7 @@ class BracketCapture {
   const tracking::PoseSource& poses_;
   ViewSpool& spool_;
   const ExposureBracket bracket_;
-  const Options options_;
+  const bool deterministic_;
   const std::function<void(const std::string&)> say_;
   std::optional<Running> running_;
   double exposure_s_ = 0, gain_ = 1;  // of the views

@@ -19,8 +19,7 @@ CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSour
   if (options.still_camera)
     stills_.emplace(device, *options.still_camera, poses, options.limits, options.coverage_width_px);
   if (options.bracket)
-    bracket_.emplace(device, poses, record.spool(), *options.bracket,
-                     BracketCapture::Options{.deterministic = options.deterministic}, say);
+    bracket_.emplace(device, poses, record.spool(), *options.bracket, options.deterministic, say);
 }
 
 bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const tracking::Track& track) {
