@@ -34,22 +34,28 @@ constexpr std::size_t kWatchFewestFrames = 3;
 // Where less of the other points is found, the tracker itself has a problem.
 constexpr double kWatchRestShare = 0.5;
 
-}  // namespace
-
+// Returns the subject's distance where none is given: the mean depth of the tracked points near the middle of
+// the picture. (Thesis, section 3.1: "the system initializes its distance with the average depth of feature
+// points".) The nearest and farthest quarter of the points may belong to what stands before or behind the
+// subject and do not count. Returns none where there are too few.
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
-                                      const CameraModel& camera, const MiddleDepthOptions& options) {
+                                      const CameraModel& camera) {
+  constexpr double kReach = 0.25;     // of the image's height; more takes in what stands beside it. Guessed
+  constexpr std::size_t kFewest = 8;  // fewer are met by chance. Guessed
   const Eigen::Vector2d middle(0.5 * camera.width, 0.5 * camera.height);
   std::vector<double> depths;
   for (const tracking::VisiblePoint& point : points)
-    if ((point.img - middle).norm() < options.reach * camera.height && point.depth > 0)
+    if ((point.img - middle).norm() < kReach * camera.height && point.depth > 0)
       depths.push_back(point.depth);
-  if (depths.size() < options.fewest) return std::nullopt;
+  if (depths.size() < kFewest) return std::nullopt;
   std::sort(depths.begin(), depths.end());
   const std::size_t from = depths.size() / 4, to = depths.size() - from;
   double sum = 0;
   for (std::size_t i = from; i < to; ++i) sum += depths[i];
   return sum / static_cast<double>(to - from);
 }
+
+}  // namespace
 
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board) {
   const Eigen::Vector3d at = cam_from_board * foot, up = cam_from_board.rotation * -Eigen::Vector3d::UnitZ();

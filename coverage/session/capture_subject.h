@@ -21,18 +21,6 @@
 
 namespace ulf::coverage {
 
-// Options of DepthNearCenter(), the subject's distance where none is given: the mean depth of the tracked
-// points within `reach` (a share of the image's height) of the picture's middle. (Thesis, section 3.1: "the
-// system initializes its distance with the average depth of feature points".) The nearest and farthest
-// quarter of the points may belong to what stands before or behind the subject and do not count. There is
-// none with fewer than `fewest` points.
-struct MiddleDepthOptions {
-  double reach = 0.25;     // guessed; more takes in what stands beside the subject
-  std::size_t fewest = 8;  // guessed; fewer are met by chance
-};
-std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
-                                      const CameraModel& camera, const MiddleDepthOptions& options = {});
-
 // Returns the depth at which the optical axis passes nearest to the line that stands upright on a board at
 // `foot`, metres in the board's frame (z into the sheet). Returns none where it looks along the line, or the
 // line is behind the camera.

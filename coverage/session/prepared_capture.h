@@ -37,12 +37,6 @@ struct SessionArgs {
   std::function<bool()> stop = StopOnSignal::Requested;
 };
 
-// Takes frames from a started device up to its first complete live frame, which is the last of `taken`;
-// photographs that are released on the body meanwhile come before it. Returns false when a stop was asked for
-// first. Throws Error when no live frame comes; `taken` then holds the photographs.
-bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
-                     std::vector<Frame>& taken);
-
 // Keeps the photographs of a capture that could not begin, and those still to be downloaded, in the light
 // field's unposed/ where there is one (`writer`), else beside `dir` (kept_photographs.h). Reports on stderr
 // where they are and what could not be kept. Stops the device.

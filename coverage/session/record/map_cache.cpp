@@ -18,6 +18,10 @@
 namespace ulf::coverage {
 namespace {
 
+std::filesystem::path MapCacheOf(const LightField& light_field) {
+  return light_field.root / "cache" / "map.ulf";
+}
+
 std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   Digest digest;
   digest.Add(tracked);
@@ -92,10 +96,6 @@ void SeedFrom(const LightField& light_field, const CameraModel& tracked, const s
 }
 
 }  // namespace
-
-std::filesystem::path MapCacheOf(const LightField& light_field) {
-  return light_field.root / "cache" / "map.ulf";
-}
 
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
                       tracking::PoseSource& poses) {

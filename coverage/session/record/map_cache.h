@@ -8,8 +8,6 @@
 
 namespace ulf::coverage {
 
-std::filesystem::path MapCacheOf(const LightField& light_field);
-
 // Throws Error when the views show too little in common. Logs when the map is made again, why, and about how
 // long that takes.
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses);

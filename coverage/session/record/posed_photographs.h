@@ -22,11 +22,6 @@ struct PhotographSpacing {
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
 };
 
-// Returns whether a view at `before_from_world` shows the same as the frame that shows `points` from
-// `cam_from_world`.
-bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
-                   const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
-
 // A frame that may be recorded, held until its neighbours have been compared.
 struct HeldFrame {
   Frame frame;
