@@ -253,7 +253,7 @@ void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) 
   panels.Share(state);
   if (preflight_shown_.value_or(state.view_ids.empty() || now_s_ < preflight_until_s_))
     panels.Preflight(state);
-  if (legend_shown_) layer_ == SphereLayer::kErrors ? panels.ErrorLegend(state) : panels.Legend(state);
+  if (legend_shown_) panels.Legend(state, layer_);
   if (close_look_shown_) panels.CloseLook(state);
   panels.Hint(over_ ? "closed: any key" : state.ended ? "closing the light field" : "? keys");
   if (!state.cam_from_world && !state.ended) panels.TrackingHelp(state);
