@@ -273,23 +273,9 @@ MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, st
 }  // namespace
 
 const char* Name(RelativePoseOutcome outcome) {
-  switch (outcome) {
-    case RelativePoseOutcome::kFound:
-      return "found";
-    case RelativePoseOutcome::kTooFewMatches:
-      return "too few matches";
-    case RelativePoseOutcome::kRotationOnly:
-      return "rotation only";
-    case RelativePoseOutcome::kLowParallax:
-      return "low parallax";
-    case RelativePoseOutcome::kTooFewPoints:
-      return "too few points";
-    case RelativePoseOutcome::kAmbiguous:
-      return "ambiguous";
-    case RelativePoseOutcome::kConflicting:
-      return "conflicting motions";
-  }
-  return "unknown";
+  constexpr std::array kNames{"found",          "too few matches", "rotation only",      "low parallax",
+                              "too few points", "ambiguous",       "conflicting motions"};
+  return kNames[static_cast<std::size_t>(outcome)];
 }
 
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
