@@ -20,8 +20,10 @@
 
 #include "acquisition/device/device.h"
 #include "core/light_field/folder/light_field_writer.h"
-#include "coverage/session/capture_options.h"
+#include "coverage/session/capture_request.h"
+#include "coverage/session/capture_state.h"
 #include "coverage/session/capture_summary.h"
+#include "coverage/session/record/capture_options.h"
 #include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {

@@ -153,11 +153,11 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
       Anchor(track);
     return;
   }
-  const auto depth = options_.stands_on ? DepthOfUpright(*options_.stands_on, *track.cam_from_world)
+  const auto depth = options_.turntable ? DepthOfUpright(options_.turntable->Middle(), *track.cam_from_world)
                                         : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   finding_ = depth.has_value();
   if (!depth || tracked_in_a_row_ < options_.stable_frames) return;
-  Set(SubjectOnAxis(lens_.live(), *track.cam_from_world, *depth, options_.size));
+  Set(SubjectOnAxis(lens_.live(), *track.cam_from_world, *depth, options_.subject_size));
   found_ = true;
 }
 
@@ -206,27 +206,27 @@ std::optional<Subject> CaptureSubject::UnderNewLens(const CameraModel& before) {
 }
 
 void CaptureSubject::Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {
-  const std::string problem = ProblemOf(subject, cam_from_world, options_.source);
+  const std::string problem = ProblemOf(subject, cam_from_world, source_);
   found_ &= !problem.empty();
   if (!problem.empty()) return say_("the subject stays as it was: " + problem);
   Move(subject);
 }
 
 void CaptureSubject::Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world) {
-  const double share = asked.width_share.value_or(options_.size);
+  const double share = asked.width_share.value_or(options_.subject_size);
   if (!cam_from_world)
     return say_("the subject stays as it was: the camera's position is not known at the moment");
-  if (!(share > 0 && share <= options_.rectangle_share))
+  if (!(share > 0 && share <= options_.limits.rectangle_share))
     return say_(
         fmt::format("the subject stays as it was: its sphere cannot be {:g} of the picture's width, the "
                     "safety rectangle is {:g}",
-                    share, options_.rectangle_share));
+                    share, options_.limits.rectangle_share));
   const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   if (!depth)
     return say_(
         fmt::format("the subject stays as it was: too few tracked points in the middle of the picture; "
                     "{}give its depth (subject depth D)",
-                    IsTaken(options_.source) ? "" : "aim at it, or "));
+                    IsTaken(source_) ? "" : "aim at it, or "));
   Move(SubjectOnAxis(lens_.live(), *cam_from_world, *depth, share));
 }
 
@@ -251,7 +251,7 @@ void CaptureSubject::Watch(const tracking::Track& track, double time_s) {
   say_(
       fmt::format("the subject seems to have moved: new views do not fit the earlier ones; {}take back the "
                   "views since then, or place the subject anew",
-                  IsTaken(options_.source) ? "" : "put it back and "));
+                  IsTaken(source_) ? "" : "put it back and "));
 }
 
 }  // namespace ulf::coverage

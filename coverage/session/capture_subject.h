@@ -15,6 +15,7 @@
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/subject_anchors.h"
 #include "tracking/tracker/pose_source.h"
@@ -59,21 +60,17 @@ class SubjectWatch {
 
 class CaptureSubject {
  public:
-  struct Options {
-    double size = kSubjectSize;                // the sphere's image, share of the image's width
-    double rectangle_share = kRectangleShare;  // no larger
-    int stable_frames = kStableFrames;         // tracked in a row before it is found by itself
-    // Set: the subject stands above this point of a board, whose frame is the world.
-    std::optional<Eigen::Vector3d> stands_on = {};
-    FrameSource source = FrameSource::kCamera;
-  };
+  // All but `say` and `source` outlive it. Before a turntable the subject stands above the middle of a board,
+  // whose frame is the world.
   CaptureSubject(CaptureRecord& record, PreflightReporter& reporter, const tracking::PoseSource& poses,
-                 const CaptureLens& lens, const Options& options, std::function<void(const std::string&)> say)
+                 const CaptureLens& lens, const CaptureOptions& options, FrameSource source,
+                 std::function<void(const std::string&)> say)
       : record_(record),
         reporter_(reporter),
         poses_(poses),
         lens_(lens),
         options_(options),
+        source_(source),
         say_(std::move(say)) {}
 
   void Set(const Subject& subject);
@@ -111,7 +108,8 @@ class CaptureSubject {
   PreflightReporter& reporter_;
   const tracking::PoseSource& poses_;
   const CaptureLens& lens_;
-  const Options options_;
+  const CaptureOptions& options_;
+  const FrameSource source_;
   const std::function<void(const std::string&)> say_;
   SubjectWatch watch_;
   SubjectAnchors anchors_;

@@ -11,6 +11,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/geometry/angles.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/kept_photographs.h"

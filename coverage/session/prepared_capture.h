@@ -14,7 +14,7 @@
 #include "core/base/stop_signal.h"
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "coverage/session/capture_options.h"
+#include "coverage/session/record/capture_options.h"
 #include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker_options.h"
 

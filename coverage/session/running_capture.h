@@ -17,7 +17,7 @@
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_gaps.h"
 #include "coverage/session/capture_meters.h"
-#include "coverage/session/capture_options.h"
+#include "coverage/session/capture_state.h"
 #include "coverage/session/capture_subject.h"
 #include "coverage/session/capture_summary.h"
 #include "coverage/session/light_and_focus.h"

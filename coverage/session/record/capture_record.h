@@ -22,6 +22,7 @@
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/coverage_painter.h"
 #include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/measured_geometry.h"
@@ -43,19 +44,9 @@ struct ClosedRecord {
 
 class CaptureRecord {
  public:
-  struct Options {
-    int coverage_width_px = kCoverageWidthPx;
-    CoverageMapOptions map;
-    std::size_t spool_views = kSpoolViews;
-    bool deterministic = false;
-    std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
-    CoverGoal cover;
-    bool lens_may_change = false;  // ReplaceLens() may be called
-    FrameSource source = FrameSource::kCamera;
-  };
-  // Continues with the views of an earlier session that `writer` holds. `lens` outlives it.
-  CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
-                std::function<void(const std::string&)> say);
+  // Continues with the views of an earlier session that `writer` holds. `lens` and `options` outlive it.
+  CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const CaptureOptions& options,
+                std::function<void(const std::string&)> say, FrameSource source = FrameSource::kCamera);
 
   ViewSpool& spool() { return spool_; }
   const ViewSpool& spool() const { return spool_; }
@@ -115,8 +106,9 @@ class CaptureRecord {
   std::string ReopenedInWords(double share) const;
 
   const CaptureLens& lens_;
-  const Options options_;
+  const CaptureOptions& options_;
   const std::function<void(const std::string&)> say_;
+  const FrameSource source_;
   const int first_new_id_;
   const int camera_index_;  // of the views of this session
   const double earlier_s_;

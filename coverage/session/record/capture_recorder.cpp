@@ -8,7 +8,8 @@ namespace ulf::coverage {
 
 CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses,
                                  const CaptureLens& lens, CaptureRecord& record, ExposureMatch light,
-                                 const Options& options, const std::function<void(const std::string&)>& say)
+                                 const CaptureOptions& options,
+                                 const std::function<void(const std::string&)>& say)
     : device_(device),
       poses_(poses),
       lens_(lens),

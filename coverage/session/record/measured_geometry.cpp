@@ -24,7 +24,7 @@ namespace {
 // LiveGeometry::Options::moved_px.
 constexpr double kSamePicturesPx = 0.5;
 
-ErrorMeter::Options MeterOptions(const MeasuredGeometry::Options& options) {
+ErrorMeter::Options MeterOptions(const CaptureOptions& options) {
   ErrorMeter::Options meter;
   // What only is shown may cost less than what decides. Guessed.
   constexpr double kOnlyShown = 0.1;
@@ -36,11 +36,13 @@ ErrorMeter::Options MeterOptions(const MeasuredGeometry::Options& options) {
 
 constexpr int kSmallSide = render::GrowingGeometryOptions{}.size_px;
 
-std::unique_ptr<LiveGeometry> MakeGeometry(std::optional<LiveGeometry::Options> options,
+std::unique_ptr<LiveGeometry> MakeGeometry(const CaptureOptions& options,
                                            const std::filesystem::path& light_field) {
-  if (!options) return nullptr;
-  options->light_field = light_field;
-  return std::make_unique<LiveGeometry>(*options);
+  if (!options.geometry || options.without_subject) return nullptr;
+  LiveGeometry::Options live;
+  live.light_field = light_field;
+  live.threaded = !options.deterministic;
+  return std::make_unique<LiveGeometry>(live);
 }
 
 // Says of a mesh that is there that it stays, and what is wrong with it. The session before may have ended
@@ -67,14 +69,14 @@ std::string ExistingMeshStays(const std::filesystem::path& root, bool is_correct
 
 }  // namespace
 
-MeasuredGeometry::MeasuredGeometry(const LightField& earlier, const CaptureLens& lens, const Options& options,
-                                   std::function<void(const std::string&)> say)
+MeasuredGeometry::MeasuredGeometry(const LightField& earlier, const CaptureLens& lens,
+                                   const CaptureOptions& options, std::function<void(const std::string&)> say)
     : lens_(lens),
       options_(options),
       say_(std::move(say)),
       earlier_measured_(ValidErrors(earlier).value_or(MeasuredErrors{})),
       frames_measured_(earlier_measured_.frames),
-      geometry_(MakeGeometry(options.geometry, earlier.root)),
+      geometry_(MakeGeometry(options, earlier.root)),
       geometry_lens_(lens.recorded()),
       meter_(geometry_ ? std::make_unique<ErrorMeter>(MeterOptions(options)) : nullptr),
       errors_(meter_ ? std::make_shared<const ErrorMap>() : nullptr) {
@@ -124,7 +126,7 @@ void MeasuredGeometry::Added(const RecordedViews::Entry& view, const Image& imag
     if (options_.deterministic && options_.cover.by != CoverBy::kBound) geometry_->WorkNow();
   }
   if (meter_) meter_->AddView(view.id, image, lens_.recorded(), view.cam_from_world);
-  if (geometry_ && options_.lens_may_change) KeepSmall(view.id, image);
+  if (geometry_ && options_.LensMayChange()) KeepSmall(view.id, image);
   if (errors_ && subject_)
     Note([&](ErrorMap& errors) {
       errors.AddView(view.cam_from_world.OriginInSource() - subject_->center_in_world);

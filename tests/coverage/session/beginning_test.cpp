@@ -437,7 +437,14 @@ std::shared_ptr<const LiveMesh> MeshThatShows(const std::optional<Subject>& seen
 
 SubjectProposer Proposer() {
   static const CaptureLens kLens(kCamera);
-  return SubjectProposer(kLens, {.threshold_px = 12, .cap = Cap::FromDegrees({60, 40})});
+  static const CaptureOptions kOptions = [] {
+    CaptureOptions options;
+    options.cap = Cap::FromDegrees({60, 40});
+    options.until_share = 1;
+    options.threshold_px = 12;
+    return options;
+  }();
+  return SubjectProposer(kLens, kOptions);
 }
 
 TEST(SubjectProposer, ProposesTheSizeThatTwoMeshesShow) {
