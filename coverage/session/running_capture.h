@@ -69,9 +69,9 @@ class RunningCapture {
   void AnswerRequests();
   void Answer(const TakeBackLast& asked);
   void Answer(const TakeBackViews& asked);
-  void Answer(const PlaceSubject& asked);
+  void Answer(const PlaceSphere& asked);
   void Answer(const FindSubject& asked);
-  void Answer(const PlaceProposedSubject& asked);
+  void Answer(const PlaceProposedSphere& asked);
   void Answer(const SetRecording& asked);
   void Answer(const FinishCapture& asked);
 

@@ -75,7 +75,7 @@ TEST(Beginning, NothingIsRecordedBeforeSomebodyAsks) {
 
   Waiting placed;
   const Subject elsewhere{{0.02, 0, 0}, 0.12};
-  placed.after.emplace(2, coverage::PlaceSubject{elsewhere});
+  placed.after.emplace(2, PlaceSphere{elsewhere});
   placed.after.emplace(2, SetRecording{true});
   EXPECT_EQ(placed.Run(Steps(6)).light_field.subject, elsewhere);
 

@@ -468,7 +468,7 @@ TEST(SubjectMoved, IsSaidOnceAndShown) {
   hooks.say = [&](const std::string& line) { said.push_back(line); };
   hooks.after_frame = [&](const SharedCaptureState& now) {
     poses.subject_gone = now->frames >= 20 && now->frames < 50;
-    if (now->frames == 60) requests.Push(coverage::PlaceSubject{kSubject});
+    if (now->frames == 60) requests.Push(PlaceSphere{kSubject});
     shown.push_back(now->subject_moved);
   };
   RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), Options(), hooks);
