@@ -32,12 +32,13 @@
 
 namespace ulf::coverage {
 
-// Describes how the light field was left.
+// Describes how the light field was left. Accepted frames are lost, or set aside in other folders, where the
+// disk filled up or failed.
 struct ClosedRecord {
-  std::uint64_t recorded = 0;                              // views of this session that are in it
-  std::uint64_t unwritten = 0;                             // frames that were accepted and are lost
-  std::map<std::filesystem::path, std::size_t> set_aside;  // frames that were written elsewhere, by folder
-  std::string problem;                                     // why it could not be closed; empty: it is closed
+  std::uint64_t recorded = 0;   // views of this session that are in it
+  std::uint64_t unwritten = 0;  // accepted frames that are lost
+  std::map<std::filesystem::path, std::size_t> set_aside;
+  std::string problem;  // why it could not be closed; empty: it is closed
   // None: it was not asked for, the light field is not closed, or the mesh that was there stays.
   std::optional<FinishedGeometry> geometry;
 };
