@@ -213,7 +213,7 @@ TEST(FineDetail, TellsFocusWhateverTheScene) {
     for (const double sigma : {3.0, 5.0}) {
       const auto blurred = FineDetail(Leaves({640, 480}, largest_px, sigma), all);
       ASSERT_TRUE(blurred) << largest_px;
-      EXPECT_LT(*blurred, PreflightInput{}.least_fine_detail) << largest_px << " blurred by " << sigma;
+      EXPECT_LT(*blurred, kLeastFineDetail) << largest_px << " blurred by " << sigma;
     }
   }
   cv::Mat plain(480, 640, CV_8U);
@@ -277,7 +277,7 @@ TEST(FineDetail, OnASmoothSubjectIsThatOfItsOutline) {
       {"a ball before a blurred background", Still(cv::FILLED, blurred_background).Paint(ball)},
       {"a black thing with a rim light", Still(cv::FILLED, black).Paint(rim_light)},
       {"a thin ring before a blurred background", Still(5, blurred_background)}};
-  const double needed = PreflightInput{}.least_fine_detail;
+  const double needed = kLeastFineDetail;
   const std::vector<Eigen::Vector2d> sphere = Circle(Still::kMiddle, 1.2 * Still::kRadius);
   const std::vector<Eigen::Vector2d> middle{{320, 240}, {960, 240}, {960, 720}, {320, 720}};
   for (const auto& [name, still] : stills)
