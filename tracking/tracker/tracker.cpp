@@ -183,7 +183,7 @@ TrackerStatistics Tracker::Statistics() const {
           std::chrono::duration<double>(core_->shared.longest_wait).count(),
           core_->calibration ? core_->calibration : core_->InOriginalPixels(core_->shared.wrong_lens),
           core_->RefinedLensInOriginalPixels(),
-          core_->Rolling(),
+          core_->readout_search.found(),
           static_cast<int>(core_->shared.map.keyframes().size()),
           static_cast<int>(core_->shared.map.points().size()),
           core_->map_start,

@@ -62,13 +62,11 @@ std::optional<Twist> TrackerCore::VelocitySince(const Rigid3& last_pose, const R
   return TwistBetween(last_pose, pose, step_s);
 }
 
-std::optional<Readout> TrackerCore::Rolling() const { return readout_search.found(); }
-
 std::optional<CalibrationCheck> TrackerCore::InOriginalPixels(
     const std::optional<CalibrationCheck>& working) const {
   if (!working) return std::nullopt;
   CalibrationCheck check = working->Of(size.original());
-  const auto rolling = Rolling();
+  const auto rolling = readout_search.found();
   check.rows_uncompensated = rolling && (!rolling->compensated || rolling->contradicted);
   return check;
 }
