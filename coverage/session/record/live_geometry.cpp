@@ -21,7 +21,7 @@ namespace ulf::coverage {
 namespace {
 
 // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
-constexpr int kLiveLiveTriangles = 30000;
+constexpr int kLiveTriangles = 30000;
 
 // Where the kernel refuses, the thread stays as it is.
 void SetPolicy(std::thread& thread, int policy) {
@@ -204,7 +204,7 @@ LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for
   render::MapsMeshOptions options = options_.growing.mesh;
   options.in_this_thread = what_for == MeshFor::kNow;
   if (what_for == MeshFor::kNow)
-    options.most_triangles = std::min(options.most_triangles, kLiveLiveTriangles);
+    options.most_triangles = std::min(options.most_triangles, kLiveTriangles);
   const std::vector<render::ViewDepth> maps = world.growing.Maps();
   Meshed meshed{nullptr, world.growing.MapPoses()};
   render::MapsMesh made = render::MeshOfMaps(maps, *world.subject, options);
