@@ -20,6 +20,8 @@ namespace {
 // How long a message of the capture stays on the screen, and the failed checks after a first view that came
 // at once; less is too short to read.
 constexpr double kDisplayToRead_s = 10;
+// A key takes back only a view marked for so long: nobody can mean one that was marked just now.
+constexpr double kDisplayToSee_s = 0.5;
 constexpr std::size_t kDisplayLinesAtOnce = 3;  // messages of the capture; older ones disappear
 // Of the window's frame, when the subject leaves the safety rectangle.
 constexpr double kDisplayFlash_s = 0.4;
@@ -152,7 +154,7 @@ bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
   const auto* key = std::get_if<render::KeyPressed>(&event);
   if (!key || (key->key != render::Key::kDelete && key->key != render::Key::kBackspace)) return false;
   if (!marked_view_) return true;
-  if (now_s_ - marked_at_s_ < options_.to_see_s) {
+  if (now_s_ - marked_at_s_ < kDisplayToSee_s) {
     Say(fmt::format("view {} was marked only just now: press again to take it back", *marked_view_));
   } else {
     pending_.TakeBack(*std::exchange(marked_view_, std::nullopt));

@@ -101,7 +101,7 @@ struct CaptureState {
   std::vector<PreflightItem> preflight;
   std::vector<NoticedMistake> mistakes;  // so far
   double seconds = 0;                    // by the device's clock, since the first frame
-  // The last lines that the capture reported (CaptureOptions::lines_shown), of `times_said` in all.
+  // The last lines that the capture reported, of `times_said` in all.
   std::vector<std::string> said;
   std::uint64_t times_said = 0;
   std::uint64_t requests_answered = 0;

@@ -154,8 +154,9 @@ void RunningCapture::UpdateCapWatch(const tracking::Track& track, const Decision
 }
 
 void RunningCapture::Say(const std::string& text) {
+  constexpr std::size_t kLinesShown = 3;  // as many as a person can read at once
   said_.push_back(text);
-  if (said_.size() > options_.lines_shown) said_.erase(said_.begin());
+  if (said_.size() > kLinesShown) said_.erase(said_.begin());
   ++times_said_;
   if (hooks_.say) hooks_.say(text);
 }

@@ -62,7 +62,6 @@ struct CaptureOptions {
   double max_seconds = 0;                 // of the device's time; 0: no limit
   std::size_t spool_views = kSpoolViews;  // that may wait for the disk; more and recording pauses
   int frames_between_pose_updates = 60;
-  std::size_t lines_shown = 3;  // of the session's messages: as many as a person can read at once
 };
 
 }  // namespace ulf::coverage

@@ -203,8 +203,7 @@ LiveGeometry::Change LiveGeometry::Prepare(const PendingChange& coming, render::
 LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for) const {
   render::MapsMeshOptions options = options_.growing.mesh;
   options.in_this_thread = what_for == MeshFor::kNow;
-  if (what_for == MeshFor::kNow)
-    options.most_triangles = std::min(options.most_triangles, kLiveTriangles);
+  if (what_for == MeshFor::kNow) options.most_triangles = std::min(options.most_triangles, kLiveTriangles);
   const std::vector<render::ViewDepth> maps = world.growing.Maps();
   Meshed meshed{nullptr, world.growing.MapPoses()};
   render::MapsMesh made = render::MeshOfMaps(maps, *world.subject, options);
@@ -221,7 +220,7 @@ LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for
 
 bool LiveGeometry::WaitsForMesh() const {
   return poses_of_mesh_ && world_.growing.maps() >= options_.first_mesh_maps &&
-         world_.growing.HaveMovedSince(*poses_of_mesh_, options_.moved_px);
+         world_.growing.HaveMovedSince(*poses_of_mesh_, kMoved_px);
 }
 
 bool LiveGeometry::IsMeshDue() const {

@@ -20,10 +20,6 @@
 namespace ulf::coverage {
 namespace {
 
-// A lens that moves nothing by more, in pixels of geometry's pictures, leaves these as they are. Guessed: as
-// LiveGeometry::Options::moved_px.
-constexpr double kSamePicturesPx = 0.5;
-
 ErrorMeter::Options MeterOptions(const CaptureOptions& options) {
   ErrorMeter::Options meter;
   // What only is shown may cost less than what decides. Guessed.
@@ -147,7 +143,7 @@ void MeasuredGeometry::Removed(const RecordedViews::Entry& view) {
 
 void MeasuredGeometry::Moved(const RecordedViews& views) {
   if (!(geometry_lens_ == lens_.recorded()) &&
-      LargestShiftPx(geometry_lens_, lens_.recorded(), kSmallSide) > kSamePicturesPx)
+      LargestShiftPx(geometry_lens_, lens_.recorded(), kSmallSide) > LiveGeometry::kMoved_px)
     return StartAgain(views);
   const std::map<int, Rigid3> poses = views.Poses();
   if (geometry_) geometry_->MoveViews(poses);
