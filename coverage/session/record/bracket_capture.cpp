@@ -92,7 +92,7 @@ void BracketCapture::Begin(int view_id, const Frame& frame, const tracking::Trac
   if (frame.kind == FrameKind::kLive) {
     exposure_s_ = frame.exposure_s;
     gain_ = frame.gain;
-    last_ = Posed{frame.device_time_s, *track.cam_from_world};
+    last_ = TimedPose{frame.device_time_s, *track.cam_from_world};
   }
   RequestExposures();
 }
@@ -121,7 +121,7 @@ void BracketCapture::Record(int view_id, const Frame& frame, const Rigid3& expos
 }
 
 // Between the last frame with a pose and this one; the hand moves evenly in so short a time.
-void BracketCapture::PlaceWaiting(const Posed& after) {
+void BracketCapture::PlaceWaiting(const TimedPose& after) {
   for (const Waiting& each : std::exchange(waiting_, {})) {
     const double span_s = last_ ? after.time_s - last_->time_s : 0;
     const double share =
@@ -147,9 +147,9 @@ void BracketCapture::EndIfOver(double now_s, double patience_s) {
 }
 
 bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
-  std::optional<Posed> here;
+  std::optional<TimedPose> here;
   if (track.state == tracking::TrackState::kTracking)
-    if (const auto now = poses_.PoseNow(track)) here = Posed{frame.device_time_s, *now};
+    if (const auto now = poses_.PoseNow(track)) here = TimedPose{frame.device_time_s, *now};
   if (here) PlaceWaiting(*here);
   if (!running_) {
     if (here) last_ = here;

@@ -18,6 +18,7 @@
 
 #include "acquisition/device/device.h"
 #include "core/frames/frame.h"
+#include "core/geometry/trajectory.h"
 #include "coverage/session/record/view_spool.h"
 #include "tracking/tracker/pose_source.h"
 
@@ -80,13 +81,9 @@ class BracketCapture {
     Rigid3 view_from_world;
     Frame frame;
   };
-  struct Posed {
-    double time_s = 0;
-    Rigid3 cam_from_world;
-  };
   void RequestExposures();
   void Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between);
-  void PlaceWaiting(const Posed& after);
+  void PlaceWaiting(const TimedPose& after);
   void EndIfOver(double now_s, double patience_s);
   bool HasViewsExposure(const Frame& frame) const;
 
@@ -99,7 +96,7 @@ class BracketCapture {
   std::optional<Running> running_;
   double exposure_s_ = 0, gain_ = 1;  // of the views
   std::optional<double> ended_s_;     // the last bracket
-  std::optional<Posed> last_;
+  std::optional<TimedPose> last_;
   std::vector<Waiting> waiting_;
   BracketCounts counts_;
 };
