@@ -48,7 +48,7 @@ std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>&
     if ((point.img - middle).norm() < kReach * camera.height && point.depth > 0)
       depths.push_back(point.depth);
   if (depths.size() < kFewest) return std::nullopt;
-  std::sort(depths.begin(), depths.end());
+  std::ranges::sort(depths);
   const std::size_t from = depths.size() / 4, to = depths.size() - from;
   double sum = 0;
   for (std::size_t i = from; i < to; ++i) sum += depths[i];

@@ -166,8 +166,8 @@ void AddLink(const std::vector<acquisition::LinkFact>& facts, std::vector<Prefli
                        .words = fmt::format("{}: {}", fact.value, fact.advice),
                        .holds_start = false});
   if (items.size() > before) return;
-  const auto rate = std::find_if(facts.begin(), facts.end(),
-                                 [](const auto& fact) { return fact.name == acquisition::kRateFact; });
+  const auto rate =
+      std::ranges::find_if(facts, [](const auto& fact) { return fact.name == acquisition::kRateFact; });
   items.push_back({"link", true, rate == facts.end() ? facts.front().value : rate->value});
 }
 

@@ -368,7 +368,7 @@ std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
     if (cosine < kMapperSeedMinCosine) continue;
     ranked.emplace_back((other.cam_from_world.OriginInSource() - pose.OriginInSource()).norm(), other.id);
   }
-  std::sort(ranked.begin(), ranked.end());
+  std::ranges::sort(ranked);
   std::vector<int> chosen;
   for (const auto& [distance, keyframe] : ranked)
     if (static_cast<int>(chosen.size()) < most) chosen.push_back(keyframe);
@@ -406,7 +406,7 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
     }
   std::vector<std::pair<int, int>> ranked;
   for (const auto& [keyframe, count] : shares) ranked.emplace_back(-count, keyframe);
-  std::sort(ranked.begin(), ranked.end());
+  std::ranges::sort(ranked);
   std::vector<int> held;
   for (const auto& [count, keyframe] : ranked)
     if (static_cast<int>(held.size()) < kMapperHeldKeyframes) held.push_back(keyframe);

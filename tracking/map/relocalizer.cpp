@@ -1,6 +1,7 @@
 #include "tracking/map/relocalizer.h"
 
 #include <algorithm>
+#include <functional>
 #include <random>
 #include <utility>
 
@@ -94,8 +95,7 @@ std::vector<KeyframeIndex::Ranked> KeyframeIndex::Query(const FeatureSet& featur
   std::vector<Ranked> ranked;
   for (int k = 0; k < count; ++k)
     if (votes[At(k)] > 0) ranked.push_back({k, votes[At(k)]});
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const Ranked& a, const Ranked& b) { return a.votes > b.votes; });
+  std::ranges::stable_sort(ranked, std::greater{}, &Ranked::votes);
   if (static_cast<int>(ranked.size()) > most) ranked.resize(At(most));
   return ranked;
 }

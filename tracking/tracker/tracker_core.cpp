@@ -224,8 +224,7 @@ bool TrackerCore::Accept(double time_s, const FramePose& frame_pose, int joins, 
   }
   spdlog::debug("frame {}: {} of {:.0f} points, {} candidates, {} aligned, {:.1f} px", frame,
                 frame_pose.matches.size(), frame_pose.expected, frame_pose.candidates.size(),
-                std::count_if(frame_pose.matches.begin(), frame_pose.matches.end(),
-                              [](const PointMatch& m) { return m.aligned; }),
+                std::ranges::count_if(frame_pose.matches, [](const PointMatch& m) { return m.aligned; }),
                 Median(motion_px));
   frame_before.reset();
   if (now.between) frame_before = {last.time_s, last.anchor};
