@@ -184,7 +184,9 @@ TEST(OperatorDisplay, OnlyDiscsAreColouredByDistance) {
     const Vector2d at = stage.OnScreen(*stage.capture.camera().ImgFromCam(
                             pose * Eigen::Vector3d(subject.center_in_world + subject.radius * toward))) +
                         Vector2d(9, 9);
-    ExpectPainted(picture, at, DistanceColors(*first->coverage, present, Palette::Standard()).OfDistance(1),
+    ExpectPainted(picture, at,
+                  Palette::Standard().OfNearer(
+                      DistanceColors(*first->coverage, present, Palette::Standard()).Nearer(1.0)),
                   fmt::format("at {}", present));
   }
   // Far from the only view the sphere is dark, not coloured.
