@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "core/image/files/picture_file.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/bound/guidance.h"
 #include "coverage/session/capture_session.h"
 #include "coverage/session/prepared_capture.h"

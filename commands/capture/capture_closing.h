@@ -10,8 +10,8 @@
 #include "commands/options/tracking_options.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/folder/opened_folder.h"
-#include "coverage/session/capture_options.h"
 #include "coverage/session/capture_summary.h"
+#include "coverage/session/record/capture_options.h"
 
 namespace ulf::commands {
 

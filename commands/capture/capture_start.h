@@ -8,8 +8,8 @@
 #include <string>
 
 #include "acquisition/calibration/intrinsics.h"
-#include "coverage/session/capture_options.h"
 #include "coverage/session/prepared_capture.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker_options.h"

@@ -7,7 +7,9 @@
 namespace ulf::coverage {
 namespace {
 
-// Guessed.
+// Guessed; docs/capture.md#guidance has the results with simulated people.
+constexpr double kPaceLeast_s = 8;        // shortest time of work to measure over,
+constexpr double kPaceLeastViews = 4;     // and smallest area, in views
 constexpr double kPaceRest_s = 5;         // a longer time without a sign of work is a pause
 constexpr double kPaceOver_s = 60;        // of work, over which the pace is measured,
 constexpr double kPaceNothingFor_s = 20;  // of work that paints less than a view: the pace is unknown
@@ -41,7 +43,7 @@ std::optional<double> CapturePace::SecondsFor(double open_sr, double sr_per_view
   if (before_.empty()) return std::nullopt;
   const double seconds = now_.work_s - before_.front().work_s;
   const double painted_sr = now_.painted_sr - before_.front().painted_sr;
-  if (seconds < options_.least_s || painted_sr < options_.least_views * sr_per_view) return std::nullopt;
+  if (seconds < kPaceLeast_s || painted_sr < kPaceLeastViews * sr_per_view) return std::nullopt;
   const auto lately = std::ranges::find_if(
       before_, [&](const Worked& worked) { return worked.work_s >= now_.work_s - kPaceNothingFor_s; });
   const bool for_long = lately != before_.begin();

@@ -14,11 +14,6 @@ namespace ulf::coverage {
 
 class CapturePace {
  public:
-  // Guessed; docs/capture.md#guidance has the results with simulated people.
-  struct Options {
-    double least_s = 8;      // the pace is unknown after less work than this,
-    double least_views = 4;  // or less covered area, in areas of a view
-  };
   // Call it after every frame with the device's time, the covered area, the number of recorded views, and the
   // camera's direction from the subject, unit length (none: unknown). `disc_radius`: angle around its
   // direction that a view covers, radians.
@@ -32,7 +27,6 @@ class CapturePace {
   struct Worked {
     double work_s = 0, painted_sr = 0;  // so far; the area is what new views covered
   };
-  Options options_;
   double known_sr_ = 0;
   std::size_t known_views_ = 0;
   bool begun_ = false;

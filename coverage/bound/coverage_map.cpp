@@ -105,7 +105,7 @@ CoveringView SubjectViews::Best(const CriterionView& candidate) const {
   const Vector3d direction = (candidate.center_in_world - subject_.center_in_world).normalized();
   double min_squared_cosine = 0;
   const auto consider = [&](std::size_t i) {
-    const double bound = BoundPx(views_[i], candidate, subject_, {.give_up_px = best.bound_px});
+    const double bound = BoundPx(views_[i], candidate, subject_, best.bound_px);
     if (bound >= best.bound_px) return;
     best = {bound, static_cast<int>(i)};
     const double sine = std::min(1.0, MaxCoveringSine(candidate, subject_, bound));
@@ -133,7 +133,7 @@ bool SubjectViews::Covers(const CriterionView& candidate, double threshold_px) c
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const double cosine = direction.dot(directions_[i]);
     if (cosine * cosine < min_squared_cosine) continue;
-    if (BoundPx(views_[i], candidate, subject_, {.give_up_px = give_up_px}) <= threshold_px) return true;
+    if (BoundPx(views_[i], candidate, subject_, give_up_px) <= threshold_px) return true;
   }
   return false;
 }
@@ -288,7 +288,7 @@ void CoverageMap::PaintRow(const Row& row, int view_index, double azimuth, doubl
       if (cell_direction.dot(direction) < min_cosine) continue;
       const double limit =
           std::min<double>(cell.bound_px, options_.threshold_px * options_.most_threshold_factor + 1e-9);
-      const double bound = BoundPx(view, Hypothetical(cell_direction), subject_, {.give_up_px = limit});
+      const double bound = BoundPx(view, Hypothetical(cell_direction), subject_, limit);
       if (bound >= limit) continue;
       const bool was_painted = cell.IsPainted();
       cell.bound_px = static_cast<float>(bound);

@@ -38,13 +38,13 @@ bool NeedsOtherPlanes(const CriterionView& recorded, const CriterionView& candid
 }
 
 double WorstOfOtherPlanes(const CriterionView& recorded, const CriterionView& candidate,
-                          const Subject& subject, const Vector3d& across, const CriterionOptions& options) {
+                          const Subject& subject, const Vector3d& across, double give_up_px) {
   constexpr int kPlanes = 6;
   const Vector3d line = (candidate.center_in_world - recorded.center_in_world).normalized();
   const Vector3d to_s = recorded.center_in_world - subject.center_in_world;
   const Vector3d first_normal = to_s.cross(across).normalized();
   double worst = 0;
-  for (int i = 1; i < kPlanes && worst < options.give_up_px; ++i) {
+  for (int i = 1; i < kPlanes && worst < give_up_px; ++i) {
     const double turn = M_PI * i / kPlanes;
     const Vector3d normal = std::cos(turn) * first_normal + std::sin(turn) * line.cross(first_normal);
     const double height = normal.dot(to_s);
@@ -52,8 +52,8 @@ double WorstOfOtherPlanes(const CriterionView& recorded, const CriterionView& ca
     if (squared <= 0) continue;
     const Subject cut{subject.center_in_world + height * normal, std::sqrt(squared)};
     const Vector3d cut_across = normal.cross(recorded.center_in_world - cut.center_in_world).normalized();
-    const EpipolarPlane plane(recorded, candidate, cut, cut_across, options.near_limit);
-    if (plane.usable()) worst = std::max(worst, plane.Scanned(options.give_up_px));
+    const EpipolarPlane plane(recorded, candidate, cut, cut_across);
+    if (plane.usable()) worst = std::max(worst, plane.Scanned(give_up_px));
   }
   return worst;
 }
@@ -81,13 +81,13 @@ double Crossing(const Function& value, double inside, double outside, double thr
 }  // namespace
 
 double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
-               const CriterionOptions& options) {
+               double give_up_px) {
   const Vector3d across = AcrossAxis(recorded, candidate, subject);
-  const EpipolarPlane plane(recorded, candidate, subject, across, options.near_limit);
+  const EpipolarPlane plane(recorded, candidate, subject, across);
   if (!plane.usable()) return kInfinity;
-  const double bound = WorstPixelError(plane, options.give_up_px);
-  if (bound >= options.give_up_px || !NeedsOtherPlanes(recorded, candidate, subject)) return bound;
-  return std::max(bound, WorstOfOtherPlanes(recorded, candidate, subject, across, options));
+  const double bound = WorstPixelError(plane, give_up_px);
+  if (bound >= give_up_px || !NeedsOtherPlanes(recorded, candidate, subject)) return bound;
+  return std::max(bound, WorstOfOtherPlanes(recorded, candidate, subject, across, give_up_px));
 }
 
 // The central ray alone spreads over 2 f (r/d) sin(angle) / (1 - (r/d)² cos²(angle)) in an aimed candidate

@@ -31,16 +31,10 @@
 
 namespace ulf::coverage {
 
-struct CriterionOptions {
-  // Nothing nearer to a lens is in focus, which bounds a camera inside the sphere; 0: not known.
-  double near_limit = 0;
-  // The search ends as soon as the bound reaches this, and returns the value found.
-  double give_up_px = std::numeric_limits<double>::infinity();
-};
-
-// Returns the bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all.
+// Returns the bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all. The search
+// ends as soon as the bound reaches `give_up_px`, and returns the value found.
 double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
-               const CriterionOptions& options = {});
+               double give_up_px = std::numeric_limits<double>::infinity());
 
 // Returns the sine of the largest angle, seen from the centre, at which a camera can cover the candidate;
 // above 1: any angle.

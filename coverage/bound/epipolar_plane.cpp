@@ -39,14 +39,14 @@ Vector3d AcrossAxis(const CriterionView& recorded, const CriterionView& candidat
 }
 
 EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate,
-                             const Subject& subject, const Vector3d& across, double near_limit)
-    : radius_(subject.radius), near_limit_(near_limit) {
+                             const Subject& subject, const Vector3d& across)
+    : radius_(subject.radius) {
   const Vector3d to_s = recorded.center_in_world - subject.center_in_world;
   const Vector3d to_n = candidate.center_in_world - subject.center_in_world;
   recorded_distance_ = to_s.norm();
   candidate_distance_ = to_n.norm();
   if (!(recorded_distance_ > 0) || !(candidate_distance_ > 0)) return;
-  if (candidate_distance_ <= radius_ && near_limit_ <= 0) return;
+  if (candidate_distance_ <= radius_) return;
 
   const Vector3d p = to_s / recorded_distance_;
   const Vector3d q = to_n.dot(across) < 0 ? Vector3d(-across) : across;
@@ -91,7 +91,6 @@ void EpipolarPlane::BoundPixelsByFrame(const CriterionView& recorded, const Vect
 
 // Where n's tangent rays touch the sphere: the only points of the arcs at which the region's image can end.
 void EpipolarPlane::FindSilhouette() {
-  if (candidate_distance_ <= radius_) return;
   const double ratio = radius_ / candidate_distance_;
   const double side = std::sqrt((1 - ratio) * (1 + ratio));
   for (const int sign : {-1, 1}) {
@@ -99,7 +98,7 @@ void EpipolarPlane::FindSilhouette() {
     const double q = radius_ * (sin_ * ratio + sign * cos_ * side);
     const double along = recorded_distance_ - p;
     const double slope_in_n = sign * ratio / side;
-    if (s_->Depth(along, q) <= std::max(near_limit_, 0.0) || n_->Depth(1, slope_in_n) <= 0) continue;
+    if (s_->Depth(along, q) <= 0 || n_->Depth(1, slope_in_n) <= 0) continue;
     SilhouettePoint& point = silhouette_[sign > 0 ? 1 : 0];
     point.pixel_in_s = s_->ImgFromSlope(q / along);
     point.img_in_n = n_->ImgFromSlope(slope_in_n);
@@ -112,26 +111,18 @@ void EpipolarPlane::IncludeRay(double slope, Extent* extent) const {
   const double d = recorded_distance_;
   const double stretch = 1 + slope * slope;
   const double half = std::sqrt(std::max(0.0, radius_ * radius_ * stretch - d * d * slope * slope));
-  const double first_along = std::max(
-      (d - half) / stretch, std::max(near_limit_, 0.0) / (s_->axis_depth + slope * s_->across_depth));
+  const double first_along = std::max((d - half) / stretch, 0.0);
   const double last_along = std::max((d + half) / stretch, first_along);
 
   const auto in_n = [&](double along) {
     const double p = d - along, q = along * slope;
     return std::array<double, 2>{candidate_distance_ - p * cos_ - q * sin_, q * cos_ - p * sin_};
   };
-  auto first = in_n(first_along), last = in_n(last_along);
-  double first_depth = n_->Depth(first[0], first[1]), last_depth = n_->Depth(last[0], last[1]);
-  if (std::min(first_depth, last_depth) <= near_limit_) {
-    if (near_limit_ <= 0) {
-      extent->broken = true;
-      return;
-    }
-    if (std::max(first_depth, last_depth) <= near_limit_) return;  // all of it too near to be seen
-    const double share = (near_limit_ - first_depth) / (last_depth - first_depth);
-    auto& cut = first_depth < last_depth ? first : last;
-    cut = {first[0] + share * (last[0] - first[0]), first[1] + share * (last[1] - first[1])};
-    (first_depth < last_depth ? first_depth : last_depth) = near_limit_;
+  const auto first = in_n(first_along), last = in_n(last_along);
+  const double first_depth = n_->Depth(first[0], first[1]), last_depth = n_->Depth(last[0], last[1]);
+  if (std::min(first_depth, last_depth) <= 0) {
+    extent->broken = true;
+    return;
   }
   extent->Include(n_->scale * first[1] / first_depth);
   extent->Include(n_->scale * last[1] / last_depth);

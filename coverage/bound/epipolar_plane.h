@@ -29,7 +29,7 @@ class EpipolarPlane {
   // `subject`: the sphere's cut with the plane, its centre in the plane. `across` is perpendicular to the
   // direction from that centre to s.
   EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
-                const Eigen::Vector3d& across, double near_limit);
+                const Eigen::Vector3d& across);
 
   // Returns false where the bound is infinite whatever the pixel.
   bool usable() const { return usable_; }
@@ -72,7 +72,7 @@ class EpipolarPlane {
   void IncludeRay(double slope, Extent* extent) const;
   double Top(double low, double high) const;
 
-  double radius_, near_limit_;
+  double radius_;
   double recorded_distance_ = 0, candidate_distance_ = 0;
   double cos_ = 1, sin_ = 0;  // of the angle between the views
   std::optional<PlaneCamera> s_, n_;

@@ -10,7 +10,11 @@
 namespace ulf::coverage {
 namespace {
 
+// Tuned together with simulated people (seeds 1 to 5); docs/capture.md#guidance has the results with other
+// seeds.
 // Lengths, in radii of the disc that one view covers.
+constexpr double kGuideNear = 0.6;   // nearer to a place it is the same place: skipped, waited for
+constexpr double kGuideStrip = 0.8;  // a movement covers so much on both sides of its path
 // From a new row's middle to what is painted beside it; more than 0.8 leaves gaps even without any wobble,
 // less takes more rows.
 constexpr double kGuidePathFromEdge = 0.75;
@@ -34,6 +38,8 @@ constexpr double kGuideStripAhead = 6;     // up to so far ahead
 constexpr double kGuideRowSpeed = 0.5;    // sets the row's direction
 constexpr double kGuideStripSpeed = 1.0;  // tells what it leaves open
 // Shares of a disc that a view would newly cover.
+constexpr double kGuideFilled = 0.02;       // a goal with no more than this is done
+constexpr double kGuideProgress = 0.05;     // newly painted: the hand gets on
 constexpr double kGuideWorthARow = 0.3;     // a place where less is open does not keep a row going
 constexpr double kGuideWorthTheWay = 0.03;  // and is not gone to for itself
 // Seconds.
@@ -137,7 +143,7 @@ double Guide::Path(const OpenDirections::Run& run, double level) const {
 
 bool Guide::IsSkipped(const Place& place) const {
   const Vector3d direction = DirectionOf(place);
-  const double cosine = std::cos(options_.near * open_.disc_radius());
+  const double cosine = std::cos(kGuideNear * open_.disc_radius());
   return std::ranges::any_of(
       skipped_, [&](const Skipped& skipped) { return skipped.direction.dot(direction) > cosine; });
 }
@@ -147,7 +153,7 @@ std::optional<Guide::Place> Guide::Next(const Place& hand, double time_s) {
   if (goal_) {
     const double gain = open_.Gain(goal_->azimuth, goal_->elevation);
     const bool there = Angle(hand, *goal_) < kGuideArrived * open_.disc_radius();
-    if (gain >= options_.filled && !there && !IsSkipped(*goal_)) return goal_;
+    if (gain >= kGuideFilled && !there && !IsSkipped(*goal_)) return goal_;
     level_ = goal_->elevation;
     goal_.reset();
   }
@@ -242,15 +248,14 @@ std::optional<Guide::Place> Guide::BestPlace(const Place& hand) const {
 void Guide::UpdateProgress(const Place& hand, const Place& place, double time_s) {
   const double radius = open_.disc_radius();
   const double away = Angle(hand, place);
-  const bool painted =
-      std::abs(open_.CoveredSr() - progress_sr_) > options_.progress * M_PI * radius * radius;
+  const bool painted = std::abs(open_.CoveredSr() - progress_sr_) > kGuideProgress * M_PI * radius * radius;
   if (painted || Angle(hand, progress_at_) > radius) {
     progress_at_ = hand;
     progress_s_ = time_s;
     progress_sr_ = open_.CoveredSr();
     return;
   }
-  const double patience_s = away < options_.near * radius ? kGuidePatienceThere_s : kGuidePatienceOnTheWay_s;
+  const double patience_s = away < kGuideNear * radius ? kGuidePatienceThere_s : kGuidePatienceOnTheWay_s;
   if (time_s - progress_s_ < patience_s) return;
   skipped_.push_back({DirectionOf(place), time_s + kGuideSkip_s});
   goal_.reset();
@@ -295,7 +300,7 @@ std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
     const auto column = open_.Wrapped(here + heading * step);
     if (!column) break;
     const double level = hand.elevation + slope * step * open_.column_width() * cosine;
-    const double low = level - options_.strip * radius, high = level + options_.strip * radius;
+    const double low = level - kGuideStrip * radius, high = level + kGuideStrip * radius;
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
       if (run.high < low || run.low > high) continue;
       const auto mark = [&](double from, double to) {

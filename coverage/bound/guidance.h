@@ -44,14 +44,6 @@ struct Guidance {
 
 class Guide {
  public:
-  // Tuned together with simulated people (seeds 1 to 5); docs/capture.md#guidance has the results with other
-  // seeds.
-  struct Options {
-    double near = 0.6;       // nearer to a place it is the same place: skipped, waited for
-    double strip = 0.8;      // a movement covers so much on both sides of its path,
-    double filled = 0.02;    // a goal with no more than this is done
-    double progress = 0.05;  // of a disc newly painted: the hand gets on
-  };
   // `enough`: the share of the cap at which the capture ends.
   explicit Guide(double enough) : enough_(enough) {}
   Guide() = default;
@@ -89,7 +81,6 @@ class Guide {
   void EstimateRest(const CoverageMap& map, Guidance& guidance) const;
 
   double enough_ = 1;
-  Options options_;
   std::optional<Subject> subject_;
   OpenDirections open_;
   std::deque<Seen> seen_;        // recent directions, for the hand's speed

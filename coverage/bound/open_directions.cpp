@@ -6,7 +6,10 @@
 namespace ulf::coverage {
 namespace {
 
-// Guessed.
+// The cost of a call was measured (docs/capture.md#guidance), the values are guessed.
+// Disc radii: around a new view, where a disc that other views' distances enlarge still fits; around the
+// recorded views of a grid without a cap.
+constexpr double kOpenReach = 1.2, kOpenMargin = 3;
 constexpr double kOpenCellWidth = 0.5, kOpenCellHeight = 0.25;  // finer finds narrower strips and costs more
 constexpr double kOpenMostCells = 2e5;                          // the grid gets coarser beyond
 // Cells that one call reads besides those around new views: all of them in so many calls, within these
@@ -55,7 +58,7 @@ bool OpenDirections::GrowGrid(const CoverageMap& map) {
     bottom_ = -cap_->height / 2, height_ = cap_->height;
     return false;
   }
-  const double margin = options_.margin * disc_radius_;
+  const double margin = kOpenMargin * disc_radius_;
   double left = left_, right = left_ + width_, bottom = bottom_, top = bottom_ + height_;
   if (width_ > 0 && open_sr_ < (1 - kOpenNearlyFull) * total_sr_)
     left -= margin, right += margin, bottom -= margin, top += margin;
@@ -110,7 +113,7 @@ void OpenDirections::UpdateAround(const CoverageMap& map, const CriterionView& v
   const Vector3d offset = view.center_in_world - subject_.center_in_world;
   if (!(offset.norm() > 0)) return;
   const CapFrame::Angles at = frame_->Of(offset.normalized());
-  const double reach = options_.reach * disc_radius_;
+  const double reach = kOpenReach * disc_radius_;
   const double wide = reach / std::max(kLeastCosine, std::cos(at.elevation));
   const int columns = std::min(columns_ / 2, static_cast<int>(wide / column_width())) + 1;
   const int middle = ColumnOf(at.azimuth);

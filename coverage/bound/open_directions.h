@@ -10,7 +10,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -21,13 +20,6 @@ namespace ulf::coverage {
 
 class OpenDirections {
  public:
-  // Lengths in disc radii. The cost of a call was measured (docs/capture.md#guidance), the values are
-  // guessed.
-  struct Options {
-    double reach = 1.2;  // around a new view; a disc that other views' distances enlarge still fits
-    // Used without a cap.
-    double margin = 3;  // around the recorded views
-  };
   struct Run {
     double low, high;  // elevation
   };
@@ -61,7 +53,6 @@ class OpenDirections {
   int RowOf(double elevation) const;
   double CellSr(int row) const;
 
-  Options options_;
   Subject subject_;
   std::optional<CapFrame> frame_;
   std::optional<Cap> cap_;

@@ -1,7 +1,6 @@
 #include "coverage/bound/subject_light.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/quantile.h"
 

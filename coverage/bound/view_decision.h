@@ -13,7 +13,7 @@
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/subject_light.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 

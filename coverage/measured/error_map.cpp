@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/base/quantile.h"
 
 namespace ulf::coverage {
 namespace {
 
+constexpr double kErrorMapPart = Radians(1.5);  // side of a part of the sphere, less than a disc of the bound
+constexpr double kErrorMapReach =
+    Radians(3);  // a measurement speaks for directions nearer than that. Guessed
 constexpr double kErrorMapLeastAngle = Radians(0.5);  // nearer to a view the error no longer falls. Guessed.
 
 }  // namespace
@@ -20,8 +22,8 @@ bool MeasuredFrame::IsOfTheLightField() const {
          cause != render::ErrorCause::kFocus && cause != render::ErrorCause::kMoved;
 }
 
-ErrorMap::Key ErrorMap::KeyOf(const Vector3d& direction) const {
-  const Vector3d at = direction / options_.part;
+ErrorMap::Key ErrorMap::KeyOf(const Vector3d& direction) {
+  const Vector3d at = direction / kErrorMapPart;
   return {static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())),
           static_cast<int>(std::lround(at.z()))};
 }
@@ -48,9 +50,9 @@ double ErrorMap::Part::DbNow() const {
 
 const ErrorMap::Part* ErrorMap::At(const Vector3d& direction) const {
   const Part* nearest = nullptr;
-  double nearest_angle = options_.reach;
+  double nearest_angle = kErrorMapReach;
   const Key middle = KeyOf(direction);
-  const int reach = static_cast<int>(std::ceil(options_.reach / options_.part));
+  const int reach = static_cast<int>(std::ceil(kErrorMapReach / kErrorMapPart));
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y)
       for (int z = -reach; z <= reach; ++z) {
@@ -70,7 +72,7 @@ std::vector<const ErrorMap::Part*> ErrorMap::Parts() const {
   return parts;
 }
 
-const char* QualityInWords(double db) { return db >= kGoodDb ? "good" : db >= kFairDb ? "fair" : "poor"; }
+const char* QualityInWords(double db) { return db >= 31 ? "good" : db >= 25 ? "fair" : "poor"; }
 
 ErrorSummary Summarize(const ErrorMap& map, double goal_db) {
   ErrorSummary summary;

@@ -40,14 +40,6 @@ inline constexpr double kDbPerHalving = 2;
 
 class ErrorMap {
  public:
-  struct Options {
-    double part =
-        Radians(1.5);  // side of a part of the sphere, about. Guessed: less than a disc of the bound.
-    double reach = Radians(3);  // a measurement speaks for directions nearer than that. Guessed.
-  };
-  ErrorMap() : ErrorMap(Options{}) {}
-  explicit ErrorMap(const Options& options) : options_(options) {}
-
   void Add(const MeasuredFrame& frame);
   // Notes a recorded view in this direction: around it, errors fall with the distance to the nearest view.
   void AddView(const Eigen::Vector3d& direction);
@@ -65,10 +57,9 @@ class ErrorMap {
   std::vector<const Part*> Parts() const;
 
   using Key = std::array<int, 3>;  // of a part
-  Key KeyOf(const Eigen::Vector3d& direction) const;
+  static Key KeyOf(const Eigen::Vector3d& direction);
 
  private:
-  Options options_;
   std::map<Key, Part> parts_;
 };
 
@@ -85,7 +76,6 @@ ErrorSummary Summarize(const ErrorMap& map, double goal_db);
 // Returns "good", "fair" or "poor" for a peak signal-to-noise ratio, by the usual correspondence with mean
 // opinion scores of ITU-R BT.500 (Klaue, Rathke, Wolisz: EvalVid, 2003): "good" from 31 dB, "fair" from 25
 // dB; its "excellent" counts as good, its "bad" as poor.
-inline constexpr double kGoodDb = 31, kFairDb = 25;
 const char* QualityInWords(double db);
 
 // Converts to the form kept with the light field: measurable directions, each with Part::DbNow() and the

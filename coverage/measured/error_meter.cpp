@@ -1,7 +1,6 @@
 #include "coverage/measured/error_meter.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -50,7 +49,7 @@ void ErrorMeter::SetGeometry(const Subject& subject, std::shared_ptr<const rende
 }
 
 void ErrorMeter::StartAgain() {
-  predictor_ = render::FramePredictor(options_.predictor);
+  predictor_ = render::FramePredictor();
   kept_.clear();
   stale_.clear();
 }
@@ -76,7 +75,7 @@ void ErrorMeter::MarkStale(const Rigid3& cam_from_world) {
   const Eigen::Vector3d& center = predictor_.subject().center_in_world;
   const Eigen::Vector3d direction = cam_from_world.OriginInSource() - center;
   for (const auto& [key, frame] : kept_)
-    if (AngleBetween(direction, frame.small.center_in_world - center) < options_.view_reach &&
+    if (AngleBetween(direction, frame.small.center_in_world - center) < kViewReach &&
         std::ranges::find(stale_, key) == stale_.end())
       stale_.push_back(key);
 }
@@ -122,7 +121,7 @@ std::optional<MeasuredFrame> ErrorMeter::MeasureAgain() {
 
 void ErrorMeter::Keep(const MeasuredFrame& measured, const render::StereoView& small,
                       std::optional<double> center_sigma) {
-  const ErrorMap::Key key = parts_.KeyOf(measured.direction);
+  const ErrorMap::Key key = ErrorMap::KeyOf(measured.direction);
   Kept kept{small, center_sigma, measured.time_s, ++kept_so_far_};
   small.grey.convertTo(kept.small.grey, CV_8U);  // a new picture: the old one stays as it is
   kept_.insert_or_assign(key, std::move(kept));
@@ -138,8 +137,8 @@ MeasuredFrame ErrorMeter::MeasureSmall(const render::StereoView& small, std::opt
   measured.nearest_view_angle = predictor_.NearestViewAngle(small.center_in_world);
   measured.time_s = time_s;
   if (const auto predicted = predictor_.Predict(small)) {
-    const render::PredictionError error = render::MeasureError(
-        small, *predicted, predictor_.subject(), {.center_sigma = center_sigma}, options_.error);
+    const render::PredictionError error =
+        render::MeasureError(small, *predicted, predictor_.subject(), {.center_sigma = center_sigma});
     measured.one_sided = predicted->one_sided;
     measured.measurable = error.inside.SeenShare() >= kMeterLeastSeen &&
                           error.on_mesh_share >= kMeterLeastSeen &&

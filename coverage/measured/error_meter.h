@@ -32,20 +32,13 @@ class ErrorMeter {
     // Measures every frame, and one frame again, whatever it costs: for captures whose result must not depend
     // on time.
     bool every_frame = false;
-    // A view that is recorded changes what was measured nearer to it, radians. Guessed.
-    double view_reach = Radians(8);
-    render::FramePredictorOptions predictor = {};
-    render::PredictionErrorOptions error = {};
     double good_db = 33;  // dB; pictures above it need no cause (CauseOf())
-    double least_seen =
-        0.6;  // share of the silhouette that views see: with less, nothing is measured. Guessed.
-    double least_contrast =
-        2.5;  // root mean square, grey values: with less there is nothing to see. Guessed.
   };
+  // A view that is recorded changes what was measured nearer to it, radians. Guessed.
+  static constexpr double kViewReach = Radians(8);
   using ReadPicture = std::function<cv::Mat()>;  // 8-bit sRGB
 
-  explicit ErrorMeter(const Options& options)
-      : options_(options), predictor_(options.predictor), maker_(options.size_px) {}
+  explicit ErrorMeter(const Options& options) : options_(options), maker_(options.size_px) {}
 
   void SetGeometry(const Subject& subject, std::shared_ptr<const render::TriangleMesh> mesh);
   void AddView(int id, const Image& image, const CameraModel& camera, const Rigid3& cam_from_world);
@@ -86,7 +79,6 @@ class ErrorMeter {
             std::optional<double> center_sigma);
 
   Options options_;
-  ErrorMap parts_;  // only for its keys
   std::map<ErrorMap::Key, Kept> kept_;
   std::deque<ErrorMap::Key> stale_;
   std::uint64_t kept_so_far_ = 0;

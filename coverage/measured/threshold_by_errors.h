@@ -20,21 +20,14 @@ namespace ulf::coverage {
 
 class ThresholdByErrors {
  public:
-  // Guessed.
-  struct Options {
-    double least_px = kHighThresholdPx,
-           most_px = 36;  // the threshold goes no further; from the quality "high" to three times "fast"
-    double most_apart = Radians(12);  // between views: geometry needs neighbours
-    // In shares of the radius that the bound lets one view cover: the average distance of frames from the
-    // nearest view, and the least distance at which a frame counts.
-    double usual_apart = 0.6, least_apart = 0.35;
-    double reach = Radians(3.5);  // standard deviation of the weights of frames around a direction
-  };
+  // All guessed. The threshold goes no further than from the quality "high" to three times "fast".
+  static constexpr double kLeast_px = kHighThresholdPx, kMost_px = 36;
+  static constexpr double kMostApart = Radians(12);  // between views: geometry needs neighbours
+  // The average distance of frames from the nearest view, in shares of the radius that the bound lets one
+  // view cover.
+  static constexpr double kUsualApart = 0.6;
   // `disc_radius`: that one view covers by `threshold_px` (CoverageMap::DiscRadius()), radians.
-  ThresholdByErrors(const ErrorMap& errors, const CoverGoal& goal, double threshold_px, double disc_radius)
-      : ThresholdByErrors(errors, goal, threshold_px, disc_radius, Options{}) {}
-  ThresholdByErrors(const ErrorMap& errors, const CoverGoal& goal, double threshold_px, double disc_radius,
-                    const Options& options);
+  ThresholdByErrors(const ErrorMap& errors, const CoverGoal& goal, double threshold_px, double disc_radius);
 
   // CoverageMap's ThresholdFactor. At most 1 where the bound must be met as well (CoverBy::kBoth).
   double operator()(const Eigen::Vector3d& direction) const;
@@ -46,7 +39,6 @@ class ThresholdByErrors {
     double sum_log2 = 0;  // of the factors that they ask for
     int frames = 0;
   };
-  Options options_;
   double least_, most_;  // factors
   std::vector<Region> regions_;
 };

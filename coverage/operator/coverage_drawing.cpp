@@ -68,6 +68,8 @@ void Text(cv::Mat& image, const std::string& text, const Vector2d& at, double si
               cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
 }
 
+cv::Scalar Bgr(const render::Rgba& color) { return {double(color.b), double(color.g), double(color.r)}; }
+
 cv::Vec3f Paint(const render::Rgba& color) {
   return {static_cast<float>(color.b), static_cast<float>(color.g), static_cast<float>(color.r)};
 }
@@ -191,10 +193,24 @@ std::string NumberGaps(cv::Mat& canvas, const Chart& chart, const std::vector<Ca
   return line;
 }
 
-void DrawCapOutline(cv::Mat& canvas, const Chart& chart, const Cap& cap) {
-  const double x = 0.5 * cap.width, y = 0.5 * cap.height;
-  const Vector2d corners[] = {chart.ImgOf(-x, y), chart.ImgOf(x, y), chart.ImgOf(x, -y), chart.ImgOf(-x, -y)};
-  for (int i = 0; i < 4; ++i) Line(canvas, corners[i], corners[(i + 1) % 4], kInk, 2);
+// Draws what lies over the colours: the graticule, the cap's outline and the recorded views.
+void DrawLinesAndViews(cv::Mat& canvas, const Chart& chart, const CoverageMap& map) {
+  DrawGraticule(canvas, chart);
+  if (const auto& cap = map.options().cap) {
+    const double x = 0.5 * cap->width, y = 0.5 * cap->height;
+    const Vector2d corners[] = {chart.ImgOf(-x, y), chart.ImgOf(x, y), chart.ImgOf(x, -y),
+                                chart.ImgOf(-x, -y)};
+    for (int i = 0; i < 4; ++i) Line(canvas, corners[i], corners[(i + 1) % 4], kInk, 2);
+  }
+  for (const CriterionView& view : map.views()) {
+    const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, view.center_in_world));
+    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
+    if (chart.area.contains(cv::Point2d(img.x(), img.y()))) Disc(canvas, img, 2.5, kInk);
+  }
+}
+
+void DrawLegendPatch(cv::Mat& canvas, double x, double y, const cv::Scalar& color) {
+  cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12), color, cv::FILLED);
 }
 
 constexpr int kLegendAt = 58, kLine = 20;  // from the chart's lower edge, and from line to line
@@ -207,9 +223,8 @@ void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
     int baseline = 0;
     x += after_mark + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width + 22;
   };
-  const auto patch = [&](const cv::Vec3f& color, const std::string& text) {
-    cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12),
-                  cv::Scalar(color[0], color[1], color[2]), cv::FILLED);
+  const auto patch = [&](const cv::Scalar& color, const std::string& text) {
+    DrawLegendPatch(canvas, x, y, color);
     words(text, 20);
   };
   const auto disc = [&](double radius, const cv::Scalar& color, const std::string& text) {
@@ -217,9 +232,9 @@ void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
     words(text, 14);
   };
   const Palette& palette = Palette::Standard();
-  patch(Paint(palette.same), "covered from the same distance");
-  patch(Paint(palette.farther), against_current ? "farther than now" : "farther than the median");
-  patch(Paint(palette.nearer), "nearer");
+  patch(Bgr(palette.same), "covered from the same distance");
+  patch(Bgr(palette.farther), against_current ? "farther than now" : "farther than the median");
+  patch(Bgr(palette.nearer), "nearer");
   x = chart.area.x, y += kLine;
   patch(kUncovered, "not covered");
   patch(kOutside, "not asked for");
@@ -228,8 +243,6 @@ void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
 }
 
 // ---- the sphere over the live image
-
-cv::Scalar Bgr(const render::Rgba& color) { return {double(color.b), double(color.g), double(color.r)}; }
 
 // Draws shapes of one opacity on a copy, which is then laid over the image.
 class ShapePainter {
@@ -306,13 +319,7 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
   const double distance =
       camera_in_world ? (*camera_in_world - map.subject().center_in_world).norm() : map.reference_distance();
   PaintChart(canvas, chart, map, OnFineGrid(map), DistanceColors(map, distance, Palette::Standard()));
-  DrawGraticule(canvas, chart);
-  if (map.options().cap) DrawCapOutline(canvas, chart, *map.options().cap);
-  for (const CriterionView& view : map.views()) {
-    const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, view.center_in_world));
-    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
-    if (chart.area.contains(cv::Point2d(img.x(), img.y()))) Disc(canvas, img, 2.5, kInk);
-  }
+  DrawLinesAndViews(canvas, chart, map);
   if (camera_in_world) {
     const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, *camera_in_world));
     Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 6.5, kWhite);
@@ -357,21 +364,14 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
     const CapFrame::Angles at = map.frame()->Of(frame.direction);
     const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
     if (!chart.area.contains(cv::Point2d(img.x(), img.y()))) continue;
-    const cv::Vec3f color = Paint(palette.OfError(part->DbNow() - goal_db));
     cv::Mat inside = canvas(cv::Rect(chart.area));  // discs at the rim are cut off
     Disc(inside, img - Vector2d(chart.area.x, chart.area.y), std::max(3.0, Radians(0.75) * px_per_radian),
-         cv::Scalar(color[0], color[1], color[2]));
+         Bgr(palette.OfError(part->DbNow() - goal_db)));
     const auto covered = map.At(frame.direction);
     if (part->DbNow() < goal_db && covered && covered->index >= 0)
       letters.push_back({img, LetterOf(frame.cause)});
   }
-  DrawGraticule(canvas, chart);
-  if (map.options().cap) DrawCapOutline(canvas, chart, *map.options().cap);
-  for (const CriterionView& view : map.views()) {
-    const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, view.center_in_world));
-    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
-    if (chart.area.contains(cv::Point2d(img.x(), img.y()))) Disc(canvas, img, 2.5, kInk);
-  }
+  DrawLinesAndViews(canvas, chart, map);
   for (const Letter& letter : letters) Text(canvas, letter.text, letter.img + Vector2d(4, 4), 0.35, kInk);
   const std::string caption =
       summary.directions == 0
@@ -386,9 +386,7 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
   double y = chart.area.br().y + kLegendAt, x = chart.area.x;
   constexpr double kStep_db = 3;
   for (double off = -Palette::kErrorReach_db; off <= Palette::kErrorReach_db; off += kStep_db) {
-    const cv::Vec3f color = Paint(palette.OfError(off));
-    cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12),
-                  cv::Scalar(color[0], color[1], color[2]), cv::FILLED);
+    DrawLegendPatch(canvas, x, y, Bgr(palette.OfError(off)));
     Text(canvas, fmt::format("{:g} dB", goal_db + off), {x + 20, y}, 0.42, kInk);
     x += 92;
   }

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <initializer_list>
-#include <type_traits>
 #include <utility>
 
 namespace ulf::coverage {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <span>
 #include <utility>
@@ -21,6 +20,8 @@ namespace {
 // How long a message of the capture stays on the screen, and the failed checks after a first view that came
 // at once; less is too short to read.
 constexpr double kDisplayToRead_s = 10;
+// A key takes back only a view marked for so long: nobody can mean one that was marked just now.
+constexpr double kDisplayToSee_s = 0.5;
 constexpr std::size_t kDisplayLinesAtOnce = 3;  // messages of the capture; older ones disappear
 // Of the window's frame, when the subject leaves the safety rectangle.
 constexpr double kDisplayFlash_s = 0.4;
@@ -153,7 +154,7 @@ bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
   const auto* key = std::get_if<render::KeyPressed>(&event);
   if (!key || (key->key != render::Key::kDelete && key->key != render::Key::kBackspace)) return false;
   if (!marked_view_) return true;
-  if (now_s_ - marked_at_s_ < options_.to_see_s) {
+  if (now_s_ - marked_at_s_ < kDisplayToSee_s) {
     Say(fmt::format("view {} was marked only just now: press again to take it back", *marked_view_));
   } else {
     pending_.TakeBack(*std::exchange(marked_view_, std::nullopt));
@@ -254,7 +255,7 @@ void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) 
   panels.Share(state);
   if (preflight_shown_.value_or(state.view_ids.empty() || now_s_ < preflight_until_s_))
     panels.Preflight(state);
-  if (legend_shown_) layer_ == SphereLayer::kErrors ? panels.ErrorLegend(state) : panels.Legend(state);
+  if (legend_shown_) panels.Legend(state, layer_);
   if (close_look_shown_) panels.CloseLook(state);
   panels.Hint(over_ ? "closed: any key" : state.ended ? "closing the light field" : "? keys");
   if (!state.cam_from_world && !state.ended) panels.TrackingHelp(state);

@@ -27,14 +27,8 @@
 
 namespace ulf::coverage {
 
-// Times are seconds, whatever the camera's and the screen's rate; all of them are guessed.
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
-  // A key takes back only a view marked for so long: nobody can mean one that was marked just now.
-  double to_see_s = 0.5;
-  // For RunWithDisplay(): the least time between pictures (more pictures take the processor from tracking),
-  // and how long the final state stays.
-  double picture_s = 1.0 / 30, final_state_s = 3;
   // Returns the present time in seconds of any origin, once for each picture; none: this machine's clock.
   std::function<double()> clock_s = nullptr;
 };

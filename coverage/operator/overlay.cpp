@@ -333,27 +333,9 @@ render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_
 }
 
 const char* LetterOf(render::ErrorCause cause) {
-  switch (cause) {
-    case render::ErrorCause::kNone:
-      return "";
-    case render::ErrorCause::kNotSeen:
-      return "U";
-    case render::ErrorCause::kPose:
-      return "P";
-    case render::ErrorCause::kLight:
-      return "L";
-    case render::ErrorCause::kFocus:
-      return "F";
-    case render::ErrorCause::kMoved:
-      return "M";
-    case render::ErrorCause::kGeometry:
-      return "G";
-    case render::ErrorCause::kSurface:
-      return "S";
-    case render::ErrorCause::kDetail:
-      return "D";
-  }
-  return "";
+  constexpr std::array kLetters{"", "U", "P", "L", "F", "M", "G", "S", "D"};
+  static_assert(kLetters.size() == render::kErrorCauses.size());
+  return kLetters[static_cast<std::size_t>(cause)];
 }
 
 render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette, SphereLayer layer) {

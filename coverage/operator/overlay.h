@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <vector>
 
 #include "coverage/operator/palette.h"
 #include "coverage/operator/shown_sphere.h"

@@ -1,5 +1,4 @@
 #include "coverage/operator/palette.h"
-#include "coverage/bound/criterion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +6,8 @@
 #include <tuple>
 #include <type_traits>
 #include <utility>
+
+#include "coverage/bound/criterion.h"
 
 namespace ulf::coverage {
 namespace {
@@ -70,10 +71,6 @@ DistanceColors::DistanceColors(const CoverageMap& map, double present_distance, 
   // A side without a limit takes the limit of the other.
   if (window && window->near) nearest_ = *window->near;
   farthest_ = window && window->far ? *window->far : 1 / nearest_;
-}
-
-double DistanceColors::Distance(const CriterionView& recorded) const {
-  return (recorded.center_in_world - center_).norm();
 }
 
 double DistanceColors::Nearer(double recorded_distance) const {

@@ -36,14 +36,13 @@ class DistanceColors {
  public:
   // `map` has views.
   DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette);
-  render::Rgba Of(const CriterionView& recorded) const { return OfDistance(Distance(recorded)); }
-  render::Rgba OfDistance(double recorded_distance) const {
-    return palette_.OfNearer(Nearer(recorded_distance));
-  }
+  render::Rgba Of(const CriterionView& recorded) const { return palette_.OfNearer(Nearer(recorded)); }
   // Returns 0 for the same distance, 1 where the view is so much nearer that it just does not cover any more,
   // -1 where it is as much farther.
   double Nearer(double recorded_distance) const;
-  double Distance(const CriterionView& recorded) const;
+  double Nearer(const CriterionView& recorded) const {
+    return Nearer((recorded.center_in_world - center_).norm());
+  }
 
   // Ratios of present to recorded distance at which the colours are full.
   double farthest_recorded() const { return nearest_; }

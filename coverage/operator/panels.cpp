@@ -3,11 +3,11 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
 #include "core/base/counted.h"
-#include "coverage/operator/overlay.h"
 
 namespace ulf::coverage {
 namespace {
@@ -156,63 +156,50 @@ void Panels::TrackingHelp(const CaptureState& state) const {
   painter_.Box({whole.x, whole.y, share * whole.width, whole.height}, render::ink::kGood, 3);
 }
 
-void Panels::Legend(const CaptureState& state) const {
+void Panels::Legend(const CaptureState& state, SphereLayer layer) const {
   if (!state.subject || !state.cam_from_world) return;
-  const std::vector<LegendMark> marks = LegendMarks(state, palette_);
-  const double line = painter_.Extent("X", render::TextSize::kSmall).y() + Px(3), pad = Px(10),
-               width = Px(250);
+  const bool of_errors = layer == SphereLayer::kErrors;
+  std::vector<LegendMark> marks;
+  if (!of_errors) marks = LegendMarks(state, palette_);
+  if (of_errors)
+    for (const std::string& words : CauseLines(state)) marks.push_back({{}, words});
+  const double line = painter_.Extent("X", render::TextSize::kSmall).y() + Px(3), pad = Px(10);
+  double width = Px(250);
+  for (const LegendMark& mark : marks)
+    if (!mark.color)
+      width = std::max(width, painter_.Extent(mark.words, render::TextSize::kSmall).x() + 2 * pad);
   const double height = 2 * pad + 2 * line + Px(20) + line * static_cast<double>(marks.size());
   const cv::Rect2d area(Px(12), screen_.height - Px(12) - height, width, height);
   painter_.Box(area, render::ink::kPanel, 6);
   const double x = area.x + pad, inner = width - 2 * pad;
   double y = area.y + pad;
-  painter_.Text({x, y}, "recorded, against now", render::TextSize::kSmall, render::ink::kText);
-  y += line;
-  painter_.Gradient({x, y, 0.5 * inner, Px(16)}, palette_.nearer, palette_.same);
-  painter_.Gradient({x + 0.5 * inner, y, 0.5 * inner, Px(16)}, palette_.same, palette_.farther);
-  y += Px(19);
-  const auto word = [&](const char* text, double share) {
-    const double extent = painter_.Extent(text, render::TextSize::kSmall).x();
-    painter_.Text({x + share * (inner - extent), y}, text, render::TextSize::kSmall, render::ink::kText);
+  const auto text = [&](double at_x, const std::string& words) {
+    painter_.Text({at_x, y}, words, render::TextSize::kSmall, render::ink::kText);
   };
-  word("nearer", 0), word("the same", 0.5), word("farther", 1);
+  text(x, of_errors ? ErrorsInWords(state) : "recorded, against now");
+  y += line;
+  painter_.Gradient({x, y, 0.5 * inner, Px(16)}, of_errors ? palette_.error_large : palette_.nearer,
+                    of_errors ? palette_.error_at_goal : palette_.same);
+  painter_.Gradient({x + 0.5 * inner, y, 0.5 * inner, Px(16)},
+                    of_errors ? palette_.error_at_goal : palette_.same,
+                    of_errors ? palette_.error_small : palette_.farther);
+  y += Px(19);
+  const std::array names{"nearer", "the same", "farther"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double share = 0.5 * static_cast<double>(i);
+    const std::string word =
+        of_errors ? fmt::format("{:.0f} dB", state.cover.db + (2 * share - 1) * Palette::kErrorReach_db)
+                  : names[i];
+    text(x + share * (inner - painter_.Extent(word, render::TextSize::kSmall).x()), word);
+  }
   y += line;
   for (const LegendMark& mark : marks) {
-    const Vector2d middle(x + Px(8), y + 0.5 * line);
-    painter_.Disc(middle, 7, {255, 255, 255});
-    painter_.Disc(middle, 5, mark.color);
-    painter_.Text({x + Px(24), y}, mark.words, render::TextSize::kSmall, render::ink::kText);
-    y += line;
-  }
-}
-
-void Panels::ErrorLegend(const CaptureState& state) const {
-  if (!state.subject || !state.cam_from_world) return;
-  const std::vector<std::string> lines = CauseLines(state);
-  const double line = painter_.Extent("X", render::TextSize::kSmall).y() + Px(3), pad = Px(10);
-  double width = Px(250);
-  for (const std::string& text : lines)
-    width = std::max(width, painter_.Extent(text, render::TextSize::kSmall).x() + 2 * pad);
-  const double height = 2 * pad + 2 * line + Px(20) + line * static_cast<double>(lines.size());
-  const cv::Rect2d area(Px(12), screen_.height - Px(12) - height, width, height);
-  painter_.Box(area, render::ink::kPanel, 6);
-  const double x = area.x + pad, inner = area.width - 2 * pad;
-  double y = area.y + pad;
-  painter_.Text({x, y}, ErrorsInWords(state), render::TextSize::kSmall, render::ink::kText);
-  y += line;
-  painter_.Gradient({x, y, 0.5 * inner, Px(16)}, palette_.error_large, palette_.error_at_goal);
-  painter_.Gradient({x + 0.5 * inner, y, 0.5 * inner, Px(16)}, palette_.error_at_goal, palette_.error_small);
-  y += Px(19);
-  const auto word = [&](double db, double share) {
-    const std::string text = fmt::format("{:.0f} dB", db);
-    const double extent = painter_.Extent(text, render::TextSize::kSmall).x();
-    painter_.Text({x + share * (inner - extent), y}, text, render::TextSize::kSmall, render::ink::kText);
-  };
-  word(state.cover.db - Palette::kErrorReach_db, 0), word(state.cover.db, 0.5);
-  word(state.cover.db + Palette::kErrorReach_db, 1);
-  y += line;
-  for (const std::string& text : lines) {
-    painter_.Text({x, y}, text, render::TextSize::kSmall, render::ink::kText);
+    if (mark.color) {
+      const Vector2d middle(x + Px(8), y + 0.5 * line);
+      painter_.Disc(middle, 7, {255, 255, 255});
+      painter_.Disc(middle, 5, *mark.color);
+    }
+    text(mark.color ? x + Px(24) : x, mark.words);
     y += line;
   }
 }

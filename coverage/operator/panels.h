@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "coverage/operator/overlay.h"
 #include "coverage/operator/palette.h"
 #include "coverage/session/capture_state.h"
 #include "render/display/plain_panels.h"
@@ -51,8 +53,8 @@ std::vector<render::StatusItem> StatusLine(const CaptureState& state,
                                            std::uint64_t little_disk_bytes = 2'000'000'000);
 
 struct LegendMark {
-  render::Rgba color;
-  const char* words;
+  std::optional<render::Rgba> color;  // of the disc before the words; none: there is no disc
+  std::string words;
 };
 std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& palette);
 // Returns what the letters on the sphere mean, as far as there are some: "S a surface that ...".
@@ -75,8 +77,7 @@ class Panels : public render::PlainPanels {
   void Status(const CaptureState& state) const { render::PlainPanels::Status(StatusLine(state)); }
   void Share(const CaptureState& state) const;
   void TrackingHelp(const CaptureState& state) const;
-  void Legend(const CaptureState& state) const;
-  void ErrorLegend(const CaptureState& state) const;
+  void Legend(const CaptureState& state, SphereLayer layer) const;
   void CloseLook(const CaptureState& state) const;
   void Preflight(const CaptureState& state) const;
   void Keys() const { render::PlainPanels::Keys(KeyRows(palette_.guide)); }

@@ -9,7 +9,7 @@ void PendingRequests::BeginAlthoughChecksFail() {
 }
 
 void PendingRequests::Place(const Subject& subject) {
-  subject_ = {subject, requests_.Push(PlaceSubject{subject})};
+  subject_ = {subject, requests_.Push(PlaceSphere{subject})};
 }
 
 void PendingRequests::FindSubject() {

@@ -63,11 +63,11 @@ void SpreadPictures::Offer(const CaptureState& state) {
   });
   if (!state.cam_from_world || state.points.empty()) return;
   const Eigen::Vector3d center = state.cam_from_world->OriginInSource();
-  // The step is a share of the median depth.
   if (least_baseline_ == 0) {
     std::vector<double> depths;
     for (const tracking::VisiblePoint& point : state.points) depths.push_back(point.depth);
-    least_baseline_ = options_.step * Median(std::move(depths));
+    constexpr double kStep = 0.02;  // of the median depth. Guessed
+    least_baseline_ = kStep * Median(std::move(depths));
   }
   const auto distance = [&](const Kept& kept) { return (kept.Center() - center).norm(); };
   const auto nearest = std::ranges::min_element(kept_, {}, distance);
@@ -81,7 +81,7 @@ void SpreadPictures::Offer(const CaptureState& state) {
     return;
   }
   kept_.push_back(Keep(state));
-  while (kept_.size() > options_.most) Thin();
+  while (kept_.size() > most_) Thin();
 }
 
 void SpreadPictures::Thin() {

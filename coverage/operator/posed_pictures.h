@@ -35,13 +35,8 @@ struct WeightedPicture {
 // is dropped when its view is taken back.
 class SpreadPictures {
  public:
-  // Guessed.
-  struct Options {
-    std::size_t most = 24;  // pictures; more take longer to draw, fewer show their number in the blur
-    double step = 0.02;     // between places, of the median depth of what is seen at first
-  };
-  SpreadPictures() = default;
-  explicit SpreadPictures(const Options& options) : options_(options) {}
+  // `most`: pictures; more take longer to draw, fewer show their number in the blur. Guessed.
+  explicit SpreadPictures(std::size_t most = 24) : most_(most) {}
   void Offer(const CaptureState& state);
   std::vector<WeightedPicture> pictures() const;  // all alike; until the next Offer()
 
@@ -55,7 +50,7 @@ class SpreadPictures {
   Kept Keep(const CaptureState& state);
   void Thin();
 
-  Options options_;
+  const std::size_t most_;
   std::uint64_t next_key_ = std::uint64_t{1} << 32;  // apart from view ids
   double least_baseline_ = 0;                        // world units; grows when there are too many
   CameraModel lens_;                                 // of the newest state

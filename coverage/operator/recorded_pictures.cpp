@@ -79,10 +79,9 @@ void RecordedPictures::Hold(int id, PosedPicture picture) {
 
 // Drops the pictures that were drawn least recently; they can be read again.
 void RecordedPictures::MakeRoom() {
-  while (bytes_ > options_.most_bytes && held_.size() > 1) {
-    const auto oldest = std::min_element(held_.begin(), held_.end(), [](const auto& a, const auto& b) {
-      return a.second.used < b.second.used;
-    });
+  while (bytes_ > most_bytes_ && held_.size() > 1) {
+    const auto oldest = std::ranges::min_element(
+        held_, [](const auto& a, const auto& b) { return a.second.used < b.second.used; });
     bytes_ -= oldest->second.picture.jpeg.size();
     held_.erase(oldest);
   }

@@ -64,12 +64,8 @@ class StoredPictures {
 
 class RecordedPictures {
  public:
-  // Guessed.
-  struct Options {
-    std::size_t most_bytes = 64 << 20;  // some six hundred pictures of a scene rich in detail: most captures
-  };
-  RecordedPictures() : RecordedPictures(Options{}) {}
-  explicit RecordedPictures(const Options& options) : options_(options) {}
+  // Guessed: some six hundred pictures of a scene rich in detail, which is most captures.
+  explicit RecordedPictures(std::size_t most_bytes = 64 << 20) : most_bytes_(most_bytes) {}
 
   // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and
   // goes over to the lens in use.
@@ -94,7 +90,7 @@ class RecordedPictures {
   void ConvertToLens(PosedPicture& picture) const;
   void MakeRoom();
 
-  const Options options_;
+  const std::size_t most_bytes_;
   std::map<int, Held> held_;
   std::size_t bytes_ = 0, missing_ = 0;
   std::uint64_t clock_ = 0;

@@ -21,6 +21,7 @@ namespace ulf::coverage {
 namespace {
 
 // Guessed.
+constexpr double kReviewMemory_mb = 256, kReviewGpuMemory_mb = 512;
 constexpr int kReviewPhotograph_px = 640;  // longer side of the photographs that are drawn
 constexpr double kReviewRefresh_s = 2;     // between two readings of the light field, at least
 // So long after a scene could not be read or drawn, another is tried, if anything has changed since: where
@@ -159,8 +160,7 @@ RenderedReview::Wanted RenderedReview::WantedBy(const CaptureState& state) {
   return wanted;
 }
 
-RenderedReview::Loaded RenderedReview::Load(const std::filesystem::path& light_field, const Wanted& wanted,
-                                            const Options& options) {
+RenderedReview::Loaded RenderedReview::Load(const std::filesystem::path& light_field, const Wanted& wanted) {
   try {
     LightField on_disk = ReadLightField(light_field);
     std::erase_if(on_disk.views, [&](const View& view) {
@@ -176,7 +176,7 @@ RenderedReview::Loaded RenderedReview::Load(const std::filesystem::path& light_f
     }
     const auto scene = render::LoadScene(on_disk, {.subject = wanted.subject,
                                                    .size_limit_px = kReviewPhotograph_px,
-                                                   .memory_limit_mb = options.memory_mb,
+                                                   .memory_limit_mb = kReviewMemory_mb,
                                                    .form = render::PhotographForm::kEightBits});
     std::shared_ptr<const render::Proxy> proxy = scene->proxy;
     if (wanted.mesh) proxy = std::make_shared<render::MeshProxy>(wanted.subject, wanted.mesh->mesh);
@@ -209,7 +209,7 @@ void RenderedReview::Follow(const CaptureState& state, double now_s) {
   if (failed_ && (*failed_ == wanted_ || now_s - failed_at_s_ < kReviewRetry_s)) return;
   loaded_at_s_ = now_s;
   being_loaded_ = wanted_;
-  loading_ = std::async(std::launch::async, Load, state.light_field, wanted_, options_);
+  loading_ = std::async(std::launch::async, Load, state.light_field, wanted_);
 }
 
 void RenderedReview::TakeLoaded() {
@@ -226,7 +226,7 @@ void RenderedReview::TakeLoaded() {
   next_ = Drawable{std::move(of), std::make_unique<render::GlRenderer>(
                                       loaded.scene,
                                       render::RenderOptions{.field = render::DefaultField(*loaded.scene),
-                                                            .gpu_memory_mb = options_.gpu_memory_mb,
+                                                            .gpu_memory_mb = kReviewGpuMemory_mb,
                                                             .complete = false},
                                       render::GlContextKind::kCurrent)};
 }

@@ -50,15 +50,9 @@ class DistortedPicture {
 
 class RenderedReview {
  public:
-  // Guessed.
-  struct Options {
-    double memory_mb = 256, gpu_memory_mb = 512;
-    // Pictures a second: where the renderer is slower they get smaller, down to a quarter of the width,
-    // because tracking needs the processors that a software renderer takes.
-    double fps = 10;
-  };
-  RenderedReview() : RenderedReview(Options{}) {}
-  explicit RenderedReview(const Options& options) : options_(options), size_(options.fps) {}
+  // `fps`: where the renderer is slower, pictures get smaller, down to a quarter of the width, because
+  // tracking needs the processors that a software renderer takes. Guessed.
+  explicit RenderedReview(double fps = 10) : size_(fps) {}
   ~RenderedReview();  // waits for the scene that is being read
 
   // Frees everything when the review is closed. After it is opened again, what has failed is tried again.
@@ -101,13 +95,12 @@ class RenderedReview {
     std::unique_ptr<render::GlRenderer> renderer;
   };
   static Wanted WantedBy(const CaptureState& state);
-  static Loaded Load(const std::filesystem::path& light_field, const Wanted& wanted, const Options& options);
+  static Loaded Load(const std::filesystem::path& light_field, const Wanted& wanted);
   void TakeLoaded();
   bool TryNext(const CameraModel& wide, const Rigid3& cam_from_world);
   unsigned Show(const CameraModel& camera, const CameraModel& wide);
   void Fail(const Wanted& of, const std::string& problem);
 
-  const Options options_;
   bool hatches_doubt_ = false;
   Wanted wanted_;
   std::optional<Drawable> shown_, next_;  // next: until its photographs are there

@@ -100,8 +100,8 @@ Reprojection::~Reprojection() {
 }
 
 unsigned Reprojection::TextureOf(const PosedPicture& picture) {
-  const auto found = std::find_if(uploaded_.begin(), uploaded_.end(),
-                                  [&](const Uploaded& uploaded) { return uploaded.key == picture.key; });
+  const auto found =
+      std::ranges::find_if(uploaded_, [&](const Uploaded& uploaded) { return uploaded.key == picture.key; });
   if (found != uploaded_.end()) {
     uploaded_.splice(uploaded_.begin(), uploaded_, found);
     return found->texture;

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <list>
 #include <opencv2/core.hpp>
-#include <unordered_map>
 #include <vector>
 
 #include "coverage/operator/posed_pictures.h"

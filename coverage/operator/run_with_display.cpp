@@ -15,9 +15,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-Clock::duration Seconds(double seconds) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
+// Guessed: the least time between pictures (more pictures take the processor from tracking), and how long the
+// final state stays.
+constexpr auto kPicture =
+    std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1.0 / 30));
+constexpr std::chrono::seconds kFinalState(3);
 
 // Nobody is there who could begin.
 void BeginWithoutDisplay(CaptureRequests& requests) {
@@ -25,11 +27,11 @@ void BeginWithoutDisplay(CaptureRequests& requests) {
 }
 
 // Returns false once the person has closed it.
-bool ShowWhile(const std::function<bool()>& goes_on, double picture_s, OperatorDisplay& display) {
+bool ShowWhile(const std::function<bool()>& goes_on, OperatorDisplay& display) {
   auto next = Clock::now();
   while (goes_on()) {
     if (!display.Step()) return false;
-    next = std::max(next + Seconds(picture_s), Clock::now());
+    next = std::max(next + kPicture, Clock::now());
     std::this_thread::sleep_until(next);
   }
   return true;
@@ -46,9 +48,9 @@ void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& option
   };
   try {
     display = std::make_unique<OperatorDisplay>(*surface, feed, requests, options);
-    if (!ShowWhile([&] { return !over; }, options.picture_s, *display) || !display->ShowFinalState()) return;
-    const auto until = Clock::now() + Seconds(options.final_state_s);
-    ShowWhile([&] { return Clock::now() < until; }, options.picture_s, *display);
+    if (!ShowWhile([&] { return !over; }, *display) || !display->ShowFinalState()) return;
+    const auto until = Clock::now() + kFinalState;
+    ShowWhile([&] { return Clock::now() < until; }, *display);
   } catch (const render::SurfaceKilled& killed) {
     fmt::print(stderr, "{}: the capture finishes\n", killed.what());
     requests.Push(FinishCapture{});

@@ -6,7 +6,6 @@
 
 #include "core/base/output_path.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/image.h"
 #include "render/display/surface.h"
 
 namespace ulf::coverage {

@@ -44,7 +44,7 @@ class DisplayScript {
 };
 
 // Executes one line after the other, 0.6 s apart at the display's 30 pictures a second, so that the effect of
-// a line is on the screen before a picture is written, and longer than DisplayOptions::to_see_s. Pictures
+// a line is on the screen before a picture is written, and longer than kDisplayToSee_s. Pictures
 // that are still to be written when the display ends show its last one.
 class ScriptedSurface : public render::OffscreenSurface {
  public:

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
   const DistanceColors colors(map, distance, Palette::Standard());
   std::vector<double> nearer;
-  for (const CriterionView& view : map.views()) nearer.push_back(colors.Nearer(colors.Distance(view)));
+  for (const CriterionView& view : map.views()) nearer.push_back(colors.Nearer(view));
   constexpr double kWidest = Radians(5);
   for (const CoverageMap::PaintedRun& run : map.PaintedRuns(kWidest)) {
     const CapFrame& frame = sphere.frame;

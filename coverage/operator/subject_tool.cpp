@@ -44,7 +44,7 @@ void SubjectTool::TakeOver(PendingRequests& pending) {
   Close(pending);
 }
 
-void SubjectTool::ReestimatePoses(PendingRequests& pending) {
+void SubjectTool::FindAnew(PendingRequests& pending) {
   found_anew_ = awaits_found_ = true;
   pending.FindSubject();
 }
@@ -107,7 +107,7 @@ bool SubjectTool::Handle(const render::InputEvent& event, const CaptureState& st
   if (const auto* key = std::get_if<render::KeyPressed>(&event)) return Press(*key, state, pending);
   if (const auto* typed = std::get_if<render::Typed>(&event))
     return RunAction(typed->character, {{U's', [&] { Leave(pending); }},
-                                        {U'c', [&] { ReestimatePoses(pending); }},
+                                        {U'c', [&] { FindAnew(pending); }},
                                         {U'a', [&] { aperture_ = !aperture_; }}});
   if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     if (wheel->shift)

@@ -30,7 +30,7 @@ class SubjectTool {
  private:
   void TakeOver(PendingRequests& pending);
   void Leave(PendingRequests& pending);
-  void ReestimatePoses(PendingRequests& pending);
+  void FindAnew(PendingRequests& pending);
   bool Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);

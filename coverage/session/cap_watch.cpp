@@ -16,6 +16,7 @@ namespace ulf::coverage {
 namespace {
 
 // Guessed.
+constexpr double kCapWatchStep = Radians(2);  // round the subject; less is a hand's trembling and no movement
 constexpr double kCapWatchWorthGaining = 0.002;  // of the cap; less is no gain, more starts the count anew
 // The watch reports after a movement without a gain of so many times the cap's width and height, which finds
 // every hole that can be reached, and at least so many radians. Less reports too early, more too late.
@@ -77,7 +78,7 @@ std::optional<std::string> CapWatch::Update(const CoverageMap& map, const Eigen:
     return std::nullopt;
   }
   const double step = from_ ? AngleBetween(*from_, direction) : 0;
-  if (!from_ || step >= options_.step) {
+  if (!from_ || step >= kCapWatchStep) {
     from_ = direction;
     moved_ += step;
   }

@@ -8,18 +8,12 @@
 #include <string>
 
 #include "core/frames/frame.h"
-#include "core/geometry/angles.h"
 #include "coverage/bound/coverage_map.h"
 
 namespace ulf::coverage {
 
 class CapWatch {
  public:
-  struct Options {
-    // The camera's movement counts in steps of this angle at the subject, radians; less is the hand's tremor.
-    // Guessed.
-    double step = Radians(2);
-  };
   // The capture ends when `share` (0 to 1) of the cap is covered. `turns`: the subject turns on a turntable,
   // and a whole turn without a gain is reported. `source`: pictures that are taken already get no advice for
   // the running capture.
@@ -34,7 +28,6 @@ class CapWatch {
   const double share_;
   const bool turns_;
   const FrameSource source_;
-  const Options options_{};
   double most_covered_ = 0;
   std::optional<Eigen::Vector3d> from_;  // direction from the subject in which the present step began
   double moved_ = 0;                     // angle since the last gain, radians

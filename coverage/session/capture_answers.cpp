@@ -40,7 +40,7 @@ void RunningCapture::Answer(const TakeBackViews& asked) {
   summary_.taken_back += record_.TakeBack(asked.ids);
 }
 
-void RunningCapture::Answer(const PlaceSubject& asked) {
+void RunningCapture::Answer(const PlaceSphere& asked) {
   if (options_.without_subject) return Say(NoSubjectToPlace());
   subject_.Place(asked.subject, latest_.track.cam_from_world);
 }
@@ -67,7 +67,7 @@ void RunningCapture::Begin(bool although_checks_fail) {
   Say(holds.empty() ? "recording begins" : "recording begins all the same: " + holds);
 }
 
-void RunningCapture::Answer(const PlaceProposedSubject&) {
+void RunningCapture::Answer(const PlaceProposedSphere&) {
   if (!proposer_.proposal())
     return Say(
         "no other sphere is proposed: the subject has the size of its sphere, or geometry cannot tell yet");

@@ -53,8 +53,8 @@ CaptureRequest ParseTakeBack(const std::vector<std::string>& words, const std::s
 }
 
 CaptureRequest ParseSubjectRequest(const std::vector<std::string>& words, const std::string& line) {
-  if (words.size() == 2 && words[1] == "proposed") return PlaceProposedSubject{};
-  if (words.size() == 2) return PlaceSubject{ParseSubject(words[1])};
+  if (words.size() == 2 && words[1] == "proposed") return PlaceProposedSphere{};
+  if (words.size() == 2) return PlaceSphere{ParseSubject(words[1])};
   FindSubject request;
   if (words.size() % 2 == 0) Refuse(line);
   for (std::size_t i = 1; i < words.size(); i += 2) {

@@ -25,7 +25,7 @@ struct TakeBackViews {
 // Places a subject in world units, or finds one around what is in the middle of the picture: at the mean
 // depth of the tracked points there (or at `depth` along the optical axis), with an image as wide as
 // `width_share` of the picture.
-struct PlaceSubject {
+struct PlaceSphere {
   Subject subject;
 };
 struct FindSubject {
@@ -33,15 +33,15 @@ struct FindSubject {
   std::optional<double> width_share;  // none: as the capture was asked
 };
 // Places the sphere that geometry proposes (subject_proposal.h).
-struct PlaceProposedSubject {};
+struct PlaceProposedSphere {};
 struct SetRecording {
   bool on = true;                     // off: tracked and shown, but not recorded
   bool although_checks_fail = false;  // only where the capture has not begun yet
 };
 struct FinishCapture {};
 
-using CaptureRequest = std::variant<TakeBackLast, TakeBackViews, PlaceSubject, FindSubject,
-                                    PlaceProposedSubject, SetRecording, FinishCapture>;
+using CaptureRequest = std::variant<TakeBackLast, TakeBackViews, PlaceSphere, FindSubject,
+                                    PlaceProposedSphere, SetRecording, FinishCapture>;
 
 // Parses a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
 // "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws

@@ -136,18 +136,12 @@ void RunningCapture::Close() {
   for (const Reason reason : kReasons)
     reasons[Name(reason)] = recorder_.reasons()[static_cast<std::size_t>(reason)];
   const double device_s = meters_.DeviceSeconds();
-  const ClosedRecord closed =
+  static_cast<ClosedRecord&>(summary_) =
       record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points(),
                     options_.still_camera ? std::nullopt : known.rolling_shutter,
                     [this](const std::string& step) { SayClosing(step); });
-  summary_.recorded = closed.recorded;
-  summary_.unwritten = closed.unwritten;
-  summary_.set_aside = closed.set_aside;
-  summary_.geometry = closed.geometry;
   if (options_.still_camera) summary_.stills.recorded = summary_.recorded;
-  if (closed.problem.empty()) return;
-  summary_.stopped_because = StoppedBecause::kDisk;
-  summary_.problem = closed.problem;
+  if (!summary_.problem.empty()) summary_.stopped_because = StoppedBecause::kDisk;
 }
 
 CaptureSummary RunningCapture::Run() {

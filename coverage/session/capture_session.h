@@ -19,22 +19,12 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
-#include "coverage/bound/coverage_map.h"
-#include "coverage/bound/view_decision.h"
-#include "coverage/measured/cover_by.h"
-#include "coverage/measured/error_map.h"
-#include "coverage/session/capture_options.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/capture_state.h"
 #include "coverage/session/capture_summary.h"
-#include "coverage/session/record/bracket_capture.h"
-#include "coverage/session/record/live_geometry.h"
-#include "coverage/session/record/posed_photographs.h"
-#include "coverage/session/record/still_capture.h"
-#include "coverage/session/record/view_spool.h"
-#include "tracking/sources/poses_spec.h"
+#include "coverage/session/record/capture_options.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

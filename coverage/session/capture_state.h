@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,13 +27,15 @@
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/turn_back.h"
 #include "coverage/session/watch/mistake_watch.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/start_progress.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
 const char* Name(StoppedBecause why);  // as in reports for programs
 
+class CaptureRequests;
 struct LiveMesh;
 
 struct CaptureState {
@@ -98,7 +101,7 @@ struct CaptureState {
   std::vector<PreflightItem> preflight;
   std::vector<NoticedMistake> mistakes;  // so far
   double seconds = 0;                    // by the device's clock, since the first frame
-  // The last lines that the capture reported (CaptureOptions::lines_shown), of `times_said` in all.
+  // The last lines that the capture reported, of `times_said` in all.
   std::vector<std::string> said;
   std::uint64_t times_said = 0;
   std::uint64_t requests_answered = 0;
@@ -152,6 +155,22 @@ class CaptureFeed {
   mutable Mutex mutex_;
   bool closed_ ULF_GUARDED_BY(mutex_) = false;
   SharedCaptureState state_ ULF_GUARDED_BY(mutex_);
+};
+
+// The functions that a capture calls while it runs (capture_session.h).
+struct CaptureHooks {
+  std::function<bool()> stop_requested;  // asked before every frame
+  CaptureRequests* requests = nullptr;   // answered between two frames
+  // Called with every complete live frame and every photograph before it is processed.
+  std::function<void(const Frame&)> keep_frame;
+  // The state after a frame; made only when this hook is set.
+  std::function<void(const SharedCaptureState&)> after_frame;
+  // Called ten times a second when no frame comes, after every photograph, and once before the light field is
+  // closed.
+  std::function<void(const SharedCaptureState&)> while_waiting;
+  std::function<void(const std::string&)> say;  // a line for each event
+  // Called after the capture with a description of each closing step, which may take long.
+  std::function<void(const std::string&)> closing;
 };
 
 }  // namespace ulf::coverage

@@ -34,22 +34,28 @@ constexpr std::size_t kWatchFewestFrames = 3;
 // Where less of the other points is found, the tracker itself has a problem.
 constexpr double kWatchRestShare = 0.5;
 
-}  // namespace
-
+// Returns the subject's distance where none is given: the mean depth of the tracked points near the middle of
+// the picture. (Thesis, section 3.1: "the system initializes its distance with the average depth of feature
+// points".) The nearest and farthest quarter of the points may belong to what stands before or behind the
+// subject and do not count. Returns none where there are too few.
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
-                                      const CameraModel& camera, const MiddleDepthOptions& options) {
+                                      const CameraModel& camera) {
+  constexpr double kReach = 0.25;     // of the image's height; more takes in what stands beside it. Guessed
+  constexpr std::size_t kFewest = 8;  // fewer are met by chance. Guessed
   const Eigen::Vector2d middle(0.5 * camera.width, 0.5 * camera.height);
   std::vector<double> depths;
   for (const tracking::VisiblePoint& point : points)
-    if ((point.img - middle).norm() < options.reach * camera.height && point.depth > 0)
+    if ((point.img - middle).norm() < kReach * camera.height && point.depth > 0)
       depths.push_back(point.depth);
-  if (depths.size() < options.fewest) return std::nullopt;
-  std::sort(depths.begin(), depths.end());
+  if (depths.size() < kFewest) return std::nullopt;
+  std::ranges::sort(depths);
   const std::size_t from = depths.size() / 4, to = depths.size() - from;
   double sum = 0;
   for (std::size_t i = from; i < to; ++i) sum += depths[i];
   return sum / static_cast<double>(to - from);
 }
+
+}  // namespace
 
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board) {
   const Eigen::Vector3d at = cam_from_board * foot, up = cam_from_board.rotation * -Eigen::Vector3d::UnitZ();
@@ -147,11 +153,11 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
       Anchor(track);
     return;
   }
-  const auto depth = options_.stands_on ? DepthOfUpright(*options_.stands_on, *track.cam_from_world)
+  const auto depth = options_.turntable ? DepthOfUpright(options_.turntable->Middle(), *track.cam_from_world)
                                         : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   finding_ = depth.has_value();
   if (!depth || tracked_in_a_row_ < options_.stable_frames) return;
-  Set(SubjectOnAxis(lens_.live(), *track.cam_from_world, *depth, options_.size));
+  Set(SubjectOnAxis(lens_.live(), *track.cam_from_world, *depth, options_.subject_size));
   found_ = true;
 }
 
@@ -200,27 +206,27 @@ std::optional<Subject> CaptureSubject::UnderNewLens(const CameraModel& before) {
 }
 
 void CaptureSubject::Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {
-  const std::string problem = ProblemOf(subject, cam_from_world, options_.source);
+  const std::string problem = ProblemOf(subject, cam_from_world, source_);
   found_ &= !problem.empty();
   if (!problem.empty()) return say_("the subject stays as it was: " + problem);
   Move(subject);
 }
 
 void CaptureSubject::Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world) {
-  const double share = asked.width_share.value_or(options_.size);
+  const double share = asked.width_share.value_or(options_.subject_size);
   if (!cam_from_world)
     return say_("the subject stays as it was: the camera's position is not known at the moment");
-  if (!(share > 0 && share <= options_.rectangle_share))
+  if (!(share > 0 && share <= options_.limits.rectangle_share))
     return say_(
         fmt::format("the subject stays as it was: its sphere cannot be {:g} of the picture's width, the "
                     "safety rectangle is {:g}",
-                    share, options_.rectangle_share));
+                    share, options_.limits.rectangle_share));
   const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   if (!depth)
     return say_(
         fmt::format("the subject stays as it was: too few tracked points in the middle of the picture; "
                     "{}give its depth (subject depth D)",
-                    IsTaken(options_.source) ? "" : "aim at it, or "));
+                    IsTaken(source_) ? "" : "aim at it, or "));
   Move(SubjectOnAxis(lens_.live(), *cam_from_world, *depth, share));
 }
 
@@ -245,7 +251,7 @@ void CaptureSubject::Watch(const tracking::Track& track, double time_s) {
   say_(
       fmt::format("the subject seems to have moved: new views do not fit the earlier ones; {}take back the "
                   "views since then, or place the subject anew",
-                  IsTaken(options_.source) ? "" : "put it back and "));
+                  IsTaken(source_) ? "" : "put it back and "));
 }
 
 }  // namespace ulf::coverage

@@ -10,30 +10,17 @@
 #include <vector>
 
 #include "core/frames/frame.h"
-#include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/subject_anchors.h"
-#include "tracking/sources/poses_spec.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
-
-// Options of DepthNearCenter(), the subject's distance where none is given: the mean depth of the tracked
-// points within `reach` (a share of the image's height) of the picture's middle. (Thesis, section 3.1: "the
-// system initializes its distance with the average depth of feature points".) The nearest and farthest
-// quarter of the points may belong to what stands before or behind the subject and do not count. There is
-// none with fewer than `fewest` points.
-struct MiddleDepthOptions {
-  double reach = 0.25;     // guessed; more takes in what stands beside the subject
-  std::size_t fewest = 8;  // guessed; fewer are met by chance
-};
-std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
-                                      const CameraModel& camera, const MiddleDepthOptions& options = {});
 
 // Returns the depth at which the optical axis passes nearest to the line that stands upright on a board at
 // `foot`, metres in the board's frame (z into the sheet). Returns none where it looks along the line, or the
@@ -73,21 +60,17 @@ class SubjectWatch {
 
 class CaptureSubject {
  public:
-  struct Options {
-    double size = kSubjectSize;                // the sphere's image, share of the image's width
-    double rectangle_share = kRectangleShare;  // no larger
-    int stable_frames = kStableFrames;         // tracked in a row before it is found by itself
-    // Set: the subject stands above this point of a board, whose frame is the world.
-    std::optional<Eigen::Vector3d> stands_on = {};
-    FrameSource source = FrameSource::kCamera;
-  };
+  // All but `say` and `source` outlive it. Before a turntable the subject stands above the middle of a board,
+  // whose frame is the world.
   CaptureSubject(CaptureRecord& record, PreflightReporter& reporter, const tracking::PoseSource& poses,
-                 const CaptureLens& lens, const Options& options, std::function<void(const std::string&)> say)
+                 const CaptureLens& lens, const CaptureOptions& options, FrameSource source,
+                 std::function<void(const std::string&)> say)
       : record_(record),
         reporter_(reporter),
         poses_(poses),
         lens_(lens),
         options_(options),
+        source_(source),
         say_(std::move(say)) {}
 
   void Set(const Subject& subject);
@@ -125,7 +108,8 @@ class CaptureSubject {
   PreflightReporter& reporter_;
   const tracking::PoseSource& poses_;
   const CaptureLens& lens_;
-  const Options options_;
+  const CaptureOptions& options_;
+  const FrameSource source_;
   const std::function<void(const std::string&)> say_;
   SubjectWatch watch_;
   SubjectAnchors anchors_;

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,11 +16,13 @@
 #include "coverage/measured/error_map.h"
 #include "coverage/session/capture_state.h"
 #include "coverage/session/record/bracket_capture.h"
-#include "coverage/session/record/live_geometry.h"
+#include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/still_capture.h"
 #include "coverage/session/watch/mistake_watch.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/estimation/calibration_check.h"
+#include "tracking/tracker/readout.h"
+#include "tracking/tracker/start_progress.h"
 
 namespace ulf::coverage {
 
@@ -33,10 +34,9 @@ struct MeasuredSummary {
   ErrorSummary errors;
 };
 
-struct CaptureSummary {
+struct CaptureSummary : ClosedRecord {
   FrameSource source = FrameSource::kCamera;
   std::uint64_t frames = 0;      // complete frames that were processed; the device counts the others
-  std::uint64_t recorded = 0;    // views of this session that are in the light field
   std::uint64_t taken_back = 0;  // views that were removed on request
   std::uint64_t kept_apart = 0;  // frames in unposed/ (CaptureOptions::keep_apart)
   std::map<tracking::StartObstacle, std::uint64_t> start_obstacles;  // frames that each kept a map from
@@ -46,16 +46,11 @@ struct CaptureSummary {
   double ms_track_median = 0;
   double ms_decide_median = 0;
   StoppedBecause stopped_because = StoppedBecause::kEnded;
-  std::string problem;  // the disk's error; empty: none
   acquisition::DeviceStatistics device;
   std::vector<NoticedMistake> mistakes;
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
   std::uint64_t pauses = 0;                     // of the recording, for the disk
   double paused_s = 0;
-  // Accepted frames that are lost because the disk filled up or failed, and those written to these folders
-  // instead of the light field.
-  std::uint64_t unwritten = 0;
-  std::map<std::filesystem::path, std::size_t> set_aside;
   // The map's evidence about the lens, and about the shutter (none: global as far as is known).
   std::optional<tracking::CalibrationCheck> calibration;
   std::optional<tracking::Readout> rolling_shutter;
@@ -65,7 +60,6 @@ struct CaptureSummary {
   bool subject_was_found = false;                      // by the capture itself, not given
   std::shared_ptr<const RecordedFrame> last_recorded;  // null: none
   std::shared_ptr<const CoverageMap> map;              // with final poses; null without a subject
-  std::optional<FinishedGeometry> geometry;            // none: not asked for
   std::optional<MeasuredSummary> measured;             // none: nothing was measured
   std::shared_ptr<const ErrorMap> errors;              // null: nothing was measured
 };

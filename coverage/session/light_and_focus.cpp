@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
 #include "coverage/bound/sphere_outline.h"
 
@@ -12,7 +11,8 @@ namespace ulf::coverage {
 namespace {
 
 // Guessed.
-constexpr double kLookBestOf_s = 2;  // a moving camera blurs some frames
+constexpr double kLookEvery_s = 0.25;  // a frame is looked at so often; each costs some milliseconds
+constexpr double kLookBestOf_s = 2;    // a moving camera blurs some frames
 
 // Of each side that are looked at, in the middle of the outline's box; more takes longer.
 constexpr int kDetailMost_px = 1024;
@@ -161,8 +161,7 @@ const PictureFinding& LightAndFocusCheck::Update(double time_s, const Image& ima
                                                  const std::optional<Rigid3>& cam_from_world,
                                                  const std::optional<Subject>& subject) {
   if (image.empty()) return finding_;
-  if (!looked_.empty() && time_s >= looked_.back().time_s &&
-      time_s - looked_.back().time_s < options_.every_s)
+  if (!looked_.empty() && time_s >= looked_.back().time_s && time_s - looked_.back().time_s < kLookEvery_s)
     return finding_;
   std::optional<std::vector<Eigen::Vector2d>> outline;
   if (subject && cam_from_world) outline = SphereOutline(camera, *cam_from_world, *subject);

@@ -42,13 +42,6 @@ struct PictureFinding {
 
 class LightAndFocusCheck {
  public:
-  // Guessed.
-  struct Options {
-    double every_s = 0.25;  // a frame is looked at so often; each costs some milliseconds
-  };
-  LightAndFocusCheck() = default;
-  explicit LightAndFocusCheck(const Options& options) : options_(options) {}
-
   // `subject` and its camera pose: none while they are not known.
   const PictureFinding& Update(double time_s, const Image& image, const CameraModel& camera,
                                const std::optional<Rigid3>& cam_from_world,
@@ -59,7 +52,6 @@ class LightAndFocusCheck {
     double time_s = 0;
     std::optional<double> fine_detail;
   };
-  Options options_;
   std::deque<Looked> looked_;
   PictureFinding finding_;
 };

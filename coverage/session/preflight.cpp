@@ -12,6 +12,8 @@ namespace ulf::coverage {
 namespace {
 
 // Names of items that Check() treats apart.
+constexpr double kUselessClippedShare = 0.9;  // more of the subject clipped holds the start. Guessed.
+constexpr double kLeastViews = 10;            // room on disk for fewer holds the start. Guessed.
 constexpr const char *kCalibration = "calibration", *kTracking = "tracking";
 
 // Returns what is the matter and, where a camera is in the hand, what to do.
@@ -75,7 +77,7 @@ PreflightItem Light(const PreflightInput& input) {
     return too_dark("99 hundredths", light.brightest_hundredth, true);
   if (light.brightest_tenth < limits.min_brightest)
     return too_dark("nine tenths", light.brightest_tenth, false);
-  const bool is_white = light.clipped_share > input.useless_clipped_share;
+  const bool is_white = light.clipped_share > kUselessClippedShare;
   if (light.clipped_share > limits.max_clipped_share)
     return {"light", false,
             AndToDo(input.source,
@@ -88,11 +90,11 @@ PreflightItem Light(const PreflightInput& input) {
 
 PreflightItem Focus(const PreflightInput& input) {
   const std::optional<double>& detail = input.picture.fine_detail;
-  if (detail && *detail < input.least_fine_detail)
+  if (detail && *detail < kLeastFineDetail)
     return {"focus", false,
             AndToDo(input.source,
                     fmt::format("blurred: fine detail is {:.2f} of the coarser, {:g} are needed", *detail,
-                                input.least_fine_detail),
+                                kLeastFineDetail),
                     "; focus on the subject, and move slowly")};
   PreflightItem item = Automatic(input.source, "focus", input.held.focus);
   if (item.in_order != false)
@@ -142,7 +144,7 @@ PreflightItem Disk(const PreflightInput& input) {
   if (!input.prediction || !input.prediction->views) {
     if (!(view_gb > 0)) return {"disk", {}, fmt::format("{:.1f} GB free", left_gb)};
     const double views = std::floor(left_gb / view_gb);
-    const bool is_full = views < input.least_views;
+    const bool is_full = views < kLeastViews;
     return {"disk", is_full ? std::optional(false) : std::nullopt,
             fmt::format("{:.1f} GB free, room for at least {}{}", left_gb,
                         Counted(std::lround(views), "view"), is_full ? kWayOut : "")};
@@ -164,8 +166,8 @@ void AddLink(const std::vector<acquisition::LinkFact>& facts, std::vector<Prefli
                        .words = fmt::format("{}: {}", fact.value, fact.advice),
                        .holds_start = false});
   if (items.size() > before) return;
-  const auto rate = std::find_if(facts.begin(), facts.end(),
-                                 [](const auto& fact) { return fact.name == acquisition::kRateFact; });
+  const auto rate =
+      std::ranges::find_if(facts, [](const auto& fact) { return fact.name == acquisition::kRateFact; });
   items.push_back({"link", true, rate == facts.end() ? facts.front().value : rate->value});
 }
 

@@ -52,9 +52,6 @@ struct PreflightInput {
   // The pose error of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;
   DecisionLimits limits = {};
-  double useless_clipped_share = 0.9;  // more of the subject clipped holds the start. Guessed.
-  double least_views = 10;             // room on disk for fewer holds the start. Guessed.
-  double least_fine_detail = 0.8;  // PictureFinding::fine_detail; less is out of focus. Measured, see there.
 };
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);

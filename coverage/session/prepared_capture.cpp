@@ -7,13 +7,11 @@
 #include <map>
 
 #include "acquisition/device/repeated_events.h"
-#include "acquisition/device/replay_device.h"
 #include "acquisition/opening/open_device.h"
-#include "acquisition/simulator/simulated_device.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "core/base/stop_signal.h"
+#include "core/geometry/angles.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/session/record/kept_photographs.h"
@@ -22,28 +20,6 @@
 
 namespace ulf::coverage {
 namespace fs = std::filesystem;
-
-bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
-                     std::vector<Frame>& taken) {
-  constexpr std::chrono::seconds kPatience(10);
-  const auto until = std::chrono::steady_clock::now() + kPatience;
-  acquisition::RepeatedEvents repeated;
-  while (std::chrono::steady_clock::now() < until && !stop()) {
-    auto frame = device.Next(std::chrono::milliseconds(200));
-    for (const std::string& line : repeated.Update(device.TakeEvents(), EpochSeconds()))
-      fmt::print(stderr, "{}\n", line);
-    if (!frame) acquisition::RequireLiveFrames(device);
-    if (!frame && acquisition::IsOver(device.State())) break;
-    if (!frame) continue;
-    const bool live = frame->kind == FrameKind::kLive;
-    if (live && frame->status != FrameStatus::kComplete) continue;  // the device counts them
-    taken.push_back(std::move(*frame));
-    if (live) return true;
-  }
-  if (stop()) return false;
-  if (IsTaken(device.Source())) throw Error("{}: not one picture of it is complete; give another one", uri);
-  throw Error("{}: the device gave no complete frame; 'ulf devices' shows what is known about it", uri);
-}
 
 void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
                      const fs::path& dir) {
@@ -78,6 +54,31 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
 }
 
 namespace {
+
+// Takes frames from a started device up to its first complete live frame, which is the last of `taken`;
+// photographs that are released on the body meanwhile come before it. Returns false when a stop was asked for
+// first. Throws Error when no live frame comes; `taken` then holds the photographs.
+bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
+                     std::vector<Frame>& taken) {
+  constexpr std::chrono::seconds kPatience(10);
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  acquisition::RepeatedEvents repeated;
+  while (std::chrono::steady_clock::now() < until && !stop()) {
+    auto frame = device.Next(std::chrono::milliseconds(200));
+    for (const std::string& line : repeated.Update(device.TakeEvents(), EpochSeconds()))
+      fmt::print(stderr, "{}\n", line);
+    if (!frame) acquisition::RequireLiveFrames(device);
+    if (!frame && acquisition::IsOver(device.State())) break;
+    if (!frame) continue;
+    const bool live = frame->kind == FrameKind::kLive;
+    if (live && frame->status != FrameStatus::kComplete) continue;  // the device counts them
+    taken.push_back(std::move(*frame));
+    if (live) return true;
+  }
+  if (stop()) return false;
+  if (IsTaken(device.Source())) throw Error("{}: not one picture of it is complete; give another one", uri);
+  throw Error("{}: the device gave no complete frame; 'ulf devices' shows what is known about it", uri);
+}
 
 // Known poses come without tracked points, by which a capture finds its subject; a replayed light field has
 // one.

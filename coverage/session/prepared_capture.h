@@ -14,8 +14,7 @@
 #include "core/base/stop_signal.h"
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/light_field/folder/light_field_io.h"
-#include "coverage/session/capture_options.h"
+#include "coverage/session/record/capture_options.h"
 #include "tracking/sources/poses_spec.h"
 #include "tracking/tracker/tracker_options.h"
 
@@ -37,12 +36,6 @@ struct SessionArgs {
   bool threshold_is_given = false, goal_is_given = false;
   std::function<bool()> stop = StopOnSignal::Requested;
 };
-
-// Takes frames from a started device up to its first complete live frame, which is the last of `taken`;
-// photographs that are released on the body meanwhile come before it. Returns false when a stop was asked for
-// first. Throws Error when no live frame comes; `taken` then holds the photographs.
-bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
-                     std::vector<Frame>& taken);
 
 // Keeps the photographs of a capture that could not begin, and those still to be downloaded, in the light
 // field's unposed/ where there is one (`writer`), else beside `dir` (kept_photographs.h). Reports on stderr

@@ -10,16 +10,6 @@
 #include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
-namespace {
-
-std::optional<LiveGeometry::Options> GeometryFor(const CaptureOptions& options) {
-  if (!options.geometry || options.without_subject) return std::nullopt;
-  LiveGeometry::Options geometry;
-  geometry.threaded = !options.deterministic;
-  return geometry;
-}
-
-}  // namespace
 
 RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& camera,
                                tracking::PoseSource& poses, LightFieldWriter writer, ExposureMatch light,
@@ -32,39 +22,12 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
       hooks_(hooks),
       first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
       root_(writer.Contents().root),
-      record_(std::move(writer), lens_,
-              {.coverage_width_px = options.coverage_width_px,
-               .map = {.cap = options.cap, .threshold_px = options.threshold_px},
-               .spool_views = options.spool_views,
-               .deterministic = options.deterministic,
-               .geometry = GeometryFor(options),
-               .cover = options.cover,
-               .lens_may_change = options.lens == tracking::LensUse::kRefine,
-               .source = source_},
-              say_),
+      record_(std::move(writer), lens_, options_, say_, source_),
       reporter_(say_),
-      subject_(record_, reporter_, poses_, lens_,
-               {.size = options.subject_size,
-                .rectangle_share = options.limits.rectangle_share,
-                .stable_frames = options.stable_frames,
-                .stands_on = options.turntable ? std::optional(options.turntable->Middle()) : std::nullopt,
-                .source = source_},
-               say_),
+      subject_(record_, reporter_, poses_, lens_, options_, source_, say_),
       gaps_(record_.spool(), say_),
-      recorder_(device_, poses_, lens_, record_, std::move(light),
-                {.still_camera = options.still_camera,
-                 .without_subject = options.without_subject,
-                 .limits = options.limits,
-                 .stable_frames = options.stable_frames,
-                 .keep_apart = options.keep_apart,
-                 .coverage_width_px = options.coverage_width_px,
-                 .deterministic = options.deterministic,
-                 .bracket = options.bracket},
-                say_),
-      proposer_(lens_, {.coverage_width_px = options.coverage_width_px,
-                        .threshold_px = options.threshold_px,
-                        .cap = options.cap,
-                        .until_share = options.until_share}) {
+      recorder_(device_, poses_, lens_, record_, std::move(light), options_, say_),
+      proposer_(lens_, options_) {
   if (options.turntable) turntable_.emplace(options.turntable->Text(), source_);
 }
 
@@ -81,7 +44,7 @@ void RunningCapture::AnnouncePrediction() {
 void RunningCapture::FollowLens(const tracking::Track& track) {
   if (const auto before = lens_.Update(track, poses_)) ReplaceLens(*before, false);
   // What is replaced before the next frame needs no warning.
-  if (!lens_.contradicted() || lens_doubted_ || options_.lens == tracking::LensUse::kRefine) return;
+  if (!lens_.contradicted() || lens_doubted_ || options_.LensMayChange()) return;
   lens_doubted_ = true;
   Say(lens_.contradicted()->Advice(source_));
 }
@@ -124,7 +87,7 @@ void RunningCapture::LookForMistakes(const Frame& frame) {
                      .badly_exposed = picture_.light && IsBadlyExposed(*picture_.light, options_.limits),
                      .subject_turns = options_.turntable.has_value()};
   // Another lens takes the contradicted one's place.
-  if (options_.lens != tracking::LensUse::kRefine) signs.lens_contradicted = lens_.contradicted();
+  if (!options_.LensMayChange()) signs.lens_contradicted = lens_.contradicted();
   constexpr double kAsksEvery_s = 1;  // all of the tracker's statistics are made for it
   if (!shutter_asked_s_ || std::abs(frame.device_time_s - *shutter_asked_s_) >= kAsksEvery_s) {
     shutter_asked_s_ = frame.device_time_s;
@@ -147,7 +110,7 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
                    .resumed = !record_.views().empty(),
                    .calibrated = options_.calibrated,
                    .calibration_source = options_.calibration_source,
-                   .lens_is_sought = options_.lens == tracking::LensUse::kRefine,
+                   .lens_is_sought = options_.LensMayChange(),
                    .lens_found = lens_.found(),
                    .lens_contradicted = lens_.contradicted(),
                    .held = device_.Held(),
@@ -191,8 +154,9 @@ void RunningCapture::UpdateCapWatch(const tracking::Track& track, const Decision
 }
 
 void RunningCapture::Say(const std::string& text) {
+  constexpr std::size_t kLinesShown = 3;  // as many as a person can read at once
   said_.push_back(text);
-  if (said_.size() > options_.lines_shown) said_.erase(said_.begin());
+  if (said_.size() > kLinesShown) said_.erase(said_.begin());
   ++times_said_;
   if (hooks_.say) hooks_.say(text);
 }

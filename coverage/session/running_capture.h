@@ -17,7 +17,7 @@
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_gaps.h"
 #include "coverage/session/capture_meters.h"
-#include "coverage/session/capture_options.h"
+#include "coverage/session/capture_state.h"
 #include "coverage/session/capture_subject.h"
 #include "coverage/session/capture_summary.h"
 #include "coverage/session/light_and_focus.h"
@@ -69,9 +69,9 @@ class RunningCapture {
   void AnswerRequests();
   void Answer(const TakeBackLast& asked);
   void Answer(const TakeBackViews& asked);
-  void Answer(const PlaceSubject& asked);
+  void Answer(const PlaceSphere& asked);
   void Answer(const FindSubject& asked);
-  void Answer(const PlaceProposedSubject& asked);
+  void Answer(const PlaceProposedSphere& asked);
   void Answer(const SetRecording& asked);
   void Answer(const FinishCapture& asked);
 

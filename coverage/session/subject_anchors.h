@@ -17,7 +17,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/light_field/light_field.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

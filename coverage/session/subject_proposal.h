@@ -10,6 +10,7 @@
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/live_geometry.h"
 
 namespace ulf::coverage {
@@ -27,14 +28,8 @@ std::string InWords(const SubjectProposal& proposal, const Subject& now);
 
 class SubjectProposer {
  public:
-  struct Options {
-    int coverage_width_px = kCoverageWidthPx;
-    double threshold_px = kHighThresholdPx;
-    std::optional<Cap> cap;
-    double until_share = 1;
-  };
-  // `lens` outlives it.
-  SubjectProposer(const CaptureLens& lens, const Options& options) : lens_(lens), options_(options) {}
+  // `lens` and `options` outlive it.
+  SubjectProposer(const CaptureLens& lens, const CaptureOptions& options) : lens_(lens), options_(options) {}
 
   // Call it after every frame; `mesh` may be null, `distance` is that of the camera from the sphere's centre.
   // Returns a proposal once, when a new one is due.
@@ -48,7 +43,7 @@ class SubjectProposer {
   std::optional<double> ViewsFor(const Subject& subject, double distance) const;
 
   const CaptureLens& lens_;
-  const Options options_;
+  const CaptureOptions& options_;
   std::shared_ptr<const LiveMesh> mesh_;  // the last that was looked at
   std::optional<Subject> sphere_, seen_before_;
   std::optional<SubjectProposal> proposal_;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/geometry/camera_model.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "core/geometry/angles.h"
+
 namespace ulf::coverage {
 namespace {
 

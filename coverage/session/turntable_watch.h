@@ -5,13 +5,11 @@
 // (core/geometry/turn_axis.h).
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/frames/frame.h"
-#include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 #include "core/geometry/turn_axis.h"
 

@@ -21,7 +21,6 @@
 #include <memory>
 #include <string>
 
-#include "acquisition/device/device.h"
 #include "acquisition/simulator/hand.h"
 #include "coverage/session/capture_state.h"
 

@@ -236,7 +236,7 @@ class PoseSearch {
     std::erase_if(rivals, [&](const ScoredPose& rival) {
       return !ClearlyDifferent(rival.pose, found.model, distance);
     });
-    std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+    std::ranges::sort(rivals, [](const auto& a, const auto& b) { return a.cost < b.cost; });
     if (rivals.size() > kRivalsRefined) rivals.resize(kRivalsRefined);
     ScoredPose best{found.cost, found.model};
     rivals.push_back(best);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "tracking/estimation/lens_evidence.h"
 
 namespace ulf::tracking {
 namespace {

@@ -16,7 +16,7 @@
 
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "tracking/estimation/lens_evidence.h"
+#include "tracking/estimation/bundle_adjustment.h"
 
 namespace ulf::tracking {
 

@@ -2,8 +2,6 @@
 // factor.
 #pragma once
 
-#include <string>
-
 namespace ulf::tracking {
 
 struct FreeIntrinsics {

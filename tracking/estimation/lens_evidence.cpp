@@ -233,7 +233,7 @@ BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvid
   std::vector<int> order;
   for (int p = 0; p < static_cast<int>(seen_by.size()); ++p)
     if (seen_by[At(p)] >= 2) order.push_back(p);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return seen_by[At(a)] > seen_by[At(b)]; });
+  std::ranges::stable_sort(order, [&](int a, int b) { return seen_by[At(a)] > seen_by[At(b)]; });
   if (order.size() > At(options.max_points)) order.resize(At(options.max_points));
   std::vector<int> point_of(problem.points.size(), -1);
   for (const int p : order) {

@@ -1,5 +1,7 @@
 #include "tracking/estimation/opengv_bridge.h"
 
+#include <optional>
+
 #include <opengv/types.hpp>
 
 #include <opengv/absolute_pose/CentralAbsoluteAdapter.hpp>

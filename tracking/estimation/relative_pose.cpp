@@ -236,7 +236,7 @@ MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, st
     return costs;
   };
   const auto index_of_least = [](const std::vector<double>& costs) {
-    return At(std::min_element(costs.begin(), costs.end()) - costs.begin());
+    return At(std::ranges::min_element(costs) - costs.begin());
   };
   const std::size_t nearest = index_of_least(
       costs_by([&](const Motion& motion) { return TruncatedCost(motion, pairs, all, threshold); }));
@@ -273,23 +273,9 @@ MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, st
 }  // namespace
 
 const char* Name(RelativePoseOutcome outcome) {
-  switch (outcome) {
-    case RelativePoseOutcome::kFound:
-      return "found";
-    case RelativePoseOutcome::kTooFewMatches:
-      return "too few matches";
-    case RelativePoseOutcome::kRotationOnly:
-      return "rotation only";
-    case RelativePoseOutcome::kLowParallax:
-      return "low parallax";
-    case RelativePoseOutcome::kTooFewPoints:
-      return "too few points";
-    case RelativePoseOutcome::kAmbiguous:
-      return "ambiguous";
-    case RelativePoseOutcome::kConflicting:
-      return "conflicting motions";
-  }
-  return "unknown";
+  constexpr std::array kNames{"found",          "too few matches", "rotation only",      "low parallax",
+                              "too few points", "ambiguous",       "conflicting motions"};
+  return kNames[static_cast<std::size_t>(outcome)];
 }
 
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
@@ -351,11 +337,10 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   // Any motion fits the matches of a rotation. So compare what the best motion explains with what the
   // rotation does, whose residual has two dimensions and the noise of both views.
   const double noise = std::max(choice.noise, 0.05 * threshold);
-  const auto explained =
-      !choice.best ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
-        return EpipolarError(choice.best->essential, pair) < std::min(threshold, 3 * noise);
-      });
-  const auto turned = !rotation ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
+  const auto explained = !choice.best ? 0 : std::ranges::count_if(pairs, [&](const RayPair& pair) {
+    return EpipolarError(choice.best->essential, pair) < std::min(threshold, 3 * noise);
+  });
+  const auto turned = !rotation ? 0 : std::ranges::count_if(pairs, [&](const RayPair& pair) {
     return (rotation->model * pair.first - pair.second).norm() < (choice.best ? 4.5 * noise : threshold);
   });
   if (turned >= kMinPairs && static_cast<double>(turned) > kRotationShare * static_cast<double>(explained)) {

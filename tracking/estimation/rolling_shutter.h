@@ -22,7 +22,6 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "tracking/estimation/absolute_pose.h"
 #include "tracking/features/features.h"
 
 namespace ulf::tracking {

@@ -39,47 +39,40 @@ bool Stronger(const Corner& a, const Corner& b) {
 
 // Chooses corners even over the image: the strongest of each cell first, then the second strongest of each,
 // until there are enough.
-class Spreader {
- public:
-  void Keep(std::vector<Corner>& corners, int count, double least_cell_px, cv::Size size) {
-    if (static_cast<int>(corners.size()) <= count) return;
-    const double cell =
-        std::max(least_cell_px, std::sqrt(static_cast<double>(size.area()) / std::max(1, count)));
-    const double cells_per_px = 1 / cell;
-    const int columns = static_cast<int>(size.width / cell) + 1;
-    const auto cell_of = [&](const Corner& corner) {
-      return At(static_cast<int>(corner.y * cells_per_px) * columns +
-                static_cast<int>(corner.x * cells_per_px));
-    };
-    starts_.assign(At(columns * (static_cast<int>(size.height / cell) + 1)) + 1, 0);
-    for (const Corner& corner : corners) ++starts_[cell_of(corner) + 1];
-    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
-    next_.assign(starts_.begin(), starts_.end() - 1);
-    by_cell_.resize(corners.size());
-    for (const Corner& corner : corners) by_cell_[At(next_[cell_of(corner)]++)] = corner;
-    corners.clear();
-    next_.clear();  // from here on: the cells that are not exhausted
-    for (std::size_t c = 0; c + 1 < starts_.size(); ++c) {
-      if (starts_[c] == starts_[c + 1]) continue;
-      std::sort(by_cell_.begin() + starts_[c], by_cell_.begin() + starts_[c + 1], Stronger);
-      next_.push_back(static_cast<int>(c));
-    }
-    for (int rank = 0; static_cast<int>(corners.size()) < count; ++rank) {
-      const std::size_t before = corners.size();
-      std::erase_if(next_, [&](int c) {
-        const int at = starts_[At(c)] + rank;
-        corners.push_back(by_cell_[At(at)]);
-        return at + 1 == starts_[At(c) + 1];
-      });
-      std::sort(corners.begin() + static_cast<long>(before), corners.end(), Stronger);
-    }
-    corners.resize(At(count));
+void Spread(std::vector<Corner>& corners, int count, cv::Size size) {
+  if (static_cast<int>(corners.size()) <= count) return;
+  const double cell =
+      std::max(kLeastCellPx, std::sqrt(static_cast<double>(size.area()) / std::max(1, count)));
+  const double cells_per_px = 1 / cell;
+  const int columns = static_cast<int>(size.width / cell) + 1;
+  const auto cell_of = [&](const Corner& corner) {
+    return At(static_cast<int>(corner.y * cells_per_px) * columns +
+              static_cast<int>(corner.x * cells_per_px));
+  };
+  std::vector<int> starts(At(columns * (static_cast<int>(size.height / cell) + 1)) + 1, 0);
+  for (const Corner& corner : corners) ++starts[cell_of(corner) + 1];
+  for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
+  std::vector<int> next(starts.begin(), starts.end() - 1);
+  std::vector<Corner> by_cell(corners.size());
+  for (const Corner& corner : corners) by_cell[At(next[cell_of(corner)]++)] = corner;
+  corners.clear();
+  next.clear();  // from here on: the cells that are not exhausted
+  for (std::size_t c = 0; c + 1 < starts.size(); ++c) {
+    if (starts[c] == starts[c + 1]) continue;
+    std::sort(by_cell.begin() + starts[c], by_cell.begin() + starts[c + 1], Stronger);
+    next.push_back(static_cast<int>(c));
   }
-
- private:
-  std::vector<int> starts_, next_;
-  std::vector<Corner> by_cell_;
-};
+  for (int rank = 0; static_cast<int>(corners.size()) < count; ++rank) {
+    const std::size_t before = corners.size();
+    std::erase_if(next, [&](int c) {
+      const int at = starts[At(c)] + rank;
+      corners.push_back(by_cell[At(at)]);
+      return at + 1 == starts[At(c) + 1];
+    });
+    std::sort(corners.begin() + static_cast<long>(before), corners.end(), Stronger);
+  }
+  corners.resize(At(count));
+}
 
 constexpr int kSide = 32;  // pixels that a row of a patch is read as: whole vectors
 using PatchRow = std::array<std::int16_t, kSide>;
@@ -241,7 +234,6 @@ struct FeatureExtractor::State {
   FeatureOptions options;
   cv::Ptr<cv::ORB> describer;
   std::array<int, kPyramidLevels> fast_threshold;
-  Spreader spreader;
   // These are kept from frame to frame, so that their memory need not be allocated again.
   std::vector<cv::KeyPoint> keypoints;
   std::vector<Corner> corners;
@@ -259,8 +251,6 @@ FeatureExtractor::FeatureExtractor(const CameraModel& camera, const FeatureOptio
   state_->fast_threshold.fill(kFastStart);
 }
 FeatureExtractor::~FeatureExtractor() = default;
-FeatureExtractor::FeatureExtractor(FeatureExtractor&&) noexcept = default;
-FeatureExtractor& FeatureExtractor::operator=(FeatureExtractor&&) noexcept = default;
 
 void FeatureExtractor::SetCamera(const CameraModel& camera) { state_->camera = camera; }
 
@@ -291,7 +281,7 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
     for (const cv::KeyPoint& keypoint : keypoints)
       corners.push_back({static_cast<int>(keypoint.pt.x) + inside.x,
                          static_cast<int>(keypoint.pt.y) + inside.y, static_cast<int>(keypoint.response)});
-    state_->spreader.Keep(corners, wanted, kLeastCellPx, image.size());
+    Spread(corners, wanted, image.size());
 
     keypoints.clear();
     for (const Corner& corner : corners) {

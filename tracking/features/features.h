@@ -139,8 +139,6 @@ class FeatureExtractor {
  public:
   explicit FeatureExtractor(const CameraModel& camera, const FeatureOptions& options = {});
   ~FeatureExtractor();
-  FeatureExtractor(FeatureExtractor&&) noexcept;
-  FeatureExtractor& operator=(FeatureExtractor&&) noexcept;
 
   // Returns about `count` features. The corner threshold adapts from frame to frame, so the result depends on
   // the frames before.

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <limits>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "tracking/features/features.h"

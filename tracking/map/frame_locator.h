@@ -14,7 +14,6 @@
 
 #include "core/base/stage_times.h"
 #include "core/geometry/camera_model.h"
-#include "tracking/estimation/absolute_pose.h"
 #include "tracking/map/frame_report.h"
 #include "tracking/map/map.h"
 #include "tracking/map/map_matching.h"

@@ -379,9 +379,7 @@ ClosedLoop LoopCloser::Seen(const LoopHypothesis& last) const {
 
 // The main part stays where it is; of two others, the older one does.
 ClosedLoop LoopCloser::Join(const std::vector<LoopHypothesis>& agreeing) {
-  const LoopHypothesis& best =
-      *std::max_element(agreeing.begin(), agreeing.end(),
-                        [](const LoopHypothesis& a, const LoopHypothesis& b) { return a.points < b.points; });
+  const LoopHypothesis& best = *std::ranges::max_element(agreeing, {}, &LoopHypothesis::points);
   const int recent = map_.keyframe(best.recent).part, old = map_.keyframe(best.old).part;
   const bool old_stays = old == map_.main_part() || (recent != map_.main_part() && old < recent);
   const Similarity3 old_from_recent = Correction(best);

@@ -76,8 +76,8 @@ void Map::AddView(int id, const ViewObservation& seen) {
 
 void Map::RemoveObservation(int id, int keyframe_id) {
   MapPoint& seen = point(id);
-  const auto found = std::find_if(seen.observations.begin(), seen.observations.end(),
-                                  [&](const Observation& o) { return o.keyframe == keyframe_id; });
+  const auto found = std::ranges::find_if(seen.observations,
+                                          [&](const Observation& o) { return o.keyframe == keyframe_id; });
   if (found == seen.observations.end()) return;
   Keyframe& by = keyframe(keyframe_id);
   by.point_of_feature[At(found->feature)] = -1;
@@ -202,7 +202,7 @@ std::vector<Map::Neighbour> Map::Covisible(int id, int min_shared) const {
   std::vector<Neighbour> neighbours;
   for (const auto& [other, count] : shared)
     if (other != id && count >= min_shared) neighbours.push_back({other, count});
-  std::sort(neighbours.begin(), neighbours.end(), [](const Neighbour& a, const Neighbour& b) {
+  std::ranges::sort(neighbours, [](const Neighbour& a, const Neighbour& b) {
     return a.shared != b.shared ? a.shared > b.shared : a.keyframe < b.keyframe;
   });
   return neighbours;
@@ -290,8 +290,7 @@ std::vector<int> Map::LivingOf(int part) const {
 }
 
 int Map::FirstKeyframe(int part) const {
-  const auto first =
-      std::find_if(living_.begin(), living_.end(), [&](int id) { return keyframe(id).part == part; });
+  const auto first = std::ranges::find_if(living_, [&](int id) { return keyframe(id).part == part; });
   return first == living_.end() ? -1 : *first;
 }
 

@@ -11,8 +11,8 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/similarity3.h"
 #include "core/geometry/small_matrices.h"
-#include "core/geometry/trajectory.h"
 #include "tracking/map/map_rows.h"
 
 namespace ulf::tracking {
@@ -185,8 +185,8 @@ void WriteRows(const CameraModel& camera, OwnedMap& owned, const std::vector<int
     const BundleObservation& seen = problem.observations[i];
     if (At(seen.camera) >= keyframes.size() || !problem.rows[At(seen.camera)] || seen.outlier) continue;
     const std::vector<Observation>& observations = map.point(origin[i].first).observations;
-    const auto found = std::find_if(observations.begin(), observations.end(),
-                                    [&](const Observation& o) { return o.keyframe == origin[i].second; });
+    const auto found = std::ranges::find_if(
+        observations, [&](const Observation& o) { return o.keyframe == origin[i].second; });
     if (found == observations.end()) continue;
     seen_by[At(seen.camera)].push_back(
         {origin[i].first, static_cast<std::size_t>(found - observations.begin()),

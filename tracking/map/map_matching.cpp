@@ -90,7 +90,7 @@ std::vector<int> KeyframesSeeing(const Map& map, const std::unordered_map<int, V
     });
     chosen.resize(At(most));
   }
-  std::sort(chosen.begin(), chosen.end());
+  std::ranges::sort(chosen);
   return chosen;
 }
 
@@ -203,8 +203,8 @@ std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& 
     const bool by_patch = !matched[At(i)] && candidates[At(i)].patch;
     (by_patch ? open : looked_for).push_back(i);
   }
-  std::stable_sort(open.begin(), open.end(),
-                   [&](int a, int b) { return candidates[At(a)].find_rate > candidates[At(b)].find_rate; });
+  std::ranges::stable_sort(
+      open, [&](int a, int b) { return candidates[At(a)].find_rate > candidates[At(b)].find_rate; });
   int tried = 0;
   for (const int i : open) {
     if (tried >= most) break;

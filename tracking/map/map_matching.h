@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -17,7 +16,6 @@
 #include "tracking/estimation/rolling_shutter.h"
 #include "tracking/features/features.h"
 #include "tracking/features/matching.h"
-#include "tracking/map/fiducial_observation.h"
 #include "tracking/map/map.h"
 #include "tracking/map/tracked_image.h"
 

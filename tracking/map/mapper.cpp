@@ -251,7 +251,7 @@ int Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv:
                   {first, match.first, a.img, DetectedSigmaPx(a.level)});
     }
   }
-  Adjust({first, second}, {}, BundleOptionsFor(kTwoViewsAdjustment));
+  AdjustMap(camera_, owned_, {first, second}, {}, BundleOptionsFor(kTwoViewsAdjustment));
   // The adjustment has changed depths: scale the median to one again.
   const double again = 1 / map_.MedianDepth(first);
   {
@@ -294,7 +294,7 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
 }
 
 bool Mapper::FinishSeeds(int min_points) {
-  Adjust({}, map_.living(), BundleOptionsFor(kSeededAdjustment));
+  AdjustMap(camera_, owned_, {}, map_.living(), BundleOptionsFor(kSeededAdjustment));
   if (map_.LivingPoints() < min_points) return false;
   // Derive the points' find rates from the views. Without them every point would have a rate of one half, and
   // the tracker would refuse the first frame, which shows fewer.
@@ -368,7 +368,7 @@ std::vector<int> Mapper::NeighboursByPose(int id, int most) const {
     if (cosine < kMapperSeedMinCosine) continue;
     ranked.emplace_back((other.cam_from_world.OriginInSource() - pose.OriginInSource()).norm(), other.id);
   }
-  std::sort(ranked.begin(), ranked.end());
+  std::ranges::sort(ranked);
   std::vector<int> chosen;
   for (const auto& [distance, keyframe] : ranked)
     if (static_cast<int>(chosen.size()) < most) chosen.push_back(keyframe);
@@ -406,7 +406,7 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
     }
   std::vector<std::pair<int, int>> ranked;
   for (const auto& [keyframe, count] : shares) ranked.emplace_back(-count, keyframe);
-  std::sort(ranked.begin(), ranked.end());
+  std::ranges::sort(ranked);
   std::vector<int> held;
   for (const auto& [count, keyframe] : ranked)
     if (static_cast<int>(held.size()) < kMapperHeldKeyframes) held.push_back(keyframe);
@@ -414,7 +414,7 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
     held.insert(held.end(), local.begin(), local.end());
     local.clear();
   }
-  Adjust(local, held, BundleOptionsFor(kLocalAdjustment));
+  AdjustMap(camera_, owned_, local, held, BundleOptionsFor(kLocalAdjustment));
 }
 
 // Returns the part that the camera is in.
@@ -466,11 +466,6 @@ void Mapper::AdjustWhole(int part, const BundleOptions& options) {
   const MapLock lock(owned_.shared);
   owned_.shared.readout = readout;
   ++owned_.shared.readouts_measured;
-}
-
-void Mapper::Adjust(const std::vector<int>& free, const std::vector<int>& held,
-                    const BundleOptions& options) {
-  AdjustMap(camera_, owned_, free, held, options);
 }
 
 void Mapper::CullKeyframes(int newest) {

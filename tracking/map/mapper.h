@@ -109,7 +109,6 @@ class Mapper {
   BundleOptions BundleOptionsFor(const AdjustmentEffort& effort) const;
   void AdjustWhole(int part, const BundleOptions& options);
   void CheckLens();
-  void Adjust(const std::vector<int>& free, const std::vector<int>& held, const BundleOptions& options);
   void CullKeyframes(int newest);
   void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other)
       ULF_REQUIRES(owned_.shared.mutex);

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tracking/estimation/calibration_check.h"
+#include "tracking/estimation/lens_evidence.h"
 #include "tracking/map/loop_closer.h"
 #include "tracking/map/map_adjustment.h"
 #include "tracking/map/mapper.h"

@@ -8,7 +8,6 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/features/matching.h"
-#include "tracking/map/map_matching.h"
 #include "tracking/map/mapper.h"
 
 namespace ulf::tracking {
@@ -166,8 +165,8 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
   for (const int id : points) {
     const MapPoint& point = map_.point(id);
     if (!point.alive) continue;
-    if (std::any_of(point.observations.begin(), point.observations.end(),
-                    [&](const Observation& o) { return o.keyframe == keyframe_id; }))
+    if (std::ranges::any_of(point.observations,
+                            [&](const Observation& o) { return o.keyframe == keyframe_id; }))
       continue;
     const Vector3d towards = point.position - center;
     const double distance = towards.norm();

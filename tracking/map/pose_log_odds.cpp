@@ -95,7 +95,7 @@ void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& pictur
     const auto& img = img_of[At(i)];
     if (left_out[At(i)] || !img) continue;
     const Descriptor& descriptor = frame_pose.candidates[At(i)].descriptor;
-    left_out[At(i)] = std::any_of(looks.begin(), looks.end(), [&](const Look& other) {
+    left_out[At(i)] = std::ranges::any_of(looks, [&](const Look& other) {
       return Distance(descriptor, *other.descriptor) <= kSureDistance &&
              (*img - other.img).squaredNorm() > other.apart_px * other.apart_px;
     });
@@ -112,7 +112,7 @@ void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& fram
     if (left_out[At(i)]) continue;
     const Candidate& candidate = frame_pose.candidates[At(i)];
     const double apart = apart_share * (candidate.position - center).norm();
-    left_out[At(i)] = std::any_of(others.begin(), others.end(), [&](const MapPoint* other) {
+    left_out[At(i)] = std::ranges::any_of(others, [&](const MapPoint* other) {
       return Distance(candidate.descriptor, other->descriptor) <= kSureDistance &&
              (candidate.position - other->position).squaredNorm() > apart * apart;
     });

@@ -1,11 +1,13 @@
 #include "tracking/map/relocalizer.h"
 
 #include <algorithm>
+#include <functional>
 #include <random>
 #include <utility>
 
 #include "core/base/at.h"
 #include "tracking/estimation/absolute_pose.h"
+#include "tracking/features/matching.h"
 
 namespace ulf::tracking {
 
@@ -93,8 +95,7 @@ std::vector<KeyframeIndex::Ranked> KeyframeIndex::Query(const FeatureSet& featur
   std::vector<Ranked> ranked;
   for (int k = 0; k < count; ++k)
     if (votes[At(k)] > 0) ranked.push_back({k, votes[At(k)]});
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const Ranked& a, const Ranked& b) { return a.votes > b.votes; });
+  std::ranges::stable_sort(ranked, std::greater{}, &Ranked::votes);
   if (static_cast<int>(ranked.size()) > most) ranked.resize(At(most));
   return ranked;
 }

@@ -14,7 +14,6 @@
 
 #include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
-#include "tracking/features/matching.h"
 #include "tracking/map/map.h"
 
 namespace ulf::tracking {

@@ -409,11 +409,6 @@ PoseCheck CheckPoses(const RefineInput& input,
     check.looks_away = fit->before_share < kLeastBeforeShare;
     if (check.fits_poorly) check.convention = PoseConvention(scene, pairs, kCheckMinMatches);
   }
-  const auto add_undecided = [&](int view, std::string why) {
-    UndecidedView& one = check.undecided.emplace_back();
-    one.view = view;
-    one.why = std::move(why);
-  };
   for (int view = 0; view < static_cast<int>(scene.views.size()); ++view) {
     const RefineView& own = scene.view(view);
     if (const auto found = outliers.contradicted().find(view); found != outliers.contradicted().end()) {
@@ -421,17 +416,19 @@ PoseCheck CheckPoses(const RefineInput& input,
       check.contradicted.back().error_px *=
           static_cast<double>(input.lenses[At(own.lens)].width) / scene.LensOf(own).width;
     } else if (!own.registered) {
-      add_undecided(view, own.why);
+      check.undecided.push_back({view, own.why});
     } else if (outliers.HasNoConsensus(view)) {
-      add_undecided(view, "what its neighbours show of it agrees on no pose");
+      check.undecided.push_back({view, "what its neighbours show of it agrees on no pose"});
     } else if (set.neighbours[At(view)].empty()) {
-      add_undecided(view,
-                    "shares too little with the pictures of its neighbours: without texture, blurred, or "
-                    "of something else");
+      check.undecided.push_back(
+          {view,
+           "shares too little with the pictures of its neighbours: without texture, blurred, or of "
+           "something else"});
     } else if (outliers.ValidTests(view).empty() && (!tests[At(view)].empty() || !fits_one[At(view)])) {
       const bool disagree = tests[At(view)].empty();
-      add_undecided(view, disagree ? "its neighbours do not agree with each other about what it shows"
-                                   : "its neighbours are contradicted themselves");
+      check.undecided.push_back({view, disagree
+                                           ? "its neighbours do not agree with each other about what it shows"
+                                           : "its neighbours are contradicted themselves"});
     } else {
       ++check.agree;
     }

@@ -1,10 +1,8 @@
 #include "tracking/refine/pose_conventions.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <functional>
 
-#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/two_view_motion.h"
 

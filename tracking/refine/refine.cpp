@@ -44,8 +44,8 @@ constexpr double kRefineContradictedShare = 0.5;
 
 void RequireReadable(const RefineScene& scene) {
   if (scene.Registered() >= 2) return;
-  const auto unread = std::find_if(scene.views.begin(), scene.views.end(),
-                                   [](const RefineView& view) { return !view.registered; });
+  const auto unread =
+      std::ranges::find_if(scene.views, [](const RefineView& view) { return !view.registered; });
   throw Error("{} of {} can be read{}; refining needs at least two", scene.Registered(),
               Counted(scene.views.size(), "view"),
               unread != scene.views.end() ? " (" + unread->why + ")" : "");

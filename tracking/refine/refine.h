@@ -21,17 +21,8 @@
 
 #include <functional>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "core/geometry/camera_model.h"
-#include "core/geometry/rigid3.h"
-#include "core/image/image.h"
-#include "core/light_field/light_field.h"
-#include "tracking/estimation/calibration_check.h"
-#include "tracking/estimation/lens_evidence.h"
-#include "tracking/estimation/rolling_shutter.h"
 #include "tracking/refine/refine_input.h"
 #include "tracking/refine/refine_result.h"
 

@@ -5,7 +5,6 @@
 #include <unordered_map>
 
 #include "core/base/at.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"
 #include "tracking/map/pose_error.h"
 

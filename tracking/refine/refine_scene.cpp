@@ -9,7 +9,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
-#include "core/geometry/trajectory.h"
+#include "core/geometry/similarity3.h"
 
 namespace ulf::tracking {
 
@@ -17,13 +17,13 @@ using Eigen::Vector3d;
 
 int RefineScene::Registered() const {
   return static_cast<int>(
-      std::count_if(views.begin(), views.end(), [](const RefineView& view) { return view.registered; }));
+      std::ranges::count_if(views, [](const RefineView& view) { return view.registered; }));
 }
 
 std::vector<int> RefineScene::LongestFirst() const {
   std::vector<int> order(tracks.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+  std::ranges::stable_sort(order, [&](int a, int b) {
     return tracks[At(a)].observations.size() > tracks[At(b)].observations.size();
   });
   return order;

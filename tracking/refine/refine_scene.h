@@ -15,7 +15,6 @@
 #include "core/base/at.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "core/image/image.h"
 #include "tracking/estimation/bundle_adjustment.h"
 #include "tracking/features/features.h"
 

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -17,8 +16,7 @@ namespace {
 using Eigen::Vector3d;
 
 double Tolerance(std::vector<TimedPose> truth, double most_s) {
-  std::sort(truth.begin(), truth.end(),
-            [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
+  std::ranges::sort(truth, {}, &TimedPose::time_s);
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < truth.size(); ++i) steps_s.push_back(truth[i].time_s - truth[i - 1].time_s);
   return std::min(most_s, 0.5 * Median(std::move(steps_s)));
@@ -61,7 +59,7 @@ LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& 
            (view.recorded_cam_from_world->translation != now.translation ||
             view.recorded_cam_from_world->rotation.coeffs() != now.rotation.coeffs());
   };
-  if (std::none_of(before.views.begin(), before.views.end(), moved)) recorded.clear();
+  if (std::ranges::none_of(before.views, moved)) recorded.clear();
   const double tolerance_s = Tolerance(truth, most_apart_s);
   LightFieldErrors errors{truth_name, CompareTrajectories(recorded, truth, tolerance_s),
                           CompareTrajectories(old_poses, truth, tolerance_s),

@@ -119,7 +119,7 @@ void SelectTracks(const TrackOptions& options, RefineScene& scene) {
   for (const int t : scene.LongestFirst()) {
     SceneTrack& track = scene.tracks[At(t)];
     const auto has_room = [&](const TrackObservation& o) { return crowd[cell_of(o)] < per_cell; };
-    if (std::none_of(track.observations.begin(), track.observations.end(), has_room)) continue;
+    if (std::ranges::none_of(track.observations, has_room)) continue;
     for (const TrackObservation& o : track.observations) ++crowd[cell_of(o)];
     chosen.push_back(std::move(track));
   }
@@ -258,8 +258,8 @@ std::vector<std::pair<int, TrackObservation>> Measure(const RefineScene& scene, 
     ++tried[cell];
     const auto aligned = AlignPatch(lens, *reference.patch, reference.axes, track.position,
                                     view.cam_from_world, pyramid, want.img);
-    const auto before = std::find_if(track.observations.begin(), track.observations.end(),
-                                     [&](const TrackObservation& o) { return o.view == v; });
+    const auto before =
+        std::ranges::find_if(track.observations, [&](const TrackObservation& o) { return o.view == v; });
     const bool seen_before = before != track.observations.end();
     if (aligned && (seen_before || aligned->correlation >= kExtensionMinNewCorrelation)) {
       measure(-1, aligned->img, AlignedSigmaPx(aligned->level));
@@ -324,8 +324,7 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
   std::vector<Link> links;
   for (const PairMatches& pair : pairs)
     for (const FeatureMatch& match : pair.matches) links.push_back({&pair, match});
-  std::stable_sort(links.begin(), links.end(),
-                   [](const Link& a, const Link& b) { return a.match.distance < b.match.distance; });
+  std::ranges::stable_sort(links, {}, [](const Link& link) { return link.match.distance; });
   TrackSets sets(scene);
   for (const auto& [pair, match] : links) sets.Join({pair->first, match.first}, {pair->second, match.second});
   scene.tracks.clear();

@@ -178,8 +178,7 @@ std::vector<std::pair<int, int>> ChoosePairs(const RefineScene& scene, const Pai
   for (int i = 0; i < static_cast<int>(scene.views.size()); ++i) {
     if (!scene.view(i).registered) continue;
     std::vector<Neighbour> neighbours = NeighboursOf(scene, i, distance);
-    std::stable_sort(neighbours.begin(), neighbours.end(),
-                     [](const Neighbour& a, const Neighbour& b) { return a.apart < b.apart; });
+    std::ranges::stable_sort(neighbours, {}, &Neighbour::apart);
     const auto take = [&](int j) { pairs.insert({std::min(i, j), std::max(i, j)}); };
     for (int k = 0; k < std::min(options.nearest, static_cast<int>(neighbours.size())); ++k)
       take(neighbours[At(k)].view);
@@ -268,7 +267,7 @@ bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs,
     const std::vector<RayPair> rays = RaysOf(a, b, pair.matches);
     const Eigen::Quaterniond turn =
         FitRotation(rays, focal_px, kOnePlaceTurnedPx, seed + static_cast<unsigned>(k));
-    const auto explained = std::count_if(rays.begin(), rays.end(), [&](const RayPair& ray) {
+    const auto explained = std::ranges::count_if(rays, [&](const RayPair& ray) {
       return (turn * ray.first - ray.second).norm() * focal_px < kOnePlaceTurnedPx;
     });
     turned[k] = static_cast<double>(explained) > kOnePlaceMatchShare * static_cast<double>(rays.size());

@@ -206,8 +206,7 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
       candidates.push_back({std::move(*refined), error});
     }
   if (candidates.empty()) return std::nullopt;
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.error < b.error; });
+  std::ranges::sort(candidates, {}, &Candidate::error);
   // The corners' variance over the usual one.
   const auto freedom = 2 * static_cast<double>(corners.size()) - 6;
   const double worse = (kMarkerUsualWeight + candidates[0].error) / (kMarkerUsualWeight + freedom);

@@ -16,7 +16,6 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/geometry/camera_model.h"
@@ -25,7 +24,7 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/sources/marker_map.h"
 #include "tracking/sources/marker_spec.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::tracking {
 

@@ -31,7 +31,7 @@ std::pair<Rigid3, std::size_t> Consensus(const std::vector<Rigid3>& proposals, d
                                          double agree_rad) {
   std::pair<Rigid3, std::size_t> best{proposals.front(), 0};
   for (const Rigid3& candidate : proposals) {
-    const auto agree = At(std::count_if(proposals.begin(), proposals.end(), [&](const Rigid3& other) {
+    const auto agree = At(std::ranges::count_if(proposals, [&](const Rigid3& other) {
       return (candidate.translation - other.translation).norm() < agree_m &&
              RotationAngle(candidate.rotation.conjugate() * other.rotation) < agree_rad;
     }));
@@ -69,12 +69,12 @@ void MarkerMap::Add(const Rigid3& cam_from_world, const std::map<int, MarkerImag
   }
   // Every new direction and every new set of markers gives a keyframe.
   const auto known = [&](const auto& entry) { return Knows(entry.first); };
-  if (std::count_if(seen.begin(), seen.end(), known) < 2) return;
+  if (std::ranges::count_if(seen, known) < 2) return;
   const double distance = cam_from_world.translation.norm();
-  const bool like_another = std::any_of(keyframes_.begin(), keyframes_.end(), [&](const Keyframe& k) {
+  const bool like_another = std::ranges::any_of(keyframes_, [&](const Keyframe& k) {
     return (k.cam_from_world.OriginInSource() - cam_from_world.OriginInSource()).norm() <
                kMarkerMapKeyframeMoved * distance &&
-           std::all_of(seen.begin(), seen.end(), [&](const auto& s) { return k.seen.contains(s.first); });
+           std::ranges::all_of(seen, [&](const auto& s) { return k.seen.contains(s.first); });
   });
   if (like_another && !grew) return;
   if (keyframes_.size() >= kMarkerMapMostKeyframes)

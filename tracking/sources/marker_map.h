@@ -9,7 +9,6 @@
 
 #include <Eigen/Core>
 #include <map>
-#include <optional>
 #include <vector>
 
 #include "core/fiducials/marker_detector.h"

@@ -8,7 +8,7 @@ namespace ulf::tracking {
 std::optional<Rigid3> PoseFromNumbers(std::span<const double, 7> v) {
   constexpr double kUnitTolerance = 0.05;  // of the quaternion's length. Guessed
   const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
-  if (!std::all_of(v.begin(), v.end(), [](double number) { return std::isfinite(number); }) ||
+  if (!std::ranges::all_of(v, [](double number) { return std::isfinite(number); }) ||
       std::abs(rotation.norm() - 1) > kUnitTolerance)
     return std::nullopt;
   return Rigid3{rotation.normalized(), {v[0], v[1], v[2]}};

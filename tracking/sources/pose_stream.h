@@ -23,9 +23,7 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <utility>
 #include <variant>
-#include <vector>
 
 #include "core/base/clock_offset.h"
 #include "core/base/mutex.h"

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
+#include "tracking/features/patch_alignment.h"
 
 namespace ulf::tracking {
 namespace {
@@ -61,7 +63,7 @@ bool PartMovesOnItsOwn(const CameraModel& camera, const Rigid3& second_from_firs
     off_px[CellOf(first_img[i], camera, kColumns, kRows)].push_back(camera.MeanFocalPx() *
                                                                     pairs[i].second.dot(line) / across);
   }
-  return std::any_of(off_px.begin(), off_px.end(), [&](const std::vector<double>& part) {
+  return std::ranges::any_of(off_px, [&](const std::vector<double>& part) {
     return part.size() >= At(kStartMinPartMatches) && std::abs(Median(part)) > most_px;
   });
 }

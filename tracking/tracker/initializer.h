@@ -11,9 +11,6 @@
 
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/relative_pose.h"
-#include "tracking/estimation/rolling_shutter.h"
-#include "tracking/features/matching.h"
-#include "tracking/map/map_matching.h"
 #include "tracking/map/tracked_image.h"
 #include "tracking/tracker/start_progress.h"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
 

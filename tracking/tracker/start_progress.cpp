@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <array>
+
 namespace ulf::tracking {
 namespace {
 
@@ -9,35 +11,23 @@ struct ObstacleWords {
   const char *finding, *to_do;  // what to do with a camera in the hand; empty: nothing
 };
 
-ObstacleWords WordsOf(StartObstacle obstacle) {
-  switch (obstacle) {
-    case StartObstacle::kNone:
-      return {"the map has started", ""};
-    case StartObstacle::kFirstView:
-      return {"the first picture, which the next ones are compared with", "move the camera sideways"};
-    case StartObstacle::kTooFewFeatures:
-      return {"the picture shows hardly any corners", "more light or texture, or a sharper picture"};
-    case StartObstacle::kTooFewMatches:
-      return {"too few features are found again", "more light or texture, or a slower motion"};
-    case StartObstacle::kRotationOnly:
-      return {"the camera only turns", "move it sideways"};
-    case StartObstacle::kLowParallax:
-      return {"too little parallax", "continue to move sideways"};
-    case StartObstacle::kAmbiguousPlane:
-      return {"the scene is flat, and two motions explain it",
-              "continue to move, or show something that stands out"};
-    case StartObstacle::kConflictingMotions:
-      return {"parts of the picture move on their own, or look alike", "show more that stands still"};
-    case StartObstacle::kMapDidNotHold:
-      return {"the first map could not be tracked and was discarded", "continue to move sideways"};
-  }
-  return {"unknown", ""};
-}
+// The order is that of StartObstacle.
+constexpr std::array<ObstacleWords, 9> kObstacleWords{{
+    {"the map has started", ""},
+    {"the first picture, which the next ones are compared with", "move the camera sideways"},
+    {"the picture shows hardly any corners", "more light or texture, or a sharper picture"},
+    {"too few features are found again", "more light or texture, or a slower motion"},
+    {"the camera only turns", "move it sideways"},
+    {"too little parallax", "continue to move sideways"},
+    {"the scene is flat, and two motions explain it", "continue to move, or show something that stands out"},
+    {"parts of the picture move on their own, or look alike", "show more that stands still"},
+    {"the first map could not be tracked and was discarded", "continue to move sideways"},
+}};
 
 }  // namespace
 
 std::string Advice(StartObstacle obstacle, FrameSource source) {
-  const auto [finding, to_do] = WordsOf(obstacle);
+  const auto [finding, to_do] = kObstacleWords[static_cast<std::size_t>(obstacle)];
   if (IsTaken(source) || *to_do == 0) return finding;
   return obstacle == StartObstacle::kFirstView ? to_do : fmt::format("{}: {}", finding, to_do);
 }

@@ -1,7 +1,6 @@
 #include "tracking/tracker/tracker.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -184,7 +183,7 @@ TrackerStatistics Tracker::Statistics() const {
           std::chrono::duration<double>(core_->shared.longest_wait).count(),
           core_->calibration ? core_->calibration : core_->InOriginalPixels(core_->shared.wrong_lens),
           core_->RefinedLensInOriginalPixels(),
-          core_->Rolling(),
+          core_->readout_search.found(),
           static_cast<int>(core_->shared.map.keyframes().size()),
           static_cast<int>(core_->shared.map.points().size()),
           core_->map_start,

@@ -16,15 +16,11 @@
 #include <memory>
 #include <optional>
 
-#include "core/base/stage_times.h"
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field.h"
-#include "tracking/estimation/calibration_check.h"
-#include "tracking/estimation/relative_pose.h"
-#include "tracking/estimation/rolling_shutter.h"
 #include "tracking/map/anchored.h"
 #include "tracking/map/fiducial_observation.h"
 #include "tracking/tracker/pose_source.h"

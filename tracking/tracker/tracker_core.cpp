@@ -4,14 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
 
 #include "core/base/at.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "core/geometry/angles.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/map/pose_log_odds.h"
 #include "tracking/tracker/photograph_locator.h"
@@ -65,13 +62,11 @@ std::optional<Twist> TrackerCore::VelocitySince(const Rigid3& last_pose, const R
   return TwistBetween(last_pose, pose, step_s);
 }
 
-std::optional<Readout> TrackerCore::Rolling() const { return readout_search.found(); }
-
 std::optional<CalibrationCheck> TrackerCore::InOriginalPixels(
     const std::optional<CalibrationCheck>& working) const {
   if (!working) return std::nullopt;
   CalibrationCheck check = working->Of(size.original());
-  const auto rolling = Rolling();
+  const auto rolling = readout_search.found();
   check.rows_uncompensated = rolling && (!rolling->compensated || rolling->contradicted);
   return check;
 }
@@ -229,8 +224,7 @@ bool TrackerCore::Accept(double time_s, const FramePose& frame_pose, int joins, 
   }
   spdlog::debug("frame {}: {} of {:.0f} points, {} candidates, {} aligned, {:.1f} px", frame,
                 frame_pose.matches.size(), frame_pose.expected, frame_pose.candidates.size(),
-                std::count_if(frame_pose.matches.begin(), frame_pose.matches.end(),
-                              [](const PointMatch& m) { return m.aligned; }),
+                std::ranges::count_if(frame_pose.matches, [](const PointMatch& m) { return m.aligned; }),
                 Median(motion_px));
   frame_before.reset();
   if (now.between) frame_before = {last.time_s, last.anchor};

@@ -16,7 +16,6 @@
 #include "tracking/map/frame_locator.h"
 #include "tracking/map/mapper.h"
 #include "tracking/map/pose_error.h"
-#include "tracking/map/relocalizer.h"
 #include "tracking/tracker/initializer.h"
 #include "tracking/tracker/readout.h"
 #include "tracking/tracker/readout_search.h"
@@ -123,7 +122,6 @@ struct TrackerCore {
   Track Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials);
   void MoveWorld(const Similarity3& given_from_world);
   void AddWorldInformation(const TrackedImage& image);
-  bool ContradictsLens() const;
   bool IsApart() const {
     const MapLock lock(shared);
     return part != shared.map.main_part();
@@ -144,7 +142,6 @@ struct TrackerCore {
   void Abandon();
   void ChooseMainPart();
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
-  std::optional<Readout> Rolling() const;
   std::optional<CalibrationCheck> InOriginalPixels(const std::optional<CalibrationCheck>& working) const;
   std::optional<RefinedLens> RefinedLensInOriginalPixels() const;
   bool Accept(double time_s, const FramePose& frame_pose, int joins, Track& track);

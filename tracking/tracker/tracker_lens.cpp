@@ -29,11 +29,6 @@ std::optional<RefinedLens> TrackerCore::RefinedLensInOriginalPixels() const {
   return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale, refined_lens->center_is_found};
 }
 
-bool TrackerCore::ContradictsLens() const {
-  const MapLock lock(shared);
-  return shared.wrong_lens.has_value();
-}
-
 // The mapper rests meanwhile, so a live camera's next frame waits.
 bool TrackerCore::RefineLens() {
   mapper.WaitUntilIdle();
@@ -72,7 +67,10 @@ void TrackerCore::PrepareLens() {
     return;
   }
   if (options.lens != LensUse::kRefine) return;
-  const bool contradicted = ContradictsLens();
+  const bool contradicted = [&] {
+    const MapLock lock(shared);
+    return shared.wrong_lens.has_value();
+  }();
   if ((contradicted || shared.lens_is_due) && !RefineLens() && contradicted)
     spdlog::warn("images contradict the given lens, and no other explains them better yet");
 }

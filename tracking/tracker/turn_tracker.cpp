@@ -1,13 +1,14 @@
 #include "tracking/tracker/turn_tracker.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "core/base/at.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/relative_pose.h"
 #include "tracking/features/matching.h"
+#include "tracking/tracker/start_progress.h"
 
 namespace ulf::tracking {
 
@@ -51,7 +52,7 @@ std::optional<Quaterniond> TurnTracker::Step(const std::shared_ptr<const Feature
   const Quaterniond expected = step_ * last_;
   std::vector<const TurnKeyframe*> nearest;
   for (const TurnKeyframe& keyframe : keyframes_) nearest.push_back(&keyframe);
-  std::sort(nearest.begin(), nearest.end(), [&](const TurnKeyframe* a, const TurnKeyframe* b) {
+  std::ranges::sort(nearest, [&](const TurnKeyframe* a, const TurnKeyframe* b) {
     return AngleBetween(a->cam_from_world, expected) < AngleBetween(b->cam_from_world, expected);
   });
   // After a miss the camera may have turned on: more keyframes are tried, directions searched farther away.
@@ -89,9 +90,8 @@ std::optional<TurnTracker::Fit> TurnTracker::FitTo(const TurnKeyframe& keyframe,
   const double threshold_px = kTurnThresholdPx * PxAt640(camera_.width);
   const Quaterniond found = FitRotation(pairs, camera_.MeanFocalPx(), threshold_px, seed_);
   const double most = threshold_px / camera_.MeanFocalPx();
-  const auto agree = std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
-    return (found * pair.first - pair.second).norm() < most;
-  });
+  const auto agree = std::ranges::count_if(
+      pairs, [&](const RayPair& pair) { return (found * pair.first - pair.second).norm() < most; });
   if (agree < kTurnMinDirections ||
       static_cast<double>(agree) < kTurnMinShare * static_cast<double>(pairs.size()))
     return std::nullopt;

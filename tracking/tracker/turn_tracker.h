@@ -15,7 +15,6 @@
 
 #include "core/geometry/camera_model.h"
 #include "tracking/features/features.h"
-#include "tracking/tracker/start_progress.h"
 
 namespace ulf::tracking {
 

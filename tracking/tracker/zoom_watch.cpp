@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "core/base/at.h"
 #include "core/base/quantile.h"
 
 namespace ulf::tracking {

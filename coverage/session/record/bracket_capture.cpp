@@ -8,7 +8,6 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
@@ -16,8 +15,9 @@ namespace ulf::coverage {
 namespace {
 
 // Guessed.
-constexpr double kBracketStillPatience_s = 60;
-constexpr double kBracketSameExposure = 0.05;  // by this share exposures may differ that count as one
+constexpr double kBracketPatience_s = 3;        // without a frame of the bracket,
+constexpr double kBracketStillPatience_s = 60;  // and without a photograph
+constexpr double kBracketSameExposure = 0.05;   // by this share exposures may differ that count as one
 
 constexpr int kMostExposures = 9;
 constexpr double kLeastStops = 1.0 / 3, kMostStops = 5;
@@ -72,13 +72,13 @@ Frame AsExposed(const Frame& frame, double exposure_s, double gain) {
 }
 
 BracketCapture::BracketCapture(acquisition::Device& device, const tracking::PoseSource& poses,
-                               ViewSpool& spool, const ExposureBracket& bracket, const Options& options,
+                               ViewSpool& spool, const ExposureBracket& bracket, bool deterministic,
                                std::function<void(const std::string&)> say)
     : device_(device),
       poses_(poses),
       spool_(spool),
       bracket_(bracket),
-      options_(options),
+      deterministic_(deterministic),
       say_(std::move(say)) {}
 
 void BracketCapture::Begin(int view_id, const Frame& frame, const tracking::Track& track) {
@@ -92,7 +92,7 @@ void BracketCapture::Begin(int view_id, const Frame& frame, const tracking::Trac
   if (frame.kind == FrameKind::kLive) {
     exposure_s_ = frame.exposure_s;
     gain_ = frame.gain;
-    last_ = Posed{frame.device_time_s, *track.cam_from_world};
+    last_ = TimedPose{frame.device_time_s, *track.cam_from_world};
   }
   RequestExposures();
 }
@@ -114,14 +114,14 @@ Frame BracketCapture::ForTracking(const Frame& frame) const {
 
 void BracketCapture::Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between) {
   Frame kept = frame;  // shares the pixels
-  if (options_.deterministic) kept.host_time_s = kept.device_time_s;
+  if (deterministic_) kept.host_time_s = kept.device_time_s;
   spool_.AddExposure(view_id, kept, exposure_from_view, between);
   ++counts_.exposures;
   counts_.between += between;
 }
 
 // Between the last frame with a pose and this one; the hand moves evenly in so short a time.
-void BracketCapture::PlaceWaiting(const Posed& after) {
+void BracketCapture::PlaceWaiting(const TimedPose& after) {
   for (const Waiting& each : std::exchange(waiting_, {})) {
     const double span_s = last_ ? after.time_s - last_->time_s : 0;
     const double share =
@@ -147,14 +147,14 @@ void BracketCapture::EndIfOver(double now_s, double patience_s) {
 }
 
 bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
-  std::optional<Posed> here;
+  std::optional<TimedPose> here;
   if (track.state == tracking::TrackState::kTracking)
-    if (const auto now = poses_.PoseNow(track)) here = Posed{frame.device_time_s, *now};
+    if (const auto now = poses_.PoseNow(track)) here = TimedPose{frame.device_time_s, *now};
   if (here) PlaceWaiting(*here);
   if (!running_) {
     if (here) last_ = here;
     const bool is_on_its_way = exposure_s_ > 0 && ended_s_ && !HasViewsExposure(frame) &&
-                               frame.device_time_s < *ended_s_ + options_.patience_s;
+                               frame.device_time_s < *ended_s_ + kBracketPatience_s;
     return frame.asked_stops || is_on_its_way;
   }
   if (!running_->is_asked) RequestExposures();
@@ -168,7 +168,7 @@ bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
     running_->heard_s = frame.device_time_s;
   }
   if (here) last_ = here;
-  EndIfOver(frame.device_time_s, device_.TakesStills() ? kBracketStillPatience_s : options_.patience_s);
+  EndIfOver(frame.device_time_s, device_.TakesStills() ? kBracketStillPatience_s : kBracketPatience_s);
   return true;
 }
 

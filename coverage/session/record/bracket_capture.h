@@ -18,8 +18,9 @@
 
 #include "acquisition/device/device.h"
 #include "core/frames/frame.h"
+#include "core/geometry/trajectory.h"
 #include "coverage/session/record/view_spool.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 
@@ -47,14 +48,9 @@ Frame AsExposed(const Frame& frame, double exposure_s, double gain);
 
 class BracketCapture {
  public:
-  // Guessed.
-  struct Options {
-    double patience_s = 3;       // without a frame of the bracket; photographs: as long as the device has it
-    bool deterministic = false;  // host times are the device's
-  };
-  // `device`, `poses` and `spool` outlive it.
+  // `device`, `poses` and `spool` outlive it. `deterministic`: host times are the device's.
   BracketCapture(acquisition::Device& device, const tracking::PoseSource& poses, ViewSpool& spool,
-                 const ExposureBracket& bracket, const Options& options,
+                 const ExposureBracket& bracket, bool deterministic,
                  std::function<void(const std::string&)> say);
 
   // Begins the bracket of a view that was recorded of this frame or photograph.
@@ -85,13 +81,9 @@ class BracketCapture {
     Rigid3 view_from_world;
     Frame frame;
   };
-  struct Posed {
-    double time_s = 0;
-    Rigid3 cam_from_world;
-  };
   void RequestExposures();
   void Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between);
-  void PlaceWaiting(const Posed& after);
+  void PlaceWaiting(const TimedPose& after);
   void EndIfOver(double now_s, double patience_s);
   bool HasViewsExposure(const Frame& frame) const;
 
@@ -99,12 +91,12 @@ class BracketCapture {
   const tracking::PoseSource& poses_;
   ViewSpool& spool_;
   const ExposureBracket bracket_;
-  const Options options_;
+  const bool deterministic_;
   const std::function<void(const std::string&)> say_;
   std::optional<Running> running_;
   double exposure_s_ = 0, gain_ = 1;  // of the views
   std::optional<double> ended_s_;     // the last bracket
-  std::optional<Posed> last_;
+  std::optional<TimedPose> last_;
   std::vector<Waiting> waiting_;
   BracketCounts counts_;
 };

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/geometry/camera_model.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

@@ -9,15 +9,7 @@
 #include <utility>
 
 #include "core/base/counted.h"
-#include "core/base/error.h"
-#include "core/base/host_time.h"
-#include "core/image/image.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
-#include "core/light_field/folder/view_images.h"
-#include "coverage/measured/threshold_by_errors.h"
-#include "coverage/session/record/geometry_files.h"
-#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 
 namespace ulf::coverage {
@@ -41,12 +33,6 @@ std::string ViewsInWords(const std::vector<int>& ids) {
   return fmt::format("{} ({})", Counted(ids.size(), "view"), text);
 }
 
-// Coverage is measured as `ulf info` measures it: with the light field's own up.
-CaptureRecord::Options WithUpOf(const LightField& light_field, CaptureRecord::Options options) {
-  options.map.up_in_world = light_field.up_in_world;
-  return options;
-}
-
 // A map that was made anew from the recorded views lacks their observations: then all points of the earlier
 // session stay, with the map's points that views of this session show. A restored map has both.
 std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std::vector<ScenePoint> now,
@@ -64,25 +50,20 @@ std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std:
 
 }  // namespace
 
-CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
-                             std::function<void(const std::string&)> say)
+CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const CaptureOptions& options,
+                             std::function<void(const std::string&)> say, FrameSource source)
     : lens_(lens),
-      options_(WithUpOf(writer.Contents(), options)),
+      options_(options),
       say_(std::move(say)),
+      source_(source),
       first_new_id_(writer.NextViewId()),
       camera_index_(writer.CameraInUse()),
       earlier_s_(writer.Contents().capture_s),
       earlier_reasons_(writer.Contents().reasons),
       resumed_subject_(writer.Contents().subject),
       views_(writer.Contents()),
-      geometry_(writer.Contents(), lens,
-                {.geometry = options.geometry,
-                 .cover = options.cover,
-                 .deterministic = options.deterministic,
-                 .lens_may_change = options.lens_may_change},
-                say_),
-      painter_(views_, lens,
-               {.coverage_width_px = options.coverage_width_px, .map = options_.map, .cover = options.cover}),
+      geometry_(writer.Contents(), lens, options, say_),
+      painter_(views_, lens, options, writer.Contents().up_in_world),
       spool_(std::move(writer), options.spool_views, !options.deterministic) {
   views_.Subscribe(geometry_);
   views_.Subscribe(painter_);
@@ -99,8 +80,8 @@ void CaptureRecord::SetSubject(const Subject& subject) {
 }
 
 std::string CaptureRecord::ReopenedInWords(double share) const {
-  return fmt::format("{:.1f} % of {} {}", 100 * share, options_.map.cap ? "the cap" : "what was covered",
-                     IsTaken(options_.source) ? "is open again" : "must be taken again");
+  return fmt::format("{:.1f} % of {} {}", 100 * share, options_.cap ? "the cap" : "what was covered",
+                     IsTaken(source_) ? "is open again" : "must be taken again");
 }
 
 std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track& track,
@@ -116,7 +97,7 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   poses.NoteView(*id, track);
   if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
   views_.Add({*id, track.anchor, view.cam_from_world,
-              options_.lens_may_change ? std::make_shared<const tracking::Track>(track) : nullptr},
+              options_.LensMayChange() ? std::make_shared<const tracking::Track>(track) : nullptr},
              frame.image);
   return id;
 }
@@ -201,7 +182,7 @@ std::optional<MeasuredFrame> CaptureRecord::Measure(const Frame& frame, const Ca
 }
 
 bool CaptureRecord::IsCapCovered(double share, const tracking::PoseSource& poses) {
-  if (!options_.map.cap || !map() || map()->CoveredShare() < share) return false;
+  if (!options_.cap || !map() || map()->CoveredShare() < share) return false;
   if (!CorrectPoses(poses, false)) return false;
   if (!painter_.IsPaintedAnew()) painter_.PaintAnew(*subject_, errors().get());  // follows the errors, too
   return map()->CoveredShare() >= share;

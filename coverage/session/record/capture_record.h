@@ -16,47 +16,38 @@
 
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/coverage_painter.h"
 #include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/measured_geometry.h"
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/view_spool.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 
-// Describes how the light field was left.
+// Describes how the light field was left. Accepted frames are lost, or set aside in other folders, where the
+// disk filled up or failed.
 struct ClosedRecord {
-  std::uint64_t recorded = 0;                              // views of this session that are in it
-  std::uint64_t unwritten = 0;                             // frames that were accepted and are lost
-  std::map<std::filesystem::path, std::size_t> set_aside;  // frames that were written elsewhere, by folder
-  std::string problem;                                     // why it could not be closed; empty: it is closed
+  std::uint64_t recorded = 0;   // views of this session that are in it
+  std::uint64_t unwritten = 0;  // accepted frames that are lost
+  std::map<std::filesystem::path, std::size_t> set_aside;
+  std::string problem;  // why it could not be closed; empty: it is closed
   // None: it was not asked for, the light field is not closed, or the mesh that was there stays.
   std::optional<FinishedGeometry> geometry;
 };
 
 class CaptureRecord {
  public:
-  struct Options {
-    int coverage_width_px = kCoverageWidthPx;
-    CoverageMapOptions map;
-    std::size_t spool_views = kSpoolViews;
-    bool deterministic = false;
-    std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
-    CoverGoal cover;
-    bool lens_may_change = false;  // ReplaceLens() may be called
-    FrameSource source = FrameSource::kCamera;
-  };
-  // Continues with the views of an earlier session that `writer` holds. `lens` outlives it.
-  CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
-                std::function<void(const std::string&)> say);
+  // Continues with the views of an earlier session that `writer` holds. `lens` and `options` outlive it.
+  CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const CaptureOptions& options,
+                std::function<void(const std::string&)> say, FrameSource source = FrameSource::kCamera);
 
   ViewSpool& spool() { return spool_; }
   const ViewSpool& spool() const { return spool_; }
@@ -116,8 +107,9 @@ class CaptureRecord {
   std::string ReopenedInWords(double share) const;
 
   const CaptureLens& lens_;
-  const Options options_;
+  const CaptureOptions& options_;
   const std::function<void(const std::string&)> say_;
+  const FrameSource source_;
   const int first_new_id_;
   const int camera_index_;  // of the views of this session
   const double earlier_s_;

@@ -8,7 +8,8 @@ namespace ulf::coverage {
 
 CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses,
                                  const CaptureLens& lens, CaptureRecord& record, ExposureMatch light,
-                                 const Options& options, const std::function<void(const std::string&)>& say)
+                                 const CaptureOptions& options,
+                                 const std::function<void(const std::string&)>& say)
     : device_(device),
       poses_(poses),
       lens_(lens),
@@ -19,8 +20,7 @@ CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSour
   if (options.still_camera)
     stills_.emplace(device, *options.still_camera, poses, options.limits, options.coverage_width_px);
   if (options.bracket)
-    bracket_.emplace(device, poses, record.spool(), *options.bracket,
-                     BracketCapture::Options{.deterministic = options.deterministic}, say);
+    bracket_.emplace(device, poses, record.spool(), *options.bracket, options.deterministic, say);
 }
 
 bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const tracking::Track& track) {

@@ -18,31 +18,22 @@
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/exposure.h"
 #include "coverage/session/record/posed_photographs.h"
 #include "coverage/session/record/still_capture.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 
 class CaptureRecorder {
  public:
-  struct Options {
-    std::optional<CameraModel> still_camera;           // with one, its photographs are recorded
-    std::optional<PhotographSpacing> without_subject;  // with one, there is no subject
-    DecisionLimits limits;
-    int stable_frames = kStableFrames;  // tracked in a row before a first view without a subject
-    bool keep_apart = false;            // CaptureOptions::keep_apart
-    int coverage_width_px = kCoverageWidthPx;
-    bool deterministic = false;                   // host times are the device's
-    std::optional<ExposureBracket> bracket = {};  // with one, each view gets other exposures
-  };
   using ReasonCounts = std::array<std::uint64_t, kReasons.size()>;  // by Reason
 
-  // `device`, `poses`, `lens` and `record` outlive it. `light` knows the views of an earlier session.
+  // All that are references outlive it. `light` knows the views of an earlier session.
   CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses, const CaptureLens& lens,
-                  CaptureRecord& record, ExposureMatch light, const Options& options,
+                  CaptureRecord& record, ExposureMatch light, const CaptureOptions& options,
                   const std::function<void(const std::string&)>& say);
 
   // `frame_period_s`: between the device's frames; 0 while it is not known.
@@ -97,7 +88,7 @@ class CaptureRecorder {
   tracking::PoseSource& poses_;
   const CaptureLens& lens_;
   CaptureRecord& record_;
-  const Options options_;
+  const CaptureOptions& options_;
   ExposureMatch light_;
   ExposureWatch exposure_;
   std::optional<StillCapture> stills_;

@@ -6,8 +6,18 @@
 
 namespace ulf::coverage {
 
+CoveragePainter::CoveragePainter(const RecordedViews& views, const CaptureLens& lens,
+                                 const CaptureOptions& options,
+                                 const std::optional<Eigen::Vector3d>& up_in_world)
+    : views_(views),
+      lens_(lens),
+      options_(options),
+      map_options_(WithAdaptiveThreshold(
+          {.cap = options.cap, .up_in_world = up_in_world, .threshold_px = options.threshold_px},
+          options.cover)) {}
+
 void CoveragePainter::PaintAnew(const Subject& subject, const ErrorMap* errors) {
-  auto map = std::make_shared<CoverageMap>(subject, WithAdaptiveThreshold(options_.map, options_.cover),
+  auto map = std::make_shared<CoverageMap>(subject, map_options_,
                                            views_.ForCriterion(lens_.recorded(), options_.coverage_width_px));
   if (errors) AdaptThresholds(*errors, options_.cover, *map);
   map_ = std::move(map);

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/image/image.h"
@@ -17,6 +18,7 @@
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/recorded_views.h"
 
 namespace ulf::coverage {
@@ -29,14 +31,9 @@ struct ReopenedDirection {
 
 class CoveragePainter final : public RecordedViews::Observer {
  public:
-  struct Options {
-    int coverage_width_px = kCoverageWidthPx;
-    CoverageMapOptions map;
-    CoverGoal cover;
-  };
-  // `views` and `lens` outlive it.
-  CoveragePainter(const RecordedViews& views, const CaptureLens& lens, const Options& options)
-      : views_(views), lens_(lens), options_(options) {}
+  // `views`, `lens` and `options` outlive it. `up_in_world`: the light field's own, as `ulf info` takes it.
+  CoveragePainter(const RecordedViews& views, const CaptureLens& lens, const CaptureOptions& options,
+                  const std::optional<Eigen::Vector3d>& up_in_world);
 
   const std::shared_ptr<const CoverageMap>& map() const { return map_; }  // null without a subject
   const std::vector<ReopenedDirection>& reopened() const { return reopened_; }
@@ -69,7 +66,8 @@ class CoveragePainter final : public RecordedViews::Observer {
 
   const RecordedViews& views_;
   const CaptureLens& lens_;
-  const Options options_;
+  const CaptureOptions& options_;
+  const CoverageMapOptions map_options_;
   std::shared_ptr<const CoverageMap> map_;
   std::vector<ReopenedDirection> reopened_;
   ViewsState painted_;  // when all was painted last

@@ -17,8 +17,9 @@ namespace ulf::coverage {
 namespace {
 
 // Guessed.
-constexpr std::size_t kMatchMostRead = 2;  // of them from disk, for one picture: that holds up tracking
-constexpr double kMatchLeastShared = 0.2;  // of the picture; less overlap says nothing
+constexpr std::size_t kMatchNeighbours = 6;  // that a picture is compared with
+constexpr std::size_t kMatchMostRead = 2;    // of them from disk, for one picture: that holds up tracking
+constexpr double kMatchLeastShared = 0.2;    // of the picture; less overlap says nothing
 // Median, of the logarithm; more is no exposure, but a hand before the lens or another lamp.
 constexpr double kMatchMostDeviation = 0.3;
 
@@ -161,7 +162,7 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
     const Rigid3 moved = cam_from_world * view.cam_from_world.Inverse();
     nearest.emplace_back(moved.translation.norm() / depth + RotationAngle(moved.rotation), &view);
   }
-  const std::size_t count = std::min(options_.neighbours, nearest.size());
+  const std::size_t count = std::min(kMatchNeighbours, nearest.size());
   std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count), nearest.end());
   nearest.resize(count);
   double sum = 0;

@@ -50,10 +50,6 @@ class ExposureWatch {
 // Estimates the relative light of views whose exposure is not known.
 class ExposureMatch {
  public:
-  // Guessed.
-  struct Options {
-    std::size_t neighbours = 6;  // that a picture is compared with
-  };
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
   explicit ExposureMatch(const LightField& resumed);
   // Returns this picture's light divided by the first view's; 1 for the first. `depth`: of the subject.
@@ -73,7 +69,6 @@ class ExposureMatch {
                                       const cv::Mat& before, const CameraModel& before_camera,
                                       const Rigid3& before_from_world, double depth) const;
 
-  Options options_;
   LightField resumed_;
   std::map<int, Kept> kept_;
   cv::Mat light_;  // of the last GainOf()

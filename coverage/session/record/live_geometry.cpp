@@ -13,7 +13,6 @@
 #include "core/base/host_time.h"
 #include "core/base/parallel_for.h"
 #include "core/base/stop_signal.h"
-#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/subject_in_mesh.h"
 #include "render/stereo/mesh_of_maps.h"
@@ -22,7 +21,7 @@ namespace ulf::coverage {
 namespace {
 
 // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
-constexpr int kLiveLiveTriangles = 30000;
+constexpr int kLiveTriangles = 30000;
 
 // Where the kernel refuses, the thread stays as it is.
 void SetPolicy(std::thread& thread, int policy) {
@@ -204,8 +203,7 @@ LiveGeometry::Change LiveGeometry::Prepare(const PendingChange& coming, render::
 LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for) const {
   render::MapsMeshOptions options = options_.growing.mesh;
   options.in_this_thread = what_for == MeshFor::kNow;
-  if (what_for == MeshFor::kNow)
-    options.most_triangles = std::min(options.most_triangles, kLiveLiveTriangles);
+  if (what_for == MeshFor::kNow) options.most_triangles = std::min(options.most_triangles, kLiveTriangles);
   const std::vector<render::ViewDepth> maps = world.growing.Maps();
   Meshed meshed{nullptr, world.growing.MapPoses()};
   render::MapsMesh made = render::MeshOfMaps(maps, *world.subject, options);
@@ -222,7 +220,7 @@ LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for
 
 bool LiveGeometry::WaitsForMesh() const {
   return poses_of_mesh_ && world_.growing.maps() >= options_.first_mesh_maps &&
-         world_.growing.HaveMovedSince(*poses_of_mesh_, options_.moved_px);
+         world_.growing.HaveMovedSince(*poses_of_mesh_, kMoved_px);
 }
 
 bool LiveGeometry::IsMeshDue() const {

@@ -17,7 +17,6 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -31,7 +30,6 @@
 
 #include "core/base/mutex.h"
 #include "core/geometry/camera_model.h"
-#include "core/image/image.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/triangle_mesh.h"
 #include "render/proxy/view_depth_map.h"
@@ -78,15 +76,15 @@ struct FinishedGeometry {
 
 class LiveGeometry {
  public:
+  // What moves nothing by more, in pixels of geometry's pictures, leaves the geometry as it is. Guessed.
+  static constexpr double kMoved_px = 0.5;
   struct Options {
     render::GrowingGeometryOptions growing;
     double processor_share = 0.4;  // of one processor, while the capture goes on. Guessed.
     int first_mesh_maps = 6;       // that make the first mesh. Guessed.
     double more_maps = 1.35;       // a new mesh when there are so many times as many maps. Guessed.
-    // A correction that moves a view by more than `moved_px` pixels of geometry's pictures, or a view that
-    // was taken back, makes a new mesh at once, but not sooner than `between_meshes_s` after the last one.
-    // Guessed.
-    double moved_px = 0.5;
+    // A correction that moves a view by more than kMoved_px, or a view that was taken back, makes a new mesh
+    // at once, but not sooner than this after the last one. Guessed.
     double between_meshes_s = 4;
     // So many pictures in memory may wait to be reduced; further views are left out. Guessed: 24 megapixels
     // take 72 MB.

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <vector>
 
-#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -15,10 +14,13 @@
 #include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/folder/view_images.h"
 #include "coverage/session/record/still_capture.h"
-#include "tracking/map/map_file.h"
 
 namespace ulf::coverage {
 namespace {
+
+std::filesystem::path MapCacheOf(const LightField& light_field) {
+  return light_field.root / "cache" / "map.ulf";
+}
 
 std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   Digest digest;
@@ -94,10 +96,6 @@ void SeedFrom(const LightField& light_field, const CameraModel& tracked, const s
 }
 
 }  // namespace
-
-std::filesystem::path MapCacheOf(const LightField& light_field) {
-  return light_field.root / "cache" / "map.ulf";
-}
 
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
                       tracking::PoseSource& poses) {

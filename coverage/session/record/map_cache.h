@@ -4,11 +4,9 @@
 #pragma once
 
 #include "core/light_field/light_field.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
-
-std::filesystem::path MapCacheOf(const LightField& light_field);
 
 // Throws Error when the views show too little in common. Logs when the map is made again, why, and about how
 // long that takes.

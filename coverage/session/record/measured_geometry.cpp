@@ -12,18 +12,15 @@
 #include "core/base/host_time.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "coverage/session/record/geometry_files.h"
 #include "render/proxy/geometry_state.h"
-#include "render/proxy/proxy_choice.h"
+#include "render/proxy/mesh_file.h"
 
 namespace ulf::coverage {
 namespace {
 
-// A lens that moves nothing by more, in pixels of geometry's pictures, leaves these as they are. Guessed: as
-// LiveGeometry::Options::moved_px.
-constexpr double kSamePicturesPx = 0.5;
-
-ErrorMeter::Options MeterOptions(const MeasuredGeometry::Options& options) {
+ErrorMeter::Options MeterOptions(const CaptureOptions& options) {
   ErrorMeter::Options meter;
   // What only is shown may cost less than what decides. Guessed.
   constexpr double kOnlyShown = 0.1;
@@ -35,11 +32,13 @@ ErrorMeter::Options MeterOptions(const MeasuredGeometry::Options& options) {
 
 constexpr int kSmallSide = render::GrowingGeometryOptions{}.size_px;
 
-std::unique_ptr<LiveGeometry> MakeGeometry(std::optional<LiveGeometry::Options> options,
+std::unique_ptr<LiveGeometry> MakeGeometry(const CaptureOptions& options,
                                            const std::filesystem::path& light_field) {
-  if (!options) return nullptr;
-  options->light_field = light_field;
-  return std::make_unique<LiveGeometry>(*options);
+  if (!options.geometry || options.without_subject) return nullptr;
+  LiveGeometry::Options live;
+  live.light_field = light_field;
+  live.threaded = !options.deterministic;
+  return std::make_unique<LiveGeometry>(live);
 }
 
 // Says of a mesh that is there that it stays, and what is wrong with it. The session before may have ended
@@ -66,14 +65,14 @@ std::string ExistingMeshStays(const std::filesystem::path& root, bool is_correct
 
 }  // namespace
 
-MeasuredGeometry::MeasuredGeometry(const LightField& earlier, const CaptureLens& lens, const Options& options,
-                                   std::function<void(const std::string&)> say)
+MeasuredGeometry::MeasuredGeometry(const LightField& earlier, const CaptureLens& lens,
+                                   const CaptureOptions& options, std::function<void(const std::string&)> say)
     : lens_(lens),
       options_(options),
       say_(std::move(say)),
       earlier_measured_(ValidErrors(earlier).value_or(MeasuredErrors{})),
       frames_measured_(earlier_measured_.frames),
-      geometry_(MakeGeometry(options.geometry, earlier.root)),
+      geometry_(MakeGeometry(options, earlier.root)),
       geometry_lens_(lens.recorded()),
       meter_(geometry_ ? std::make_unique<ErrorMeter>(MeterOptions(options)) : nullptr),
       errors_(meter_ ? std::make_shared<const ErrorMap>() : nullptr) {
@@ -123,7 +122,7 @@ void MeasuredGeometry::Added(const RecordedViews::Entry& view, const Image& imag
     if (options_.deterministic && options_.cover.by != CoverBy::kBound) geometry_->WorkNow();
   }
   if (meter_) meter_->AddView(view.id, image, lens_.recorded(), view.cam_from_world);
-  if (geometry_ && options_.lens_may_change) KeepSmall(view.id, image);
+  if (geometry_ && options_.LensMayChange()) KeepSmall(view.id, image);
   if (errors_ && subject_)
     Note([&](ErrorMap& errors) {
       errors.AddView(view.cam_from_world.OriginInSource() - subject_->center_in_world);
@@ -138,13 +137,13 @@ void MeasuredGeometry::Removed(const RecordedViews::Entry& view) {
   if (errors_ && subject_)
     Note([&](ErrorMap& errors) {
       errors.RemoveView(view.cam_from_world.OriginInSource() - subject_->center_in_world,
-                        ErrorMeter::Options{}.view_reach);
+                        ErrorMeter::kViewReach);
     });
 }
 
 void MeasuredGeometry::Moved(const RecordedViews& views) {
   if (!(geometry_lens_ == lens_.recorded()) &&
-      LargestShiftPx(geometry_lens_, lens_.recorded(), kSmallSide) > kSamePicturesPx)
+      LargestShiftPx(geometry_lens_, lens_.recorded(), kSmallSide) > LiveGeometry::kMoved_px)
     return StartAgain(views);
   const std::map<int, Rigid3> poses = views.Poses();
   if (geometry_) geometry_->MoveViews(poses);

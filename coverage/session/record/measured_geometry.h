@@ -18,22 +18,18 @@
 #include "coverage/measured/error_map.h"
 #include "coverage/measured/error_meter.h"
 #include "coverage/session/record/capture_lens.h"
+#include "coverage/session/record/capture_options.h"
 #include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/recorded_views.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 
 class MeasuredGeometry final : public RecordedViews::Observer {
  public:
-  struct Options {
-    std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
-    CoverGoal cover;
-    bool deterministic = false;
-    bool lens_may_change = false;
-  };
-  // Continues with the views, the depth maps and the errors of `earlier` sessions. `lens` outlives it.
-  MeasuredGeometry(const LightField& earlier, const CaptureLens& lens, const Options& options,
+  // Continues with the views, the depth maps and the errors of `earlier` sessions. `lens` and `options`
+  // outlive it.
+  MeasuredGeometry(const LightField& earlier, const CaptureLens& lens, const CaptureOptions& options,
                    std::function<void(const std::string&)> say);
 
   void Added(const RecordedViews::Entry& view, const Image& image) override;
@@ -78,7 +74,7 @@ class MeasuredGeometry final : public RecordedViews::Observer {
   void SayProblem();
 
   const CaptureLens& lens_;
-  const Options options_;
+  const CaptureOptions& options_;
   const std::function<void(const std::string&)> say_;
   const MeasuredErrors earlier_measured_;
   std::uint64_t frames_measured_;

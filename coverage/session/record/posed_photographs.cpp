@@ -1,7 +1,6 @@
 #include "coverage/session/record/posed_photographs.h"
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 #include <utility>
 
@@ -35,14 +34,8 @@ double MedianDepth(const std::vector<tracking::VisiblePoint>& points) {
   return Median(std::move(depths));
 }
 
-}  // namespace
-
-bool PosedPhotographs::IsLocated(const FrameToDecide& input,
-                                 const std::vector<tracking::VisiblePoint>& points) const {
-  return input.track.state == tracking::TrackState::kTracking && !input.track.skipped &&
-         input.track.cam_from_world && points.size() >= kWalkFewestPoints;
-}
-
+// Returns whether a view at `before_from_world` shows the same as the frame that shows `points` from
+// `cam_from_world`.
 bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
                    const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing) {
   const Eigen::Vector3d here = cam_from_world.OriginInSource(), there = before_from_world.OriginInSource();
@@ -59,6 +52,14 @@ bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world
   }
   return static_cast<double>(shared) >= spacing.least_overlap * static_cast<double>(points.size()) &&
          Degrees(Median(std::move(parallax))) <= spacing.parallax_deg;
+}
+
+}  // namespace
+
+bool PosedPhotographs::IsLocated(const FrameToDecide& input,
+                                 const std::vector<tracking::VisiblePoint>& points) const {
+  return input.track.state == tracking::TrackState::kTracking && !input.track.skipped &&
+         input.track.cam_from_world && points.size() >= kWalkFewestPoints;
 }
 
 bool PosedPhotographs::IsNeighbour(const FrameToDecide& input,

@@ -6,7 +6,6 @@
 // twice is recorded once.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -14,7 +13,7 @@
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/record/recorded_views.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/track.h"
 
 namespace ulf::coverage {
 
@@ -22,11 +21,6 @@ struct PhotographSpacing {
   double parallax_deg = 1;     // median over the points; more is another view
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
 };
-
-// Returns whether a view at `before_from_world` shows the same as the frame that shows `points` from
-// `cam_from_world`.
-bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
-                   const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing);
 
 // A frame that may be recorded, held until its neighbours have been compared.
 struct HeldFrame {

@@ -13,9 +13,8 @@
 #include "core/frames/frame.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
-#include "coverage/bound/criterion.h"
 #include "coverage/bound/criterion_view.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

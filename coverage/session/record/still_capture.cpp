@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/calibration/calibration_io.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"

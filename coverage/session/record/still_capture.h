@@ -17,13 +17,12 @@
 #include <deque>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
 #include "coverage/bound/view_decision.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/tracker/pose_source.h"
 
 namespace ulf::coverage {
 

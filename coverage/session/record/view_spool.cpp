@@ -35,12 +35,8 @@ bool Differ(const Rigid3& a, const Rigid3& b) {
          b_from_a.translation.norm() > 1e-5 * (1 + a.translation.norm());
 }
 
-// Return upper bounds of the photograph, and of the photograph with its master.
+// Returns an upper bound of the photograph without its master.
 std::uint64_t PictureBytes(const Frame& frame) { return 3 * frame.image.pixels.total(); }
-std::uint64_t BytesInMemory(const Frame& frame) {
-  return PictureBytes(frame) + frame.image.pixels.elemSize() * frame.image.pixels.total() +
-         (frame.raw ? frame.raw->bytes->size() : 0);
-}
 
 std::size_t Processors() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 4); }
 
@@ -98,11 +94,7 @@ ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
   const Outcome outcome = Try(
       [&] {
         if (first.view) return WriteViews(tasks);
-        if (first.unposed) return writer_.KeepUnposed(*first.unposed, first.problem);
-        if (first.exposure)
-          return writer_.AddExposure(first.exposure->view_id, first.exposure->frame,
-                                     first.exposure->exposure_from_view, first.exposure->pose_is_between);
-        first.write_line(writer_);
+        first.write(writer_);
       },
       problem);
   const MutexLock lock(mutex_);
@@ -132,8 +124,9 @@ void ViewSpool::WriteViews(std::span<const Task> tasks) {
 bool ViewSpool::Rescue(const Task& task) {
   if (!task.IsFrame()) return true;
   std::string problem;  // the first one is the failure that is reported
-  const auto folder = SavePhotograph(&writer_, root_, task.TheFrame(), problem);
-  if (!folder || (task.unposed && *folder == root_ / "unposed")) return folder.has_value();
+  const auto folder =
+      SavePhotograph(&writer_, root_, task.view ? task.view->view.frame : *task.other_frame, problem);
+  if (!folder || (task.is_for_unposed && *folder == root_ / "unposed")) return folder.has_value();
   const MutexLock lock(mutex_);
   ++set_aside_[*folder];
   return true;
@@ -260,7 +253,10 @@ void ViewSpool::PictureLoop() {
   }
 }
 
-std::uint64_t ViewSpool::MostBytes(const Frame& frame) { return BytesInMemory(frame); }
+std::uint64_t ViewSpool::MostBytes(const Frame& frame) {
+  return PictureBytes(frame) + frame.image.pixels.elemSize() * frame.image.pixels.total() +
+         (frame.raw ? frame.raw->bytes->size() : 0);
+}
 
 std::size_t ViewSpool::ViewsWaiting() const {
   const MutexLock lock(mutex_);
@@ -337,11 +333,11 @@ std::optional<SpoolPause> ViewSpool::Pause() {
 }
 
 ViewSpool::Task ViewSpool::Adding(const Frame& frame, const View& view) {
-  largest_view_bytes_ = std::max<std::uint64_t>(largest_view_bytes_, BytesInMemory(frame));
+  largest_view_bytes_ = std::max<std::uint64_t>(largest_view_bytes_, MostBytes(frame));
   largest_picture_bytes_ = std::max<std::uint64_t>(largest_picture_bytes_, PictureBytes(frame));
   auto pending = std::make_shared<PendingView>();
   pending->view = {frame, view, {}};
-  return {{}, std::move(pending), {}};
+  return {{}, std::move(pending)};
 }
 
 std::optional<int> ViewSpool::TryAddView(const Frame& frame, const View& view) {
@@ -357,22 +353,20 @@ int ViewSpool::AddView(const Frame& frame, const View& view) {
 }
 
 void ViewSpool::KeepUnposed(const Frame& frame, const std::string& problem) {
-  Submit({{}, nullptr, frame, problem}, false);
+  Submit({[=](LightFieldWriter& writer) { writer.KeepUnposed(frame, problem); }, nullptr, frame, true},
+         false);
 }
 
 void ViewSpool::AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view,
                             bool pose_is_between) {
-  Submit({{},
-          nullptr,
-          {},
-          {},
-          std::make_shared<const PendingExposure>(
-              PendingExposure{view_id, frame, exposure_from_view, pose_is_between})},
-         false);
+  const auto add = [=](LightFieldWriter& writer) {
+    writer.AddExposure(view_id, frame, exposure_from_view, pose_is_between);
+  };
+  Submit({add, nullptr, frame}, false);
 }
 
 void ViewSpool::RemoveViews(std::set<int> ids) {
-  Submit({[this, ids = std::move(ids)](LightFieldWriter&) { Remove(ids); }, nullptr, {}}, false);
+  Submit({[this, ids = std::move(ids)](LightFieldWriter&) { Remove(ids); }}, false);
 }
 
 // Waits while a thread makes one of the photographs from its master, because that thread writes the view's
@@ -390,18 +384,15 @@ void ViewSpool::Remove(const std::set<int>& ids) {
 }
 
 bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
-  return Submit(
-      {[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses, {}); }, nullptr, {}},
-      true);
+  return Submit({[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses, {}); }},
+                true);
 }
 
 void ViewSpool::UpdateLens(const CameraModel& camera, const std::string& source,
                            std::map<int, Rigid3> cam_from_world) {
   Submit({[this, camera, source, poses = std::move(cam_from_world)](const LightFieldWriter& writer) {
-            UpdatePoses(poses, {{writer.CameraInUse(), {camera, source}}});
-          },
-          nullptr,
-          {}},
+           UpdatePoses(poses, {{writer.CameraInUse(), {camera, source}}});
+         }},
          false);
 }
 
@@ -416,11 +407,11 @@ void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world,
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {
-  Submit({[subject](LightFieldWriter& writer) { writer.SetSubject(subject); }, nullptr, {}}, false);
+  Submit({[subject](LightFieldWriter& writer) { writer.SetSubject(subject); }}, false);
 }
 
 void ViewSpool::NoteGap(double from_s, double to_s, const std::string& reason) {
-  Submit({[=](LightFieldWriter& writer) { writer.NoteGap(from_s, to_s, reason); }, nullptr, {}}, false);
+  Submit({[=](LightFieldWriter& writer) { writer.NoteGap(from_s, to_s, reason); }}, false);
 }
 
 std::optional<std::string> ViewSpool::Failure() const {

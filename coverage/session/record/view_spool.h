@@ -106,21 +106,13 @@ class ViewSpool {
     enum { kWaiting, kBeingEncoded, kEncoded } state = kWaiting;  // under mutex_
     std::exception_ptr problem;                                   // of encoding
   };
-  struct PendingExposure {
-    int view_id = 0;
-    Frame frame;
-    Rigid3 exposure_from_view;
-    bool pose_is_between = false;
-  };
   // A line, a view, a frame for unposed/, or another exposure of a view.
   struct Task {
-    std::function<void(LightFieldWriter&)> write_line;
-    std::shared_ptr<PendingView> view;
-    std::optional<Frame> unposed;
-    std::string problem = {};  // of a frame for unposed/
-    std::shared_ptr<const PendingExposure> exposure = {};
-    bool IsFrame() const { return view || unposed || exposure; }
-    const Frame& TheFrame() const { return view ? view->view.frame : exposure ? exposure->frame : *unposed; }
+    std::function<void(LightFieldWriter&)> write;  // of all but a view
+    std::shared_ptr<PendingView> view = {};
+    std::optional<Frame> other_frame = {};
+    bool is_for_unposed = false;
+    bool IsFrame() const { return view || other_frame; }
   };
   enum class Outcome { kWritten, kNoRoom, kFailed };
   Task Adding(const Frame& frame, const View& view);

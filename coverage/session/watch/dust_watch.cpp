@@ -8,6 +8,13 @@
 namespace ulf::coverage {
 namespace {
 
+// Settled on simulated scenes (docs/capture.md#mistakes).
+constexpr double kDustMoved = 0.03;  // share of the picture's width: what a place showed has moved away
+constexpr double kDustAlike = 0.7;   // least correlation of a piece of the scene in two looks
+constexpr double kDustPlain = 0.03;  // standard deviation of the light of a piece that needs none
+constexpr double kDustEvery_s = 1, kDustStays_s = 3;  // spots are looked for so often, and are there so long
+constexpr double kDustSigmas = 7;                     // of the mean over the looks
+constexpr double kDustRound = 0.4;  // least curvature over the greatest: less is the edge of something
 constexpr int kDustFewestLooks = 10;
 constexpr double kDustLeastKeptOff = 0.04;
 constexpr double kDustMostLooks = 0.85;  // share of the looks that must show it
@@ -47,9 +54,9 @@ void DustWatch::CompareCell(const cv::Rect& area, const cv::Mat& log_light, cons
   cv::minMaxLoc(alike, nullptr, &best, nullptr, &at);
   cv::Scalar mean, deviation;
   cv::meanStdDev(piece, mean, deviation);
-  if (deviation[0] < options_.plain)
+  if (deviation[0] < kDustPlain)
     at = {search, search};
-  else if (best < options_.alike)
+  else if (best < kDustAlike)
     return;
   constexpr float kMost = 0.5f;  // what does not fit counts for no more
   const cv::Mat there = cell.contrast(cv::Rect(near.tl() + at, area.size()));
@@ -89,14 +96,14 @@ void DustWatch::Update(const PicturePair& pair) {
       Cell& cell = cells_[index];
       cell.moved += points[index] > 0 ? motion[index] / static_cast<float>(points[index]) : pair.motion;
       const bool is_first = cell.contrast.empty();
-      if (!is_first && std::hypot(cell.moved.x, cell.moved.y) < options_.moved * size.width) continue;
+      if (!is_first && std::hypot(cell.moved.x, cell.moved.y) < kDustMoved * size.width) continue;
       if (contrast.empty()) contrast = SpotContrast(pair.log_light);
       CompareCell(Area(row, column), pair.log_light, contrast, cell);
       cell.log_light = pair.log_light;
       cell.contrast = contrast;
       cell.moved = {};
     }
-  if (pair.now_s - looked_s_ < options_.every_s && pair.now_s >= looked_s_) return;
+  if (pair.now_s - looked_s_ < kDustEvery_s && pair.now_s >= looked_s_) return;
   looked_s_ = pair.now_s;
   LookForSpots();
 }
@@ -125,13 +132,13 @@ void DustWatch::LookForSpots() {
     for (int x = reach; x < size.width - reach; ++x) {
       const float here = mean.at<float>(y, x);
       if (here > -kDustLeastKeptOff || here > least.at<float>(y, x) ||
-          here > -options_.sigmas * sigma.at<float>(y, x) || darker.at<float>(y, x) < kDustMostLooks)
+          here > -kDustSigmas * sigma.at<float>(y, x) || darker.at<float>(y, x) < kDustMostLooks)
         continue;
       const auto at = [&](int dx, int dy) { return mean.at<float>(y + dy * step, x + dx * step); };
       const float xx = at(1, 0) + at(-1, 0) - 2 * here, yy = at(0, 1) + at(0, -1) - 2 * here,
                   xy = 0.25f * (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1));
       const float middle = 0.5f * (xx + yy), off = std::hypot(0.5f * (xx - yy), xy);
-      if (middle - off < options_.round * (middle + off)) continue;
+      if (middle - off < kDustRound * (middle + off)) continue;
       const DustSpot spot{{(static_cast<float>(x) + 0.5f) / static_cast<float>(size.width),
                            (static_cast<float>(y) + 0.5f) / static_cast<float>(size.height)},
                           1 - std::exp(static_cast<double>(here))};
@@ -145,7 +152,7 @@ void DustWatch::LookForSpots() {
   candidates_ = std::move(found);
   spots_.clear();
   for (const Candidate& candidate : candidates_)
-    if (looked_s_ - candidate.since_s >= options_.stays_s) spots_.push_back(candidate.spot);
+    if (looked_s_ - candidate.since_s >= kDustStays_s) spots_.push_back(candidate.spot);
 }
 
 }  // namespace ulf::coverage

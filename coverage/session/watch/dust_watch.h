@@ -20,18 +20,6 @@ struct DustSpot {
 
 class DustWatch {
  public:
-  // Settled on simulated scenes (docs/capture.md#mistakes).
-  struct Options {
-    double moved = 0.03;              // share of the picture's width: what a place showed has moved away
-    double alike = 0.7;               // least correlation of a piece of the scene in two looks
-    double plain = 0.03;              // standard deviation of the light of a piece that needs none
-    double every_s = 1, stays_s = 3;  // spots are looked for so often, and are there so long
-    double sigmas = 7;                // of the mean over the looks
-    double round = 0.4;               // least curvature over the greatest: less is the edge of something
-  };
-  DustWatch() = default;
-  explicit DustWatch(const Options& options) : options_(options) {}
-
   void Update(const PicturePair& pair);
   const std::vector<DustSpot>& spots() const { return spots_; }
 
@@ -47,7 +35,6 @@ class DustWatch {
   void CompareCell(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell);
   void LookForSpots();
 
-  Options options_;
   cv::Mat sum_, sum2_,
       darker_;  // over the looks, of each pixel's difference of contrast; how often it is darker
   std::vector<Cell> cells_;

@@ -10,6 +10,8 @@
 namespace ulf::coverage {
 namespace {
 
+// Settled on simulated scenes (docs/capture.md#mistakes).
+constexpr std::size_t kFocusFewest = 20;  // points of a pair of pictures; fewer say nothing
 constexpr double kFocusSharpestOf_s = 0.4;
 constexpr double kFocusLeastSwing = 0.25;  // logarithm of fine detail (amplitude); smaller ones do not count
 constexpr int kFocusSwings = 4;            // there and back, twice
@@ -18,12 +20,11 @@ constexpr double kFocusWithin_s = 8;
 }  // namespace
 
 void FocusWatch::Update(const PicturePair& pair) {
-  if (pair.tracks.size() < options_.fewest ||
-      (!moments_.empty() && moments_.back().time_s != pair.before_s)) {
+  if (pair.tracks.size() < kFocusFewest || (!moments_.empty() && moments_.back().time_s != pair.before_s)) {
     moments_.clear();
     swings_.clear();
     direction_ = 0;
-    if (pair.tracks.size() < options_.fewest) return;
+    if (pair.tracks.size() < kFocusFewest) return;
   }
   // Those with the most detail in both pictures: others are noise. Energy is the square of an amplitude.
   std::vector<PictureTrack> tracks = pair.tracks;

@@ -14,13 +14,6 @@ namespace ulf::coverage {
 
 class FocusWatch {
  public:
-  // Tuned on simulated scenes (docs/capture.md#mistakes).
-  struct Options {
-    std::size_t fewest = 20;  // tracked points of a pair of pictures; with fewer the watch restarts
-  };
-  FocusWatch() = default;
-  explicit FocusWatch(const Options& options) : options_(options) {}
-
   // A pair that does not begin with the last one's second picture restarts the watch.
   void Update(const PicturePair& pair);
   // Returns the largest ratio so far of the sharpest picture's fine detail to the softest one's while the
@@ -33,7 +26,6 @@ class FocusWatch {
   struct Moment {
     double time_s = 0, log_detail = 0;  // log_detail: natural logarithm, 0 at the last restart
   };
-  Options options_;
   std::deque<Moment> moments_;       // of the last 0.4 s
   double highest_ = 0, lowest_ = 0;  // log_detail since the last swing
   int direction_ = 0;                // the last swing's: 1 sharper, -1 softer, 0 none yet

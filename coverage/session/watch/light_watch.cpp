@@ -11,6 +11,8 @@
 namespace ulf::coverage {
 namespace {
 
+// Logarithms of the light. Settled on simulated scenes (docs/capture.md#mistakes).
+constexpr std::size_t kLightFewest = 20;  // points of a pair of pictures; fewer say nothing
 // Median of their deviations; more, but in bands, is another scene, a hand before the lens, or a motion too
 // quick to be followed, under which the median leans to one side.
 constexpr double kLightMostDeviation = 0.05;
@@ -62,7 +64,7 @@ const LightFinding& LightWatch::Update(const PicturePair& pair, double told) {
   const double change = Median(changes);
   std::vector<double> off;
   for (const double value : changes) off.push_back(std::abs(value - change));
-  if (changes.size() < options_.fewest) {
+  if (changes.size() < kLightFewest) {
     moments_.clear();
     return finding_;
   }

@@ -28,13 +28,6 @@ struct LightFinding {
 
 class LightWatch {
  public:
-  // Logarithms of the light. Settled on simulated scenes (docs/capture.md#mistakes).
-  struct Options {
-    std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
-  };
-  LightWatch() = default;
-  explicit LightWatch(const Options& options) : options_(options) {}
-
   // `told`: logarithm of the present exposure over that before, exposure time and gain, as the camera reports
   // it; 0 where it does not. A pair that does not continue the last one restarts the watch.
   const LightFinding& Update(const PicturePair& pair, double told);
@@ -50,7 +43,6 @@ class LightWatch {
   void LookForFlicker();
   void LookForBands();
 
-  Options options_;
   std::deque<Moment> moments_;
   LightFinding finding_;
 };

@@ -235,7 +235,7 @@ void MistakeWatch::NoteLight(const LightFinding& light, const acquisition::HeldA
 // not.
 void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   constexpr double kStays_s = 2;
-  if (signs.badly_exposed || !signs.fine_detail || *signs.fine_detail >= signs.least_fine_detail) {
+  if (signs.badly_exposed || !signs.fine_detail || *signs.fine_detail >= kLeastFineDetail) {
     blurred_since_s_.reset();
     return;
   }
@@ -244,7 +244,7 @@ void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   SuspendMistakesOfBlur();
   Note(Mistake::kOutOfFocus,
        fmt::format("the pictures are blurred, fine detail is {:.2f} of the coarser where {:g} are needed",
-                   *signs.fine_detail, signs.least_fine_detail));
+                   *signs.fine_detail, kLeastFineDetail));
 }
 
 }  // namespace ulf::coverage

@@ -19,7 +19,7 @@
 #include "coverage/session/watch/light_watch.h"
 #include "coverage/session/watch/picture_tracks.h"
 #include "tracking/estimation/calibration_check.h"
-#include "tracking/tracker/tracker.h"
+#include "tracking/tracker/readout.h"
 
 namespace ulf::coverage {
 
@@ -54,11 +54,13 @@ struct NoticedMistake {
 // Returns the mistake that explains why frames are refused for this reason. Returns null when none does.
 const NoticedMistake* MistakeForReason(Reason reason, const std::vector<NoticedMistake>& noticed);
 
+// MistakeSigns::fine_detail; less is out of focus. Measured: light_and_focus.h.
+inline constexpr double kLeastFineDetail = 0.8;
+
 // Describes what others know of a frame.
 struct MistakeSigns {
   acquisition::HeldAutomatics held = {};
   std::optional<double> fine_detail = {};  // of the best of the last frames (light_and_focus.h)
-  double least_fine_detail = 0.8;
   // IsBadlyExposed(): clipped or black pictures show nothing of light, lens and dust.
   bool badly_exposed = false;
   std::optional<tracking::CalibrationCheck> lens_contradicted = {};

@@ -1,7 +1,6 @@
 #include "coverage/session/watch/picture_tracks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
@@ -15,6 +14,8 @@ namespace {
 // Guessed.
 constexpr int kTracksMostWidth = 480;  // of the reduced pictures, which are a whole number of times smaller
 constexpr double kTracksApart_px = 9;
+constexpr std::size_t kTracksMost = 150, kTracksFewest = 100;  // points; fewer are filled up
+constexpr double kTracksLongest_s = 0.5;                       // between two pictures that are compared
 
 constexpr int kWindow = 15, kLevels = 3;
 constexpr int kPatch = 4;  // pixels from a point that its detail is taken from
@@ -87,13 +88,13 @@ PictureTracks::Reduced PictureTracks::Reduce(double time_s, const Image& image) 
 }
 
 void PictureTracks::FillUp() {
-  if (points_.size() >= options_.fewest) return;
+  if (points_.size() >= kTracksFewest) return;
   cv::Mat mask(last_->log_light.size(), CV_8U, cv::Scalar(255));
   for (const cv::Point2f& point : points_)
     cv::circle(mask, point, static_cast<int>(kTracksApart_px), 0, cv::FILLED);
   std::vector<cv::Point2f> corners;
   constexpr double kWeakest = 0.02;  // of the strongest
-  cv::goodFeaturesToTrack(last_->pyramid.front(), corners, static_cast<int>(options_.most - points_.size()),
+  cv::goodFeaturesToTrack(last_->pyramid.front(), corners, static_cast<int>(kTracksMost - points_.size()),
                           kWeakest, kTracksApart_px, mask);
   points_.insert(points_.end(), corners.begin(), corners.end());
 }
@@ -103,7 +104,7 @@ std::optional<PicturePair> PictureTracks::Update(double time_s, const Image& ima
   Reduced now = Reduce(time_s, image);
   const std::optional<Reduced> before = std::exchange(last_, now);
   const bool follows = before && before->log_light.size() == now.log_light.size() &&
-                       time_s > before->time_s && time_s - before->time_s <= options_.longest_s;
+                       time_s > before->time_s && time_s - before->time_s <= kTracksLongest_s;
   if (!follows) points_.clear();
   PicturePair pair{.before_s = before ? before->time_s : 0,
                    .now_s = time_s,

@@ -34,14 +34,6 @@ struct PicturePair {
 
 class PictureTracks {
  public:
-  // Guessed.
-  struct Options {
-    std::size_t most = 150, fewest = 100;  // points; fewer are filled up
-    double longest_s = 0.5;                // between two pictures that are compared
-  };
-  PictureTracks() = default;
-  explicit PictureTracks(const Options& options) : options_(options) {}
-
   // Call it after each live frame. Returns none for the first frame, and for one after a gap.
   std::optional<PicturePair> Update(double time_s, const Image& image);
 
@@ -54,7 +46,6 @@ class PictureTracks {
   Reduced Reduce(double time_s, const Image& image) const;
   void FillUp();
 
-  Options options_;
   std::optional<Reduced> last_;
   std::vector<cv::Point2f> points_;  // in the last picture
 };

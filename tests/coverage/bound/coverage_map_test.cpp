@@ -205,7 +205,7 @@ TEST(CoverageMap, TheCoveredShareFollowsItsDefinition) {
         const CriterionView candidate =
             ViewAt(azimuth_deg(random), std::asin(sine(random)) * 180 / M_PI, map.reference_distance());
         covered += std::any_of(views.begin(), views.end(), [&](const CriterionView& view) {
-          return BoundPx(view, candidate, kSubject, {.give_up_px = 1.01 * threshold_px}) <= threshold_px;
+          return BoundPx(view, candidate, kSubject, 1.01 * threshold_px) <= threshold_px;
         });
       }
       const double share = covered / double{kSamples};

@@ -22,7 +22,7 @@ namespace {
 // The error at one pixel of `recorded`; 0 is the thesis's central one.
 double BoundAtPixelPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                       double pixel_px) {
-  const EpipolarPlane plane(recorded, candidate, subject, AcrossAxis(recorded, candidate, subject), 0);
+  const EpipolarPlane plane(recorded, candidate, subject, AcrossAxis(recorded, candidate, subject));
   if (!plane.usable() || pixel_px < plane.lowest_pixel() || pixel_px > plane.highest_pixel())
     return std::numeric_limits<double>::infinity();
   return plane.ErrorAt(pixel_px);
@@ -298,17 +298,12 @@ TEST(CriterionSpecialCase, ViewInsideUsesItsWholeFrame) {
       truth = std::max(truth, OraclePixelErrorPx(s, n, Sphere(0.3), {x, y}, 48));
   EXPECT_GE(bound, 0.999 * truth);
   EXPECT_LT(bound, 1.25 * truth);  // the disc around the frame stands for the frame
-  // A near limit shortens every ray.
-  EXPECT_LT(BoundPx(s, n, Sphere(0.3), {.near_limit = 0.1}), bound);
 }
 
-TEST(CriterionSpecialCase, InnerCandidateNeedsANearLimit) {
+TEST(CriterionSpecialCase, InnerCandidateIsNeverCovered) {
   const CriterionView s = At(600, 0, 1), n = At(600, Radians(2), 0.25);
   EXPECT_EQ(BoundPx(s, n, Sphere(0.3)), kInfinity);
   EXPECT_EQ(BoundPx(s, At(600, 0, 0.3), Sphere(0.3)), kInfinity) << "on the sphere";
-  const double limited = BoundPx(s, n, Sphere(0.3), {.near_limit = 0.1});
-  EXPECT_LT(limited, kInfinity);
-  EXPECT_GT(limited, BoundPx(s, n, Sphere(0.3), {.near_limit = 0.2}));
 }
 
 // A thousandth of the radius above the sphere: one pixel of the recorded view sees all that is below.
@@ -427,7 +422,7 @@ TEST(Criterion, GivingUpNeverHidesACoveringView) {
     const Pair pair = RandomPair(random, 0.8, 1.25, 0, 4);
     const double bound = BoundPx(pair.recorded, pair.candidate, Sphere(pair.radius));
     for (const double limit : {3.0, 7.0, 12.0}) {
-      const double found = BoundPx(pair.recorded, pair.candidate, Sphere(pair.radius), {.give_up_px = limit});
+      const double found = BoundPx(pair.recorded, pair.candidate, Sphere(pair.radius), limit);
       if (bound < limit) {
         ASSERT_EQ(found, bound);
         ++kept;

@@ -141,8 +141,7 @@ TEST(ErrorMap, GoodFrameBelowAHigherGoalIsDetail) {
 constexpr double kThreshold_px = 12, kDisc = Radians(4);
 // A frame as far from the nearest view as frames are on average, which misses the goal by `db`.
 MeasuredFrame UsualFrame(double azimuth_deg, double db_above_goal, const CoverGoal& goal = {}) {
-  return Frame(azimuth_deg, goal.db + db_above_goal,
-               Degrees(kDisc) * ThresholdByErrors::Options{}.usual_apart);
+  return Frame(azimuth_deg, goal.db + db_above_goal, Degrees(kDisc) * ThresholdByErrors::kUsualApart);
 }
 ErrorMap FramesAround(double azimuth_deg, const MeasuredFrame& like) {
   ErrorMap errors;
@@ -163,10 +162,10 @@ TEST(ThresholdByErrors, WidensSpacingOfGoodPictures) {
   EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, 0)), 0), 1, 1e-6);
   EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, kDbPerHalving)), 0), 2, 0.2);
   EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, -0.5 * kDbPerHalving)), 0), std::sqrt(0.5), 0.05);
-  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, 30)), 0),
-              ThresholdByErrors::Options{}.most_px / kThreshold_px, 0.3);
-  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, -30)), 0),
-              ThresholdByErrors::Options{}.least_px / kThreshold_px, 0.1);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, 30)), 0), ThresholdByErrors::kMost_px / kThreshold_px,
+              0.3);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, -30)), 0), ThresholdByErrors::kLeast_px / kThreshold_px,
+              0.1);
   EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, kDbPerHalving)), 90), 1, 1e-6)
       << "nothing was measured there";
 }
@@ -183,7 +182,7 @@ TEST(ThresholdByErrors, GeometryKeepsItsNeighbours) {
   frame.nearest_view_angle = 0.6 * wide_disc;
   EXPECT_NEAR(
       ThresholdByErrors(FramesAround(0, frame), {CoverBy::kMeasured}, kThreshold_px, wide_disc)(Direction(0)),
-      ThresholdByErrors::Options{}.most_apart / wide_disc, 0.03);
+      ThresholdByErrors::kMostApart / wide_disc, 0.03);
 }
 
 TEST(ThresholdByErrors, IgnoresUninformativeErrors) {

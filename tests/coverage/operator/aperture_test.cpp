@@ -127,7 +127,7 @@ TEST(AugmentedAperture, UsesRecordedViewsUntilTakenBack) {
 
 TEST(SpreadPictures, StayFewAndFarApart) {
   StagedCapture capture;
-  SpreadPictures spread({.most = 12});
+  SpreadPictures spread(12);
   for (int i = 0; i < 400; ++i)
     spread.Offer(*capture.At(capture.CameraAt(-30 + 0.15 * i, 10 * std::sin(0.05 * i))));
   EXPECT_LE(spread.pictures().size(), 12u);

@@ -184,7 +184,9 @@ TEST(OperatorDisplay, OnlyDiscsAreColouredByDistance) {
     const Vector2d at = stage.OnScreen(*stage.capture.camera().ImgFromCam(
                             pose * Eigen::Vector3d(subject.center_in_world + subject.radius * toward))) +
                         Vector2d(9, 9);
-    ExpectPainted(picture, at, DistanceColors(*first->coverage, present, Palette::Standard()).OfDistance(1),
+    ExpectPainted(picture, at,
+                  Palette::Standard().OfNearer(
+                      DistanceColors(*first->coverage, present, Palette::Standard()).Nearer(1.0)),
                   fmt::format("at {}", present));
   }
   // Far from the only view the sphere is dark, not coloured.
@@ -368,12 +370,12 @@ TEST(OperatorDisplay, TheProposedSphereIsTakenByKey) {
   auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
   stage.Show(state);
   stage.Type('g');
-  EXPECT_TRUE(stage.Asked<coverage::PlaceSubject>().empty()) << "none is proposed";
+  EXPECT_TRUE(stage.Asked<PlaceSphere>().empty()) << "none is proposed";
   state = std::make_shared<CaptureState>(*state);
   state->proposed_subject = Subject{{0.01, 0.02, 0.03}, 0.1};
   stage.Show(state);
   stage.Type('g');
-  const auto placed = stage.Asked<coverage::PlaceSubject>();
+  const auto placed = stage.Asked<PlaceSphere>();
   ASSERT_EQ(placed.size(), 1u);
   EXPECT_EQ(placed[0].subject, *state->proposed_subject);
 }
@@ -429,12 +431,12 @@ TEST(SubjectTool, RefinesTheSphereByKeysWheelAndDrag) {
   stage.surface.Push(WheelTurned{-2, false});            // and two back
   for (int i = 0; i < 4; ++i) stage.Press(Key::kRight);  // larger
   stage.surface.Push(WheelTurned{-1, true});             // and one back
-  EXPECT_TRUE(stage.Asked<coverage::PlaceSubject>().empty()) << "a draft is nobody's business";
+  EXPECT_TRUE(stage.Asked<PlaceSphere>().empty()) << "a draft is nobody's business";
   stage.Press(Key::kEnter);
   stage.display.Step();
   const auto requests = stage.requests.Take();
   ASSERT_EQ(requests.size(), 2u);
-  const Subject after = std::get<coverage::PlaceSubject>(requests[0]).subject;
+  const Subject after = std::get<PlaceSphere>(requests[0]).subject;
   EXPECT_TRUE(std::get<SetRecording>(requests[1]).on);
   const Eigen::Vector3d camera = state->cam_from_world->OriginInSource();
   EXPECT_NEAR((after.center_in_world - camera).norm(), std::pow(1.02, 3), 1e-9);
@@ -457,7 +459,7 @@ TEST(SubjectTool, DraggingMovesTheSphereWithTheMouse) {
   stage.surface.Push(MouseButton{0, false});
   stage.surface.Push(MouseMoved{{900, 900}});
   stage.Press(Key::kEnter);
-  const auto placed = stage.Asked<coverage::PlaceSubject>();
+  const auto placed = stage.Asked<PlaceSphere>();
   ASSERT_EQ(placed.size(), 1u);
   const auto at = [&](const Subject& subject) {
     return stage.OnScreen(*state->camera.ImgFromCam(*state->cam_from_world * subject.center_in_world));
@@ -489,7 +491,7 @@ TEST(SubjectTool, DraftFollowsTheCorrectedMap) {
   corrected->subject->center_in_world += moved;
   stage.Show(corrected);
   stage.Press(Key::kEnter);
-  const auto placed = stage.Asked<coverage::PlaceSubject>();
+  const auto placed = stage.Asked<PlaceSphere>();
   ASSERT_EQ(placed.size(), 1u);
   EXPECT_LT((placed[0].subject.center_in_world - state->subject->center_in_world - moved).norm(), 1e-9);
   EXPECT_NEAR(placed[0].subject.radius, 1.02 * state->subject->radius, 1e-9);
@@ -509,7 +511,7 @@ TEST(SubjectTool, LeavingKeepsASubjectFoundMeanwhile) {
       stage.Show(found);
     }
     stage.Press(Key::kEscape);
-    const auto placed = stage.Asked<coverage::PlaceSubject>();
+    const auto placed = stage.Asked<PlaceSphere>();
     ASSERT_EQ(placed.size(), 1u) << answered;
     EXPECT_EQ(placed[0].subject, *state->subject);
     stage.Show(std::make_shared<CaptureState>(*state));
@@ -528,7 +530,7 @@ TEST(SubjectTool, AsksForASubjectAndTakesTheFoundOne) {
   stage.Show(stage.capture.At(stage.capture.CameraAt(0, 0)));
   stage.Press(Key::kUp);
   stage.Press(Key::kEnter);
-  EXPECT_EQ(stage.Asked<coverage::PlaceSubject>().size(), 1u);
+  EXPECT_EQ(stage.Asked<PlaceSphere>().size(), 1u);
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ TEST(Legend, NamesWhatIsDrawnAndNothingElse) {
   auto passing = std::make_shared<CaptureState>(*state);
   passing->guidance.left_open = {Eigen::Vector3d::UnitX()};
   const LegendMark passed = LegendMarks(*passing, palette)[2];
-  EXPECT_STREQ(passed.words, "dots: you pass these by");
+  EXPECT_EQ(passed.words, "dots: you pass these by");
   EXPECT_EQ(passed.color, palette.guide);
   EXPECT_EQ(LegendMarks(*state, palette)[0].color, palette.camera);
   EXPECT_EQ(LegendMarks(*state, palette)[1].color, palette.guide);

@@ -37,8 +37,7 @@ class LateCapture {
   void Answer(std::size_t count) {
     for (; count > 0 && !waiting_.empty(); --count, waiting_.pop_front(), ++usual_.requests_answered) {
       if (const auto* asked = std::get_if<SetRecording>(&waiting_.front())) usual_.recording = asked->on;
-      if (const auto* asked = std::get_if<coverage::PlaceSubject>(&waiting_.front()))
-        usual_.subject = asked->subject;
+      if (const auto* asked = std::get_if<PlaceSphere>(&waiting_.front())) usual_.subject = asked->subject;
     }
   }
   std::shared_ptr<const CaptureState> Now() const { return std::make_shared<CaptureState>(usual_); }
@@ -164,7 +163,7 @@ TEST(PendingRequests, PlacedSubjectIsTheDraftAtOnce) {
   desk.Type('s');  // no state has come in between
   desk.Press(Key::kRight);
   desk.Press(Key::kEnter);
-  const auto placed = desk.Asked<coverage::PlaceSubject>();
+  const auto placed = desk.Asked<PlaceSphere>();
   ASSERT_EQ(placed.size(), 2u);
   EXPECT_NEAR(placed[1].subject.radius, state->subject->radius * std::pow(1.02, 4), 1e-12);
   // What the capture refuses is not kept.
@@ -174,7 +173,7 @@ TEST(PendingRequests, PlacedSubjectIsTheDraftAtOnce) {
   desk.Type('s');
   desk.Press(Key::kRight);
   desk.Press(Key::kEnter);
-  const auto again = desk.Asked<coverage::PlaceSubject>();
+  const auto again = desk.Asked<PlaceSphere>();
   ASSERT_EQ(again.size(), 1u);
   EXPECT_NEAR(again[0].subject.radius, state->subject->radius * 1.02, 1e-12);
 }
@@ -208,7 +207,7 @@ TEST(SubjectTool, ShiftArrowsMoveTheSphereInThePicture) {
     desk.Type('s');
     for (int i = 0; i < 4; ++i) desk.Press(c.key, true);
     desk.Press(Key::kEnter);
-    const auto placed = desk.Asked<coverage::PlaceSubject>();
+    const auto placed = desk.Asked<PlaceSphere>();
     ASSERT_EQ(placed.size(), 1u);
     const Eigen::Vector2d moved = img_of(placed[0].subject) - img_of(*state->subject);
     EXPECT_LT((moved - 0.04 * state->camera.width * c.way).norm(), 1) << c.way.transpose();

@@ -182,7 +182,7 @@ TEST(RecordedPictures, AFolderThatIsGoneIsSaidOnce) {
 TEST(RecordedPictures, StayInBudgetAndReloadFromDisk) {
   Recording recording(0);
   constexpr std::size_t kBudget = 12'000;
-  RecordedPictures pictures({.most_bytes = kBudget});
+  RecordedPictures pictures(kBudget);
   std::shared_ptr<CaptureState> state;
   for (int i = 0; i < 60; ++i) {
     state = recording.Record(true);

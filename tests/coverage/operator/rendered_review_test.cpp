@@ -25,7 +25,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr int kWidth = 320, kHeight = 240;
-const RenderedReview::Options kWhole{.fps = 0.01};  // no picture is drawn smaller
+constexpr double kWhole = 0.01;  // no picture is drawn smaller
 
 // A staged capture whose views are on disk.
 class Staged {
@@ -211,7 +211,7 @@ TEST(RenderedReview, IsSmallerInMotionWhenSlow) {
   surface.Bind();
   const Staged staged;
   const CameraModel camera = staged.camera().WithoutDistortion();
-  RenderedReview review({.fps = 1e6});
+  RenderedReview review(1e6);
   DrawnBy(review, *staged.State(), camera);
   EXPECT_EQ(review.Read().size(), cv::Size(kWidth, kHeight)) << "at rest";
   for (int i = 0; i < 6; ++i) review.Draw(camera, staged.capture().CameraAt(0.1 * i, 0));

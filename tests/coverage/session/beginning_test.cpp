@@ -75,7 +75,7 @@ TEST(Beginning, NothingIsRecordedBeforeSomebodyAsks) {
 
   Waiting placed;
   const Subject elsewhere{{0.02, 0, 0}, 0.12};
-  placed.after.emplace(2, coverage::PlaceSubject{elsewhere});
+  placed.after.emplace(2, PlaceSphere{elsewhere});
   placed.after.emplace(2, SetRecording{true});
   EXPECT_EQ(placed.Run(Steps(6)).light_field.subject, elsewhere);
 
@@ -213,7 +213,7 @@ TEST(FineDetail, TellsFocusWhateverTheScene) {
     for (const double sigma : {3.0, 5.0}) {
       const auto blurred = FineDetail(Leaves({640, 480}, largest_px, sigma), all);
       ASSERT_TRUE(blurred) << largest_px;
-      EXPECT_LT(*blurred, PreflightInput{}.least_fine_detail) << largest_px << " blurred by " << sigma;
+      EXPECT_LT(*blurred, kLeastFineDetail) << largest_px << " blurred by " << sigma;
     }
   }
   cv::Mat plain(480, 640, CV_8U);
@@ -277,7 +277,7 @@ TEST(FineDetail, OnASmoothSubjectIsThatOfItsOutline) {
       {"a ball before a blurred background", Still(cv::FILLED, blurred_background).Paint(ball)},
       {"a black thing with a rim light", Still(cv::FILLED, black).Paint(rim_light)},
       {"a thin ring before a blurred background", Still(5, blurred_background)}};
-  const double needed = PreflightInput{}.least_fine_detail;
+  const double needed = kLeastFineDetail;
   const std::vector<Eigen::Vector2d> sphere = Circle(Still::kMiddle, 1.2 * Still::kRadius);
   const std::vector<Eigen::Vector2d> middle{{320, 240}, {960, 240}, {960, 720}, {320, 720}};
   for (const auto& [name, still] : stills)
@@ -437,7 +437,14 @@ std::shared_ptr<const LiveMesh> MeshThatShows(const std::optional<Subject>& seen
 
 SubjectProposer Proposer() {
   static const CaptureLens kLens(kCamera);
-  return SubjectProposer(kLens, {.threshold_px = 12, .cap = Cap::FromDegrees({60, 40})});
+  static const CaptureOptions kOptions = [] {
+    CaptureOptions options;
+    options.cap = Cap::FromDegrees({60, 40});
+    options.until_share = 1;
+    options.threshold_px = 12;
+    return options;
+  }();
+  return SubjectProposer(kLens, kOptions);
 }
 
 TEST(SubjectProposer, ProposesTheSizeThatTwoMeshesShow) {

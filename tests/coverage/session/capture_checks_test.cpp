@@ -22,6 +22,8 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
+#include "tracking/sources/pose_sources.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf::test::capture_checks_test {
 namespace {
@@ -466,7 +468,7 @@ TEST(SubjectMoved, IsSaidOnceAndShown) {
   hooks.say = [&](const std::string& line) { said.push_back(line); };
   hooks.after_frame = [&](const SharedCaptureState& now) {
     poses.subject_gone = now->frames >= 20 && now->frames < 50;
-    if (now->frames == 60) requests.Push(coverage::PlaceSubject{kSubject});
+    if (now->frames == 60) requests.Push(PlaceSphere{kSubject});
     shown.push_back(now->subject_moved);
   };
   RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), Options(), hooks);

@@ -23,6 +23,7 @@
 #include "tests/support/slow_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::capture_kills_test {
 namespace {

@@ -223,8 +223,8 @@ TEST(CaptureRequests, NewSubjectRepaintsAllViews) {
   const ScratchFolder scratch;
   const Subject other{{0.02, 0, 0}, 0.12};
   Asked asked;
-  asked.after[4] = coverage::PlaceSubject{other};
-  asked.after[5] = coverage::PlaceSubject{{{0, 0, 3}, 0.1}};  // behind the camera
+  asked.after[4] = PlaceSphere{other};
+  asked.after[5] = PlaceSphere{{{0, 0, 3}, 0.1}};  // behind the camera
   CaptureOptions options = Options();
   options.cap = Cap::ParseDegrees("60x40");
   const Captured captured = Capture(scratch / "lf", Steps(6), options, {}, asked.Hooks());

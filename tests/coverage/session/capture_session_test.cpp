@@ -20,6 +20,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
 #include "tests/support/test_paths.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::capture_session_test {
 namespace {

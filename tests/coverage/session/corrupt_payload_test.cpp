@@ -14,6 +14,7 @@
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
 #include "tests/support/v4l2_camera.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::corrupt_payload_test {
 namespace {

@@ -20,6 +20,7 @@
 #include "tests/support/planar_device.h"
 #include "tests/support/slow_disk.h"
 #include "tests/support/test_paths.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::holding_up_test {
 namespace {

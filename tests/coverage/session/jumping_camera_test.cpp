@@ -11,6 +11,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::jumping_camera_test {
 namespace {

@@ -10,6 +10,7 @@
 #include "core/light_field/folder/view_images.h"
 #include "core/light_field/light_field.h"
 #include "tests/coverage/session/planar_capture.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test {
 

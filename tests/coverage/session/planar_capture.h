@@ -14,6 +14,7 @@
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
 #include "tests/support/planar_device.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test {
 

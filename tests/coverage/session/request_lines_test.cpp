@@ -36,7 +36,7 @@ TEST(CaptureRequest, ViewsAreTakenBackByCountOrByNumber) {
 }
 
 TEST(CaptureRequest, ASubjectIsPlacedOrFound) {
-  const Subject placed = Parsed<coverage::PlaceSubject>("subject 0,-0.5,1.25,0.2").subject;
+  const Subject placed = Parsed<PlaceSphere>("subject 0,-0.5,1.25,0.2").subject;
   EXPECT_EQ(placed, (Subject{{0, -0.5, 1.25}, 0.2}));
   EXPECT_FALSE(Parsed<FindSubject>("subject").depth);
   EXPECT_FALSE(Parsed<FindSubject>("subject").width_share);

@@ -11,6 +11,7 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/test_run.h"
 #include "tests/tracking/scenes/textured_room.h"
+#include "tracking/estimation/lens_evidence.h"
 #include "tracking/map/pose_error.h"
 #include "tracking/tracker/tracker.h"
 

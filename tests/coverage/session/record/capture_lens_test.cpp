@@ -19,6 +19,7 @@
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::capture_lens_test {
 namespace {

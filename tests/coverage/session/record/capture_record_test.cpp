@@ -24,9 +24,9 @@ using ::testing::ElementsAre;
 // of before, the capture would end, and the last correction could open the cap again.
 TEST(CaptureRecord, SpooledPosesDoNotCoverACap) {
   const ScratchFolder scratch;
-  CaptureRecord::Options options;
+  CaptureOptions options;
   const CaptureLens lens(kCamera);
-  options.map.cap = Cap::FromDegrees({16, 12});
+  options.cap = Cap::FromDegrees({16, 12});
   options.spool_views = 2;
   CaptureRecord record(NewWriter(scratch / "lf"), lens, options, [](const std::string&) {});
   record.SetSubject(kSubject);
@@ -71,7 +71,7 @@ TEST(CaptureRecord, AMeshThatDoesNotKnowNewViewsIsNamed) {
   const ScratchFolder scratch;
   LightFieldWriter writer = NewWriter(scratch / "lf");
   std::ofstream(scratch / "lf/proxy.ply") << "a mesh of views before";
-  CaptureRecord::Options options;
+  CaptureOptions options;
   const CaptureLens lens(kCamera);
   std::vector<std::string> said;
   CaptureRecord record(std::move(writer), lens, options,
@@ -90,8 +90,8 @@ TEST(CaptureRecord, AMeshThatDoesNotKnowNewViewsIsNamed) {
 TEST(CaptureRecord, TellsWhetherAMeshMayStillCome) {
   const ScratchFolder scratch;
   for (const bool makes_geometry : {false, true}) {
-    CaptureRecord::Options options;
-    if (makes_geometry) options.geometry.emplace();
+    CaptureOptions options;
+    options.geometry = makes_geometry;
     const CaptureLens lens(kCamera);
     CaptureRecord record(NewWriter(scratch / (makes_geometry ? "with" : "without")), lens, options,
                          [](const std::string&) {});

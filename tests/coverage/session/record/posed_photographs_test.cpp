@@ -23,6 +23,7 @@
 #include "tracking/refine/locate_photographs.h"
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_input.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::posed_photographs_test {
 namespace {

@@ -32,6 +32,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/ptpip_camera.h"
 #include "tests/support/test_paths.h"
+#include "tracking/sources/pose_sources.h"
 
 namespace ulf::test::still_capture_test {
 namespace {

@@ -1,8 +1,7 @@
-// Defines the options of a capture, and the functions that it calls while it runs (capture_session.h).
+// Defines the options of a capture (capture_session.h).
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -11,11 +10,10 @@
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/cover_by.h"
-#include "coverage/session/capture_request.h"
-#include "coverage/session/capture_state.h"
 #include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/posed_photographs.h"
-#include "tracking/sources/poses_spec.h"
+#include "tracking/sources/marker_spec.h"
+#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::coverage {
 
@@ -36,6 +34,7 @@ struct CaptureOptions {
   // The tracker's LensUse. kRefine: when it replaces the lens, the capture does so for everything recorded
   // (capture_lens.h); the light field must then have no view of an earlier session.
   tracking::LensUse lens = tracking::LensUse::kCheck;
+  bool LensMayChange() const { return lens == tracking::LensUse::kRefine; }
   // Set: photographs of this camera, which the device takes, are recorded instead of live frames
   // (still_capture.h).
   std::optional<CameraModel> still_camera;
@@ -63,22 +62,6 @@ struct CaptureOptions {
   double max_seconds = 0;                 // of the device's time; 0: no limit
   std::size_t spool_views = kSpoolViews;  // that may wait for the disk; more and recording pauses
   int frames_between_pose_updates = 60;
-  std::size_t lines_shown = 3;  // of the session's messages: as many as a person can read at once
-};
-
-struct CaptureHooks {
-  std::function<bool()> stop_requested;  // asked before every frame
-  CaptureRequests* requests = nullptr;   // answered between two frames
-  // Called with every complete live frame and every photograph before it is processed.
-  std::function<void(const Frame&)> keep_frame;
-  // The state after a frame (capture_state.h); made only when this hook is set.
-  std::function<void(const SharedCaptureState&)> after_frame;
-  // Called ten times a second when no frame comes, after every photograph, and once before the light field is
-  // closed.
-  std::function<void(const SharedCaptureState&)> while_waiting;
-  std::function<void(const std::string&)> say;  // a line for each event
-  // Called after the capture with a description of each closing step, which may take long.
-  std::function<void(const std::string&)> closing;
 };
 
 }  // namespace ulf::coverage
