@@ -6,7 +6,6 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
 #include "core/base/shell_word.h"
 
 namespace ulf::commands {

@@ -10,7 +10,6 @@
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
-#include "core/base/error.h"
 #include "core/base/output_path.h"
 
 namespace ulf::commands {

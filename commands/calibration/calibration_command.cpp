@@ -15,7 +15,6 @@
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/geometry/camera_json.h"

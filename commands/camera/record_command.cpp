@@ -13,7 +13,6 @@
 #include "commands/options/subcommands.h"
 #include "commands/reports/device_report.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"

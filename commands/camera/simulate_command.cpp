@@ -12,7 +12,6 @@
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"

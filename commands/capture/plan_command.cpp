@@ -10,11 +10,9 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
-#include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"

@@ -12,7 +12,6 @@
 #include "commands/light_field/export_scene.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"

@@ -3,7 +3,6 @@
 #include "commands/options/option_values.h"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 
 #include "acquisition/calibration/calibration_io.h"
@@ -10,7 +9,6 @@
 #include "commands/options/subcommands.h"
 #include "commands/reports/check_reports.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/formats/set_format.h"
 

@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder/repair_plan.h"
-#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 
 namespace ulf::commands {

@@ -3,13 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <opencv2/imgproc.hpp>
 
 #include "commands/light_field/contact_sheet.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/light_field_report.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/output_path.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"

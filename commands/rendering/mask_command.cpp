@@ -6,7 +6,6 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "acquisition/simulator/simulated_camera.h"
@@ -14,12 +13,10 @@
 #include "commands/options/subcommands.h"
 #include "commands/reports/work_reports.h"
 #include "core/base/device_uri.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "core/light_field/folder/light_field_writer.h"
 #include "render/masks/turntable_masks.h"
 
 namespace ulf::commands {

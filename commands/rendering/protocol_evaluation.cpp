@@ -5,7 +5,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -21,7 +20,6 @@
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/image.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "render/fields/field_options.h"

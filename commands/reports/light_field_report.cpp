@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -10,19 +9,14 @@
 
 #include "commands/options/command_line.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/findings.h"
-#include "core/light_field/folder/folder_check.h"
-#include "core/light_field/folder/kept_findings.h"
 #include "core/light_field/folder/unposed_photographs.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"
 #include "render/viewpoints/viewpoint_mesh.h"
-#include "tracking/refine/refine_input.h"
 
 namespace ulf::commands {
 namespace {

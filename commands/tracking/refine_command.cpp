@@ -1,26 +1,21 @@
 // `ulf refine` improves the poses of a light field, and reports the effect on its coverage.
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "acquisition/calibration/intrinsics.h"
 #include "commands/options/command_line.h"
-#include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/options/tracking_options.h"
 #include "commands/reports/check_reports.h"
@@ -28,11 +23,11 @@
 #include "commands/reports/explain.h"
 #include "commands/reports/geometry_report.h"
 #include "commands/tracking/refine_report.h"
-#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
+#include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/findings.h"
@@ -40,7 +35,6 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/unposed_photographs.h"
-#include "core/light_field/points/point_tracks.h"
 #include "tracking/refine/locate_photographs.h"
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_input.h"

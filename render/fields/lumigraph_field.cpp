@@ -1,6 +1,5 @@
 #include "render/fields/lumigraph_field.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "core/base/at.h"

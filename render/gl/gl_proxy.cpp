@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "core/base/error.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_triangles.h"
 #include "render/proxy/depth_raster.h"

@@ -1,7 +1,6 @@
 #include "render/gl/gl_renderer.h"
 
 #include <epoxy/gl.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -10,7 +9,6 @@
 #include <utility>
 
 #include "core/base/at.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"

@@ -6,7 +6,6 @@
 // they fall to zero where the next view takes over, so that they change smoothly along the surface.
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 

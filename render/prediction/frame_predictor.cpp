@@ -1,9 +1,7 @@
 #include "render/prediction/frame_predictor.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <limits>
 #include <opencv2/imgproc.hpp>

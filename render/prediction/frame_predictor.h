@@ -16,7 +16,6 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/shadow_map.h"

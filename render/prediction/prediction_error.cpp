@@ -9,7 +9,6 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
-#include "core/geometry/pinhole.h"
 #include "core/geometry/small_matrices.h"
 
 namespace ulf::render {

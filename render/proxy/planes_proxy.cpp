@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"

@@ -9,7 +9,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <optional>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -1,6 +1,5 @@
 #include "render/renderer/reference_renderer.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -1,6 +1,5 @@
 #include "render/stereo/growing_geometry.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>

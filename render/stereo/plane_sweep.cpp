@@ -1,6 +1,5 @@
 #include "render/stereo/plane_sweep.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,6 +1,5 @@
 #include "render/stereo/view_selection.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>

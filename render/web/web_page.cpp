@@ -2,17 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <utility>
 #include <vector>
 
-#include "core/base/at.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/geometry/angles.h"
 #include "core/image/files/picture_codecs.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/formats/xml_file.h"
