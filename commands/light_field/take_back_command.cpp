@@ -110,8 +110,7 @@ int RunTakeBack(const TakeBackArgs& args) {
   const auto geometry = render::GeometryStateOf(after);
   if (args.json) {
     nlohmann::ordered_json json{{"taken_back", asked}, {"views", after.views.size()}};
-    json["covered"] = nullptr;
-    if (coverage) json["covered"] = ToJson(*coverage);
+    json["covered"] = coverage ? ToJson(*coverage) : nullptr;
     json["outdated"] = Outdated(geometry_before, geometry);
     fmt::print("{}\n", JsonText(json, 2));
     return kOk;

@@ -140,11 +140,10 @@ nlohmann::json JsonOf(const Costs& costs) {
 }
 
 nlohmann::json JsonOf(const render::LightFit& light) {
-  nlohmann::json json{{"found", light.Words()},
-                      {"points", light.points},
-                      {"stops", light.stops},
-                      {"corner_stops", light.corner_stops}};
-  return json;
+  return {{"found", light.Words()},
+          {"points", light.points},
+          {"stops", light.stops},
+          {"corner_stops", light.corner_stops}};
 }
 
 nlohmann::json JsonOf(const ProtocolResult& result) {

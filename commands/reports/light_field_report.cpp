@@ -237,37 +237,39 @@ nlohmann::json ToJson(const MeasuredErrors& measured) {
 }
 
 nlohmann::json ToJson(const LightFieldReport& report) {
-  nlohmann::json json;
-  json["views"] = report.views;
-  json["lenses"] = nlohmann::json::array();
+  nlohmann::json json{
+      {"views", report.views},
+      {"lenses", nlohmann::json::array()},
+      {"taken_back", report.taken_back},
+      {"capture_s", report.capture_s > 0 ? nlohmann::json(report.capture_s) : nullptr},  // null: unknown
+      {"angular_range_deg", nullptr},
+      {"mean_edge_deg", report.mean_edge_deg ? nlohmann::json(*report.mean_edge_deg) : nullptr},
+      {"subject", nullptr},
+      {"cap_deg", nullptr},
+      {"covered", report.covered ? nlohmann::json(*report.covered) : nullptr},
+      {"covered_by_bound", report.covered_by_bound ? nlohmann::json(*report.covered_by_bound) : nullptr},
+      {"measured", report.measured ? ToJson(*report.measured) : nullptr},
+      {"holes", nullptr},
+      {"distance", nullptr},
+      {"threshold_px", report.threshold_px},
+      {"units", report.units},
+      {"duplicates", report.duplicates},
+      {"reasons", report.reasons},
+      {"uncounted_views", report.uncounted_views},
+      {"brackets", nullptr}};
   for (const LightFieldReport::Lens& lens : report.lenses)
     json["lenses"].push_back({{"width", lens.camera.width},
                               {"height", lens.camera.height},
                               {"focal_px", lens.camera.MeanFocalPx()},
                               {"views", lens.views},
                               {"calibration_source", lens.source}});
-  json["taken_back"] = report.taken_back;
-  json["capture_s"] = nullptr;  // unknown
-  if (report.capture_s > 0) json["capture_s"] = report.capture_s;
-  json["angular_range_deg"] = nullptr;
   if (report.angular_range_deg)
     json["angular_range_deg"] = {report.angular_range_deg->x(), report.angular_range_deg->y()};
-  json["mean_edge_deg"] = nullptr;
-  if (report.mean_edge_deg) json["mean_edge_deg"] = *report.mean_edge_deg;
-  json["subject"] = nullptr;
   if (report.subject) {
     const Vector3d& center = report.subject->center_in_world;
     json["subject"] = {{"center", {center.x(), center.y(), center.z()}}, {"radius", report.subject->radius}};
   }
-  json["cap_deg"] = nullptr;
   if (report.cap) json["cap_deg"] = {report.cap->Degrees().x(), report.cap->Degrees().y()};
-  json["covered"] = nullptr;
-  if (report.covered) json["covered"] = *report.covered;
-  json["covered_by_bound"] = nullptr;
-  if (report.covered_by_bound) json["covered_by_bound"] = *report.covered_by_bound;
-  json["measured"] = nullptr;
-  if (report.measured) json["measured"] = ToJson(*report.measured);
-  json["holes"] = nullptr;
   if (report.covered) {
     json["holes"] = nlohmann::json::array();
     for (const coverage::CapGap& hole : report.holes)
@@ -275,17 +277,10 @@ nlohmann::json ToJson(const LightFieldReport& report) {
                                {"azimuth_deg", hole.azimuth_deg},
                                {"elevation_deg", hole.elevation_deg}});
   }
-  json["distance"] = nullptr;
   if (report.distances)
     json["distance"] = {{"nearest", report.distances->nearest},
                         {"median", report.distances->median},
                         {"farthest", report.distances->farthest}};
-  json["threshold_px"] = report.threshold_px;
-  json["units"] = report.units;
-  json["duplicates"] = report.duplicates;
-  json["reasons"] = report.reasons;
-  json["uncounted_views"] = report.uncounted_views;
-  json["brackets"] = nullptr;
   if (const auto& brackets = report.brackets) {
     json["brackets"] = {{"views", brackets->views},
                         {"exposures", {{"fewest", brackets->fewest}, {"most", brackets->most}}},

@@ -1,6 +1,5 @@
 // `ulf refine` improves the poses of a light field, and reports the effect on its coverage.
 #include <fmt/core.h>
-#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -22,6 +21,7 @@
 #include "commands/reports/coverage_change.h"
 #include "commands/reports/explain.h"
 #include "commands/reports/geometry_report.h"
+#include "commands/reports/work_reports.h"
 #include "commands/tracking/refine_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -57,12 +57,6 @@ struct RefineArgs {
   bool explain = false;
   bool json = false;
 };
-
-double PeakMemoryMib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
 
 // Describes the origin of a refined lens.
 std::string RefinedSource(const tracking::RefineResult& result, int camera) {
