@@ -215,7 +215,7 @@ double GrowingGeometry::LeastApartNow() const {
 bool GrowingGeometry::StandsAmongNeighbours(const Entry& entry, const std::vector<StereoView>& views) const {
   if (came_ - entry.came >= static_cast<std::uint64_t>(options_.views_waited_for)) return true;
   const int index = static_cast<int>(&entry - entries_.data());
-  const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, {.count = kNeighbours});
+  const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, kNeighbours);
   if (static_cast<int>(neighbours.size()) < std::min(options_.neighbours_waited_for, kNeighbours))
     return false;
   Vector3d mean = Vector3d::Zero();
@@ -259,7 +259,7 @@ GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoV
   const Entry& entry = entries_[At(index)];
   Made made;
   std::vector<const StereoView*> neighbours;
-  for (const int other : NeighboursOf(index, views, *subject_, {.count = kNeighbours})) {
+  for (const int other : NeighboursOf(index, views, *subject_, kNeighbours)) {
     neighbours.push_back(&views[At(other)]);
     made.baselines.push_back(
         {entries_[At(other)].id, views[At(other)].cam_from_world * entry.view.cam_from_world.Inverse()});
