@@ -90,13 +90,6 @@ std::vector<ViewShares> SharesOfVertices(const RenderScene& scene, const Triangl
   return shares;
 }
 
-cv::Vec4f LightOfView(const SceneView& view, const cv::Mat& level, const Eigen::Vector2d& img) {
-  const cv::Vec4f light = SampleLevel(level, view.camera, img);
-  const cv::Vec3f scale = view.ScaleAt(img);
-  return {(light[0] - view.black) * scale[0], (light[1] - view.black) * scale[1],
-          (light[2] - view.black) * scale[2], light[3]};
-}
-
 std::vector<cv::Vec3f> ColorsOfVertices(const RenderScene& scene, const TriangleMesh& mesh,
                                         const std::vector<ViewShares>& shares) {
   const double edge = MedianEdge(mesh);

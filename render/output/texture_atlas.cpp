@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel_for.h"
 #include "core/image/image.h"
+#include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
 namespace {
