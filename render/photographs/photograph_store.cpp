@@ -333,7 +333,6 @@ PhotographStore::Counts PhotographStore::counts() const {
     counts.clipped_px += found.clipped;
     if (state_->MasksClipped(index)) counts.masked_px += found.clipped;
     ++counts.photographs;
-    counts.clipped_photographs += found.clipped > 0;
   }
   return counts;
 }
