@@ -10,11 +10,7 @@
 
 namespace ulf::render {
 
-namespace {
-
 constexpr unsigned kCoarserUnit = 14, kFilledUnit = 15;
-
-}  // namespace
 
 const unsigned GlProxy::kDepthFormat = GL_R32F;
 

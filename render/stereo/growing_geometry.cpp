@@ -12,7 +12,6 @@
 #include "render/stereo/view_selection.h"
 
 namespace ulf::render {
-namespace {
 
 constexpr int kNeighbours = 6;  // of a view in the sweep. Guessed.
 // Neighbours surround a view if the mean of the directions to them is shorter than this; 1: all on one side.
@@ -34,8 +33,6 @@ constexpr std::size_t kMapsAskedForRange = 4;  // nearest ones. Guessed.
 // For MakeMissingMaps(); independent of the number of processors, because a map's range is that of earlier
 // ones.
 constexpr std::size_t kMapsAtOnce = 8;
-
-}  // namespace
 
 std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const std::vector<const StereoView*>& neighbours,
