@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/opening/open_device.h"
 #include "commands/options/command_line.h"

@@ -1,5 +1,4 @@
 #include "commands/light_field/export_scene.h"
-#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 
 #include <fmt/core.h>

@@ -10,7 +10,6 @@
 #include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "render/fields/field_options.h"
 
 namespace ulf::commands {
 namespace {

@@ -9,7 +9,6 @@
 #include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/planes_proxy.h"

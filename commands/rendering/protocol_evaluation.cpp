@@ -22,7 +22,6 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "render/fields/field_options.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/points_proxy.h"

@@ -4,8 +4,6 @@
 
 #include "core/base/at.h"
 #include "core/geometry/angles.h"
-#include "render/fields/blending_field.h"
-#include "render/fields/field_options.h"
 
 namespace ulf::render {
 namespace {

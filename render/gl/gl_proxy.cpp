@@ -2,8 +2,6 @@
 
 #include <epoxy/gl.h>
 
-#include <vector>
-
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_triangles.h"
 #include "render/proxy/depth_raster.h"

@@ -10,7 +10,6 @@
 
 #include "core/base/at.h"
 #include "core/base/error.h"
-#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_renderer_state.h"

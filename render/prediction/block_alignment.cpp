@@ -1,6 +1,5 @@
 #include "render/prediction/block_alignment.h"
 
-#include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>

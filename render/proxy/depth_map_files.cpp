@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
-#include <string>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"

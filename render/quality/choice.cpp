@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -13,7 +12,6 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"

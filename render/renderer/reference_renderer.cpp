@@ -11,8 +11,6 @@
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/pinhole.h"
-#include "render/fields/blending_field.h"
-#include "render/fields/field_options.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/make_field.h"

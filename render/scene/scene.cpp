@@ -12,7 +12,6 @@
 #include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/view_images.h"
-#include "core/light_field/light_field.h"
 #include "render/scene/exposure_scales.h"
 
 namespace ulf::render {

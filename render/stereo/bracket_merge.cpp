@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
@@ -17,7 +16,6 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/view_images.h"
-#include "core/light_field/light_field.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/scene/scene.h"
 

@@ -1,7 +1,6 @@
 #include "render/stereo/proxy_builder.h"
 
 #include <algorithm>
-#include <memory>
 #include <opencv2/core/utility.hpp>
 
 #include "core/base/at.h"
