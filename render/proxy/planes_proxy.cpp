@@ -77,15 +77,12 @@ constexpr int kRim = 3;          // cells; more than anything grows
 constexpr int kMostCells = 100;  // per side, so that a plane has few triangles. Guessed
 
 PlaneGrid GridAround(const std::vector<Vector2d>& points) {
-  Vector2d low = points.front(), high = low;
-  for (const Vector2d& point : points) {
-    low = low.cwiseMin(point);
-    high = high.cwiseMax(point);
-  }
-  const double extent = (high - low).maxCoeff();
+  Eigen::AlignedBox2d box;
+  for (const Vector2d& point : points) box.extend(point);
+  const double extent = box.sizes().maxCoeff();
   const double cell = std::max(SpacingInPlane(points), extent / kMostCells);
-  const Vector2d corner = low.array() - kRim * cell;
-  const Vector2d cells = ((high - low) / cell).array().ceil();
+  const Vector2d corner = box.min().array() - kRim * cell;
+  const Vector2d cells = (box.sizes() / cell).array().ceil();
   return {
       corner, cell, {static_cast<int>(cells.x()) + 2 * kRim + 1, static_cast<int>(cells.y()) + 2 * kRim + 1}};
 }
