@@ -53,7 +53,6 @@ struct TriedPlane {
 };
 
 // Returns the spacing of viewpoints: the median distance to the fourth neighbour, for a grid its mesh width.
-// mesh.
 double ViewpointSpacing(const std::vector<Vector3d>& viewpoints) {
   constexpr std::size_t kNeighbour = 4;
   std::vector<double> spacings;
