@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -25,6 +24,7 @@
 #include "commands/tracking/refine_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
@@ -214,8 +214,7 @@ int RunRefine(const RefineArgs& args) {
     after = ReadLightField(dir);
     poses = CheckedPoses(*after, args.json);
   }
-  const RefineCost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
-                        PeakMemoryMib()};
+  const RefineCost cost{SecondsSince(start), PeakMemoryMib()};
   std::optional<tracking::LightFieldErrors> errors;
   std::string not_compared;  // the reason; thrown after the report
   if (!args.truth.empty()) try {
