@@ -96,13 +96,11 @@ void RequireBudget(const WebArgs& args, const LightField& light_field, std::size
 cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderScene>& scene) {
   const render::ViewerCamera start = render::StartingCamera(*scene);
   constexpr int kLongestPx = 960;  // larger ones would delay the page's own data. Guessed.
-  const double share =
-      std::min(1.0, 1.0 * kLongestPx / std::max(start.photograph.width, start.photograph.height));
-  const cv::Size size(std::max(1, static_cast<int>(std::lround(share * start.photograph.width))),
-                      std::max(1, static_cast<int>(std::lround(share * start.photograph.height))));
+  const CameraModel small = render::Within(start.photograph, kLongestPx);
   const auto renderer = render::MakeRenderer(
       scene, {.field = render::DefaultField(*scene), .renderer = RendererFromName(args.renderer)});
-  const render::Rendering picture = renderer->Render(start.ModelFor(size), start.CamFromWorld());
+  const render::Rendering picture =
+      renderer->Render(start.ModelFor({small.width, small.height}), start.CamFromWorld());
   cv::Mat poster = Srgb8FromLinear(picture.linear);
   if (picture.empty_px > 0) cv::merge(std::vector<cv::Mat>{poster, picture.drawn}, poster);
   return poster;

@@ -34,13 +34,6 @@ constexpr std::uint64_t kLeastFreeBytes = std::uint64_t{1} << 30;
 
 namespace fs = std::filesystem;
 
-cv::Size LoadedSize(const CameraModel& camera, int size_limit_px) {
-  const double longer = std::max(camera.width, camera.height);
-  const double scale = size_limit_px > 0 ? std::min(1.0, size_limit_px / longer) : 1.0;
-  return {std::max(1, static_cast<int>(std::lround(camera.width * scale))),
-          std::max(1, static_cast<int>(std::lround(camera.height * scale)))};
-}
-
 cv::Mat ResizedInLight(const cv::Mat& srgb8, const cv::Size& size) {
   if (size == srgb8.size()) return srgb8;
   cv::Mat smaller;
@@ -321,7 +314,9 @@ PhotographStore::~PhotographStore() = default;
 
 std::shared_ptr<const Photograph> PhotographStore::PhotographOf(std::size_t index) const {
   const CameraModel& camera = state_->light_field.CameraOf(state_->light_field.views[index]);
-  return std::make_shared<Stored>(state_, index, LoadedSize(camera, state_->options.size_limit_px));
+  const int limit_px = state_->options.size_limit_px;
+  const CameraModel loaded = limit_px > 0 ? Within(camera, limit_px) : camera;
+  return std::make_shared<Stored>(state_, index, cv::Size(loaded.width, loaded.height));
 }
 
 PhotographStore::Counts PhotographStore::counts() const {
