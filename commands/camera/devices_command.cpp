@@ -23,14 +23,13 @@ struct DevicesArgs {
 };
 
 bool HasRealCamera(const std::vector<acquisition::DeviceInfo>& devices) {
-  return std::any_of(devices.begin(), devices.end(),
-                     [](const acquisition::DeviceInfo& info) { return info.bus != "simulated"; });
+  return std::ranges::any_of(devices,
+                             [](const acquisition::DeviceInfo& info) { return info.bus != "simulated"; });
 }
 
 // Mentions missing udev rules only if they may be the reason: no camera is found, or one is not available.
 std::optional<std::string> UdevHint(const std::vector<acquisition::DeviceInfo>& devices) {
-  const bool all_available = std::all_of(devices.begin(), devices.end(),
-                                         [](const acquisition::DeviceInfo& info) { return info.available; });
+  const bool all_available = std::ranges::all_of(devices, &acquisition::DeviceInfo::available);
   if (all_available && HasRealCamera(devices)) return std::nullopt;
   return acquisition::MissingUdevRulesHintForThisUser();
 }

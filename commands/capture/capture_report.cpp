@@ -242,14 +242,14 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
   if (tracked == 0) {
     std::string text = fmt::format("nothing was recorded: the camera's position was found in none of {}; {}",
                                    Counted(summary.frames, "frame"), ToBeTracked(summary.source));
-    const auto commonest = std::max_element(summary.start_obstacles.begin(), summary.start_obstacles.end(),
-                                            [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto commonest =
+        std::ranges::max_element(summary.start_obstacles, {}, [](const auto& each) { return each.second; });
     if (commonest != summary.start_obstacles.end())
       text += fmt::format(" (in {} of them: {})", commonest->second,
                           tracking::Advice(commonest->first, summary.source));
     return text;
   }
-  const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());
+  const auto commonest = std::ranges::max_element(summary.reasons);
   const auto reason = static_cast<coverage::Reason>(commonest - summary.reasons.begin());
   return fmt::format("nothing was recorded: for {} of {} {}", *commonest, Counted(summary.frames, "frame"),
                      ReasonAndWayOut(reason, summary));

@@ -103,8 +103,7 @@ void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::R
   for (const Eigen::Vector3d& center : centers) middle += center / static_cast<double>(centers.size());
   double reach = 0;
   for (const Eigen::Vector3d& center : centers) reach = std::max(reach, (center - middle).norm());
-  const auto widest = std::ranges::max_element(
-      apertures, [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
+  const auto widest = std::ranges::max_element(apertures, {}, &render::Aperture::radius);
   if (widest == apertures.end()) return;
   if (widest->radius > reach)
     spdlog::warn(
@@ -120,8 +119,7 @@ void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::R
 
 std::string ApertureText(const std::vector<render::Aperture>& apertures) {
   if (apertures.empty()) return "none";
-  const auto [least, most] = std::ranges::minmax_element(
-      apertures, [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
+  const auto [least, most] = std::ranges::minmax_element(apertures, {}, &render::Aperture::radius);
   return least->radius == most->radius ? fmt::format("radius {}", least->radius)
                                        : fmt::format("radius {} to {}", least->radius, most->radius);
 }

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 // Returns the smallest arc that holds all angles.
 double AngularSpan(std::vector<double> angles) {
-  std::sort(angles.begin(), angles.end());
+  std::ranges::sort(angles);
   double widest_gap = angles.front() + 2 * M_PI - angles.back();
   for (std::size_t i = 1; i < angles.size(); ++i)
     widest_gap = std::max(widest_gap, angles[i] - angles[i - 1]);
@@ -42,7 +42,7 @@ Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vect
     azimuths.push_back(frame.Of(direction).azimuth);
     elevations.push_back(frame.Of(direction).elevation);
   }
-  const auto [lowest, highest] = std::minmax_element(elevations.begin(), elevations.end());
+  const auto [lowest, highest] = std::ranges::minmax_element(elevations);
   return {AngularSpan(std::move(azimuths)), *highest - *lowest};
 }
 

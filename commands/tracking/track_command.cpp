@@ -83,9 +83,7 @@ struct TrackedSequence {
 void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tracking::LensUse use,
               TrackRun& run) {
   const auto after_s = [&] {
-    const auto first = std::find_if(run.frames.begin(), run.frames.end(), [](const TrackedFrame& frame) {
-      return frame.track.cam_from_world.has_value();
-    });
+    const auto first = std::ranges::find_if(run.frames, &TrackedFrame::HasPose);
     return first == run.frames.end() ? 0 : sample.time_s - first->time_s;
   };
   const tracking::Track& track = sample.track;

@@ -205,8 +205,7 @@ void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKin
 }  // namespace
 
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates, double within_db) {
-  const auto best = std::ranges::max_element(
-      candidates, [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  const auto best = std::ranges::max_element(candidates, {}, &ScoredChoice::psnr_db);
   return *std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
     return candidate.psnr_db >= best->psnr_db - within_db;
   });

@@ -84,8 +84,7 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
   }
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < count && !candidates.empty()) {
-    const auto best = std::ranges::max_element(
-        candidates, [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+    const auto best = std::ranges::max_element(candidates, {}, &Candidate::score);
     const Candidate taken = *best;
     candidates.erase(best);
     chosen.push_back(taken.view);
