@@ -1,6 +1,5 @@
 #include "commands/options/subcommands.h"
 
-#include <CLI/CLI.hpp>
 #include <vector>
 
 #include "commands/capture/crash_handler.h"

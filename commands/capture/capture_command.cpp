@@ -1,7 +1,5 @@
 // ulf capture, the main command: from a device's URI to a light field on disk.
 
-
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <set>

@@ -2,7 +2,6 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,9 +11,9 @@
 #include <opencv2/core.hpp>
 
 #include "commands/light_field/export_scene.h"
-#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
+#include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
@@ -159,9 +158,9 @@ int RunExportWeb(const WebArgs& args) {
 }  // namespace
 
 void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
-  const auto args = std::make_shared<WebArgs>();
-  CLI::App* web = command.add_subcommand(
-      "web", "A page for browsers, which needs no program behind it (docs/web_page.md)");
+  const auto [web, args] =
+      NewSubcommand(command, chosen, "web",
+                    "A page for browsers, which needs no program behind it (docs/web_page.md)", RunExportWeb);
   AddSceneOptions(*web, *args);
   web->add_option("-o,--output", args->output, "New folder")->required();
   web->add_option("--budget", args->budget, "Size of the whole folder, such as 20MB (20MB)");
@@ -177,7 +176,6 @@ void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
       ->check(CLI::Range(64, 4096));
   web->add_flag("--json", args->json, "Print one JSON object");
   web->footer("Example: ulf export web vase -o site --budget 20MB");
-  web->callback([args, &chosen] { chosen = [args] { return RunExportWeb(*args); }; });
 }
 
 }  // namespace ulf::commands

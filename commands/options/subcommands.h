@@ -3,6 +3,11 @@
 // it, sets `chosen` to the function to run.
 #pragma once
 
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <utility>
+
 #include "commands/options/command_line.h"
 
 namespace ulf::commands {
@@ -16,5 +21,16 @@ AddSubcommand AddDevicesCommand, AddFeaturesCommand, AddSimulateCommand, AddReco
     AddRenderCommand, AddEvaluateCommand, AddMaskCommand, AddProxyCommand, AddViewCommand, AddPlanCommand,
     AddCaptureCommand, AddInfoCommand, AddSheetCommand, AddReviewCommand, AddTakeBackCommand,
     AddRefineCommand, AddExportCommand, AddMergeCommand;
+
+// Returns a new subcommand and its arguments, for its options; choosing it sets `chosen` to `run` them.
+template <typename Args>
+std::pair<CLI::App*, std::shared_ptr<Args>> NewSubcommand(CLI::App& app, ChosenCommand& chosen,
+                                                          const std::string& name, const std::string& text,
+                                                          int (*run)(const Args& args)) {
+  const auto args = std::make_shared<Args>();
+  CLI::App* command = app.add_subcommand(name, text);
+  command->callback([args, run, &chosen] { chosen = [args, run] { return run(*args); }; });
+  return {command, args};
+}
 
 }  // namespace ulf::commands

@@ -1,11 +1,9 @@
 // `ulf refine` improves the poses of a light field, and reports the effect on its coverage.
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -255,8 +253,8 @@ int RunRefine(const RefineArgs& args) {
 }  // namespace
 
 void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<RefineArgs>();
-  CLI::App* command = app.add_subcommand("refine", "Better poses for all recorded views together");
+  const auto [command, args] =
+      NewSubcommand(app, chosen, "refine", "Better poses for all recorded views together", RunRefine);
   command->add_option("DIR", args->dir, "Light field, or with -o a set with transforms.json")->required();
   command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
   command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
@@ -282,7 +280,6 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer(
       "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "
       "fit nowhere keep their poses and are named.");
-  command->callback([args, &chosen] { chosen = [args] { return RunRefine(*args); }; });
 }
 
 }  // namespace ulf::commands
