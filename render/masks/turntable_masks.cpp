@@ -18,7 +18,6 @@
 #include "render/masks/background_cut.h"
 #include "render/masks/silhouette_hull.h"
 #include "render/masks/still_background.h"
-#include "render/photographs/photograph.h"
 
 namespace ulf::render {
 namespace {
@@ -36,6 +35,12 @@ struct Picture {
   cv::Mat board;   // CV_8U, 255 at the board, and what stands on it; empty: no board is known
   cv::Mat mask;    // CV_8U, 255: subject
 };
+
+CameraModel Reduced(const CameraModel& camera, int size_px) {
+  const double scale = std::min(1.0, static_cast<double>(size_px) / std::max(camera.width, camera.height));
+  return camera.ScaledTo(static_cast<int>(std::lround(scale * camera.width)),
+                         static_cast<int>(std::lround(scale * camera.height)));
+}
 
 // The board hides the still background, and what hides the board turns with it. Empty when seen from below.
 cv::Mat BoardIn(const Board& board, const CameraModel& camera, const Rigid3& cam_from_world) {
@@ -64,7 +69,7 @@ std::vector<Picture> PicturesOf(const LightField& light_field, const TurntableMa
   ParallelFor(pictures.size(), [&](std::size_t i) {
     const View& view = light_field.views[i];
     Picture& picture = pictures[i];
-    picture.camera = Within(light_field.CameraOf(view), options.size_px);
+    picture.camera = Reduced(light_field.CameraOf(view), options.size_px);
     picture.cam_from_world = view.cam_from_world;
     cv::resize(Srgb8(ReadRecordedImage(light_field, view)), picture.pixels,
                {picture.camera.width, picture.camera.height}, 0, 0, cv::INTER_AREA);
