@@ -1,6 +1,5 @@
 #include "commands/options/subcommands.h"
 
-#include <CLI/CLI.hpp>
 #include <vector>
 
 #include "commands/capture/crash_handler.h"
@@ -29,31 +28,16 @@ void AddFollowLinks(CLI::App& app) {
 }  // namespace
 
 void AddCommands(CLI::App& app, ChosenCommand& chosen) {
-  AddDevicesCommand(app, chosen);
-  AddFeaturesCommand(app, chosen);
-  AddSimulateCommand(app, chosen);
-  AddRecordCommand(app, chosen);
-  AddImportCommand(app, chosen);
-  AddRepairCommand(app, chosen);
-  AddBoardCommand(app, chosen);
-  AddCalibrateCommand(app, chosen);
-  AddCalibrationCommand(app, chosen);
-  AddTrackCommand(app, chosen);
-  AddRenderCommand(app, chosen);
-  AddEvaluateCommand(app, chosen);
-  AddMaskCommand(app, chosen);
-  AddProxyCommand(app, chosen);
-  AddViewCommand(app, chosen);
-  AddPlanCommand(app, chosen);
-  AddCaptureCommand(app, chosen);
-  AddInfoCommand(app, chosen);
-  AddTakeBackCommand(app, chosen);
-  AddSheetCommand(app, chosen);
-  AddReviewCommand(app, chosen);
-  AddRefineCommand(app, chosen);
-  AddCloseAfterCrashCommand(app, chosen);
-  AddExportCommand(app, chosen);
-  AddMergeCommand(app, chosen);
+  for (AddSubcommand* add : {AddDevicesCommand,  AddFeaturesCommand,        AddSimulateCommand,
+                             AddRecordCommand,   AddImportCommand,          AddRepairCommand,
+                             AddBoardCommand,    AddCalibrateCommand,       AddCalibrationCommand,
+                             AddTrackCommand,    AddRenderCommand,          AddEvaluateCommand,
+                             AddMaskCommand,     AddProxyCommand,           AddViewCommand,
+                             AddPlanCommand,     AddCaptureCommand,         AddInfoCommand,
+                             AddTakeBackCommand, AddSheetCommand,           AddReviewCommand,
+                             AddRefineCommand,   AddCloseAfterCrashCommand, AddExportCommand,
+                             AddMergeCommand})
+    add(app, chosen);
   AddFollowLinks(app);
 }
 

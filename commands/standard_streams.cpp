@@ -12,8 +12,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <iostream>
-#include <string_view>
-#include <utility>
 
 #include "core/base/stop_signal.h"
 

@@ -14,7 +14,7 @@ std::vector<std::string> Split(const std::string& text, char separator) {
 // Accepts a name that is no number, as in "PX|full".
 bool IsWord(const std::string& text) {
   return !text.empty() && std::islower(static_cast<unsigned char>(text.front())) &&
-         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || c == '-'; });
+         std::ranges::all_of(text, [](unsigned char c) { return std::isalnum(c) || c == '-'; });
 }
 
 // "TEXT:{high,fast,FILE}" and "fixed|check|refine" name the values.

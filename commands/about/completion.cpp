@@ -6,7 +6,6 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
 #include "core/base/shell_word.h"
 
 namespace ulf::commands {
@@ -15,8 +14,7 @@ namespace {
 std::string Replaced(const std::string& text, const std::vector<std::pair<char, std::string>>& replacements) {
   std::string out;
   for (const char c : text) {
-    const auto found =
-        std::find_if(replacements.begin(), replacements.end(), [c](const auto& r) { return r.first == c; });
+    const auto found = std::ranges::find_if(replacements, [c](const auto& r) { return r.first == c; });
     out += found == replacements.end() ? std::string(1, c) : found->second;
   }
   return out;
@@ -48,8 +46,8 @@ std::vector<std::string> CommandNames(const CommandPage& page) {
 }
 
 bool TakesFiles(const CommandPage& page) {
-  return std::any_of(page.options.begin(), page.options.end(),
-                     [](const OptionPage& option) { return option.positional && option.takes_file; });
+  return std::ranges::any_of(page.options,
+                             [](const OptionPage& option) { return option.positional && option.takes_file; });
 }
 
 // --- bash: one function with a case for each command, whose words are in `command`.

@@ -11,7 +11,6 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
 
 namespace ulf::commands {
 namespace {

@@ -1,7 +1,5 @@
 // `ulf board`: draws a calibration target for printing.
-#include <CLI/CLI.hpp>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -10,7 +8,6 @@
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
-#include "core/base/error.h"
 #include "core/base/output_path.h"
 
 namespace ulf::commands {
@@ -59,8 +56,8 @@ int RunBoard(const BoardArgs& args) {
 }  // namespace
 
 void AddBoardCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<BoardArgs>();
-  CLI::App* command = app.add_subcommand("board", "Write a calibration target to print, in true size");
+  const auto [command, args] =
+      NewSubcommand(app, chosen, "board", "Write a calibration target to print, in true size", RunBoard);
   command
       ->add_option(
           "BOARD", args->board,
@@ -76,7 +73,6 @@ void AddBoardCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf board -o board.pdf\nThen:    ulf calibrate aravis:192.168.1.20");
-  command->callback([args, &chosen] { chosen = [args] { return RunBoard(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -5,15 +5,12 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/opening/open_device.h"
 #include "commands/options/command_line.h"
 #include "commands/options/tracking_options.h"
-#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
-#include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
 #include "core/image/files/picture_file.h"
 

@@ -2,10 +2,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/calibration/calibration_formats.h"
@@ -15,7 +13,6 @@
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "core/base/atomic_file.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/geometry/camera_json.h"
@@ -206,9 +203,9 @@ int RunCalibration(const CalibrationArgs& args) {
 }  // namespace
 
 void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<CalibrationArgs>();
-  CLI::App* command = app.add_subcommand(
-      "calibration", "Show a calibration file of ulf or another program, or write it for another program");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "calibration",
+      "Show a calibration file of ulf or another program, or write it for another program", RunCalibration);
   command->add_option("FILE", args->path, "Calibration file; its format is detected")->required();
   command->add_option("--to", args->to,
                       "Format to write: ulf, kalibr, ros, opencv (.yml or .xml) or colmap (cameras.txt) "
@@ -234,7 +231,6 @@ void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
                   "         ulf calibration camchain.yaml --camera cam1 --serial 21234567 -o camera.json\n"
                   "         ulf calibration cameras.txt --serial S1 --sensor 2048x2048 --roi 640x480+16+8 -o "
                   "camera.json");
-  command->callback([args, &chosen] { chosen = [args] { return RunCalibration(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -85,8 +83,7 @@ std::string ReportText(const acquisition::CalibrationResult& result,
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "model            {} ({} of {} candidates explain the data)\n",
                  chosen.fit.candidate.name,
-                 std::count_if(result.choice.table.begin(), result.choice.table.end(),
-                               [](const acquisition::CandidateResult& row) { return row.explains; }),
+                 std::ranges::count_if(result.choice.table, &acquisition::CandidateResult::explains),
                  result.choice.table.size());
   fmt::format_to(out, "image            {} x {} px, {:.1f} degrees across the diagonal\n", camera.width,
                  camera.height, Degrees(2 * camera.MaxRayAngle()));

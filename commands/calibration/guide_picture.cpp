@@ -15,7 +15,6 @@
 #include "core/base/host_time.h"
 #include "core/base/output_path.h"
 #include "core/image/files/png_picture.h"
-#include "core/image/image.h"
 #include "render/display/live_texture.h"
 
 namespace ulf::commands {

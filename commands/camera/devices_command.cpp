@@ -1,8 +1,6 @@
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/device/device.h"
@@ -23,14 +21,13 @@ struct DevicesArgs {
 };
 
 bool HasRealCamera(const std::vector<acquisition::DeviceInfo>& devices) {
-  return std::any_of(devices.begin(), devices.end(),
-                     [](const acquisition::DeviceInfo& info) { return info.bus != "simulated"; });
+  return std::ranges::any_of(devices,
+                             [](const acquisition::DeviceInfo& info) { return info.bus != "simulated"; });
 }
 
 // Mentions missing udev rules only if they may be the reason: no camera is found, or one is not available.
 std::optional<std::string> UdevHint(const std::vector<acquisition::DeviceInfo>& devices) {
-  const bool all_available = std::all_of(devices.begin(), devices.end(),
-                                         [](const acquisition::DeviceInfo& info) { return info.available; });
+  const bool all_available = std::ranges::all_of(devices, &acquisition::DeviceInfo::available);
   if (all_available && HasRealCamera(devices)) return std::nullopt;
   return acquisition::MissingUdevRulesHintForThisUser();
 }
@@ -184,8 +181,8 @@ int RunDevices(const DevicesArgs& args) {
 }  // namespace
 
 void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<DevicesArgs>();
-  CLI::App* command = app.add_subcommand("devices", "List every camera in reach, and why one cannot be used");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "devices", "List every camera in reach, and why one cannot be used", RunDevices);
   CLI::Option* check =
       command->add_option("--check", args->check,
                           "Check the link to this camera: stream from it with these settings, and where "
@@ -198,7 +195,6 @@ void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer(
       "Example: ulf devices\nThen:    ulf devices --check 'aravis:192.168.1.20?fps=60'\n"
       "         ulf capture aravis:192.168.1.20 -o light_field");
-  command->callback([args, &chosen] { chosen = [args] { return RunDevices(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -1,9 +1,6 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/device/feature_file.h"
@@ -305,9 +302,9 @@ int RunFeatures(const FeaturesArgs& args) {
 }  // namespace
 
 void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<FeaturesArgs>();
-  CLI::App* command = app.add_subcommand(
-      "features", "Show a camera's formats and settings; set these by name; keep them in a file");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "features", "Show a camera's formats and settings; set these by name; keep them in a file",
+      RunFeatures);
   command->add_option("URI", args->uri, "Camera, as 'ulf devices' lists it")->required();
   command->add_option("SETTING", args->settings,
                       "NAME shows one in full, NAME=VALUE sets it (a command: NAME=execute)");
@@ -323,7 +320,6 @@ void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen) {
       "Example: ulf features aravis:192.168.1.20 --filter exposure\n"
       "         ulf features aravis:192.168.1.20 ExposureAuto=Off ExposureTime=5000\n"
       "         ulf features aravis:192.168.1.20 --save studio.json");
-  command->callback([args, &chosen] { chosen = [args] { return RunFeatures(*args); }; });
 }
 
 }  // namespace ulf::commands

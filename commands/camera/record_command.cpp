@@ -1,5 +1,4 @@
 // `ulf record`: records every frame of a device, so that a session can be run again.
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -13,7 +12,6 @@
 #include "commands/options/subcommands.h"
 #include "commands/reports/device_report.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
@@ -146,9 +144,8 @@ int RunRecord(const RecordArgs& args) {
 }  // namespace
 
 void AddRecordCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<RecordArgs>();
-  CLI::App* command =
-      app.add_subcommand("record", "Record every frame of a device (run again by replay:FOLDER)");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "record", "Record every frame of a device (run again by replay:FOLDER)", RunRecord);
   command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
   command->add_option("-o,--output", args->dir, "New folder")->required();
   command->add_option("--frames", args->frames, "Stop after so many frames (default: no limit)")
@@ -160,7 +157,6 @@ void AddRecordCommand(CLI::App& app, ChosenCommand& chosen) {
       "Example: ulf record aravis:192.168.1.20 -o session --max-seconds 60\n"
       "Then:    ulf capture replay:session -o light_field --deterministic\n"
       "Ends with status 1 when frames had to be left out.");
-  command->callback([args, &chosen] { chosen = [args] { return RunRecord(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <signal.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 
@@ -12,7 +11,6 @@
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"
@@ -139,8 +137,8 @@ int RunSimulate(const SimulateArgs& args) {
 }  // namespace
 
 void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
-  const auto args = std::make_shared<SimulateArgs>();
-  auto* sub = app.add_subcommand("simulate", "Serves the simulated camera as a real GigE Vision device");
+  const auto [sub, args] = NewSubcommand(
+      app, chosen, "simulate", "Serves the simulated camera as a real GigE Vision device", RunSimulate);
   sub->add_option("scene", args->scene,
                   fmt::format("Scene: {}, board or card (docs/devices.md)",
                               fmt::join(acquisition::Scene::Names(), ", ")))
@@ -186,7 +184,6 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
       "         ulf simulate --interface 127.0.0.1,127.0.0.2 --fault lost=0.005 --fault disconnect=20:3\n"
       "Runs until SIGINT, SIGTERM or SIGHUP. Prints a line for each camera when it can be opened and one "
       "with figures at its end. Seconds of faults count from the first frame taken.");
-  sub->callback([&chosen, args] { chosen = [args] { return RunSimulate(*args); }; });
 }
 
 }  // namespace ulf::commands

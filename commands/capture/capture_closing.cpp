@@ -20,7 +20,6 @@
 #include "core/base/waiting.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
-#include "core/image/files/raw_file.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_check.h"
 #include "core/light_field/folder/light_field_io.h"

@@ -1,10 +1,6 @@
 // ulf capture, the main command: from a device's URI to a light field on disk.
 
-#include <spdlog/spdlog.h>
-
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <set>
 
@@ -19,17 +15,12 @@
 #include "commands/options/tracking_options.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"
-#include "core/image/files/picture_file.h"
-#include "core/image/files/picture_kind.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_check.h"
-#include "core/light_field/folder/light_field_io.h"
-#include "core/light_field/folder/opened_folder.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/operator/coverage_drawing.h"
 #include "coverage/operator/panels.h"
@@ -37,7 +28,6 @@
 #include "coverage/operator/scripted_surface.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/capture_session.h"
-#include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/marker_spec.h"
 
 namespace ulf::commands {

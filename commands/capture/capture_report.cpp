@@ -200,8 +200,7 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
         {"not_needed", summary.stills.not_needed},
         {"without_pose", summary.stills.without_pose},
         {"shutter_lags", summary.stills.lags},
-        {"shutter_lag_ms",
-         summary.stills.lag_s ? nlohmann::json(1e3 * *summary.stills.lag_s) : nlohmann::json(nullptr)}};
+        {"shutter_lag_ms", summary.stills.lag_s ? nlohmann::json(1e3 * *summary.stills.lag_s) : nullptr}};
   if (summary.brackets.views > 0)
     json["brackets"] = {{"views", summary.brackets.views},
                         {"incomplete", summary.brackets.incomplete},
@@ -223,8 +222,7 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
         {"written_maps", summary.geometry->written_maps},
         {"triangles", summary.geometry->mesh ? summary.geometry->mesh->mesh->triangles.size() : 0},
         {"seconds", summary.geometry->seconds}};
-  json["ms_measure_median"] = nullptr;
-  if (summary.measured) json["ms_measure_median"] = summary.measured->ms_median;
+  json["ms_measure_median"] = summary.measured ? nlohmann::json(summary.measured->ms_median) : nullptr;
   json["calibration"] = ToJson(summary.calibration);
   json["refined_lens"] = ToJson(summary.refined_lens);
   json["mistakes"] = nlohmann::json::array();
@@ -244,14 +242,14 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
   if (tracked == 0) {
     std::string text = fmt::format("nothing was recorded: the camera's position was found in none of {}; {}",
                                    Counted(summary.frames, "frame"), ToBeTracked(summary.source));
-    const auto commonest = std::max_element(summary.start_obstacles.begin(), summary.start_obstacles.end(),
-                                            [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto commonest =
+        std::ranges::max_element(summary.start_obstacles, {}, [](const auto& each) { return each.second; });
     if (commonest != summary.start_obstacles.end())
       text += fmt::format(" (in {} of them: {})", commonest->second,
                           tracking::Advice(commonest->first, summary.source));
     return text;
   }
-  const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());
+  const auto commonest = std::ranges::max_element(summary.reasons);
   const auto reason = static_cast<coverage::Reason>(commonest - summary.reasons.begin());
   return fmt::format("nothing was recorded: for {} of {} {}", *commonest, Counted(summary.frames, "frame"),
                      ReasonAndWayOut(reason, summary));
@@ -317,10 +315,8 @@ PoseErrors CompareWithTruth(const std::vector<TimedPose>& truth, const std::vect
 }
 
 void AddTo(nlohmann::json& json, const PoseErrors& errors) {
-  json["ate_live_rmse"] = nullptr;
-  if (errors.live) json["ate_live_rmse"] = errors.live->ate_rmse;
-  json["ate_views_rmse"] = nullptr;
-  if (errors.views) json["ate_views_rmse"] = errors.views->ate_rmse;
+  json["ate_live_rmse"] = errors.live ? nlohmann::json(errors.live->ate_rmse) : nullptr;
+  json["ate_views_rmse"] = errors.views ? nlohmann::json(errors.views->ate_rmse) : nullptr;
   json["truth_subject_distance"] = errors.subject_distance;
 }
 

@@ -1,12 +1,10 @@
 #include "commands/capture/capture_start.h"
 
-#include <fmt/format.h>
 
 #include "acquisition/device/replay_device.h"
 #include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "commands/options/command_line.h"
-#include "core/base/error.h"
 #include "coverage/bound/capture_presets.h"
 
 namespace ulf::commands {

@@ -2,19 +2,15 @@
 
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
-#include "acquisition/device/device.h"
 #include "acquisition/opening/open_device.h"
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
@@ -183,9 +179,9 @@ int RunPlan(const PlanArgs& args) {
 }  // namespace
 
 void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<PlanArgs>();
-  CLI::App* command = app.add_subcommand(
-      "plan", "Predict a capture: how far one view covers, how many views it takes, and how long");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "plan",
+      "Predict a capture: how far one view covers, how many views it takes, and how long", RunPlan);
   command->add_option("URI", args->uri,
                       "Camera, see 'ulf devices': its stored calibration, or what it knows of its lens");
   command->add_option("--calibration", args->calibration_path,
@@ -203,7 +199,7 @@ void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
   command
       ->add_option_function<std::string>(
           "--quality",
-          [args](const std::string& quality) { args->threshold_px = coverage::ThresholdOf(quality); },
+          [args = args](const std::string& quality) { args->threshold_px = coverage::ThresholdOf(quality); },
           fmt::format("Threshold by name: high {:g} px, fast {:g} px (default: high)",
                       coverage::kHighThresholdPx, coverage::kFastThresholdPx))
       ->check(CLI::IsMember({"high", "fast"}))
@@ -223,7 +219,6 @@ void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer(
       "Example: ulf plan --focal-px 600 --width 640 --distance 1 --radius 0.15 --cap 60x40\n"
       "         ulf plan aravis:192.168.1.20 --distance 1 --radius 0.15 --quality fast");
-  command->callback([args, &chosen] { chosen = [args] { return RunPlan(*args); }; });
 }
 
 }  // namespace ulf::commands

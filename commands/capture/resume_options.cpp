@@ -7,7 +7,6 @@
 
 #include "commands/options/command_line.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder/journal.h"
 #include "core/light_field/journal_stamp.h"

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,7 +11,6 @@
 #include "commands/light_field/export_scene.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"

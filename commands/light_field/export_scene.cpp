@@ -1,10 +1,8 @@
 #include "commands/light_field/export_scene.h"
-#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
+#include "commands/options/subcommands.h"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -261,10 +259,11 @@ void AddCommon(CLI::App& form, SceneExportArgs& args) {
 }  // namespace
 
 void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
-  const auto gltf_args = std::make_shared<GltfArgs>();
-  CLI::App* gltf = command.add_subcommand("gltf",
-                                          "The mesh as glTF (.glb) with a texture baked from the views and "
-                                          "their cameras, for Blender and others");
+  const auto [gltf, gltf_args] =
+      NewSubcommand(command, chosen, "gltf",
+                    "The mesh as glTF (.glb) with a texture baked from the views and "
+                    "their cameras, for Blender and others",
+                    RunGltf);
   gltf->alias("blender");
   AddCommon(*gltf, *gltf_args);
   gltf->add_option(
@@ -275,11 +274,10 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
   gltf->add_option("--triangles", gltf_args->triangles,
                    "Most triangles; a larger mesh is made coarser (500000)")
       ->check(CLI::Range(100, 100000000));
-  gltf->callback([gltf_args, &chosen] { chosen = [gltf_args] { return RunGltf(*gltf_args); }; });
 
-  const auto quilt_args = std::make_shared<QuiltArgs>();
-  CLI::App* quilt = command.add_subcommand(
-      "quilt", "A quilt for light-field displays (Looking Glass): many sheared views in one picture");
+  const auto [quilt, quilt_args] = NewSubcommand(
+      command, chosen, "quilt",
+      "A quilt for light-field displays (Looking Glass): many sheared views in one picture", RunQuilt);
   AddCommon(*quilt, *quilt_args);
   std::string displays;
   for (const render::NamedQuilt& known : render::QuiltDisplays())
@@ -305,7 +303,6 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
               kKnownProxies);
   OfferValues(quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)"),
               kKnownFields);
-  quilt->callback([quilt_args, &chosen] { chosen = [quilt_args] { return RunQuilt(*quilt_args); }; });
 }
 
 }  // namespace ulf::commands

@@ -2,7 +2,6 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,12 +11,10 @@
 #include <opencv2/core.hpp>
 
 #include "commands/light_field/export_scene.h"
-#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
@@ -27,7 +24,6 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
-#include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
 #include "render/viewer/viewer_camera.h"
@@ -99,13 +95,11 @@ void RequireBudget(const WebArgs& args, const LightField& light_field, std::size
 cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderScene>& scene) {
   const render::ViewerCamera start = render::StartingCamera(*scene);
   constexpr int kLongestPx = 960;  // larger ones would delay the page's own data. Guessed.
-  const double share =
-      std::min(1.0, 1.0 * kLongestPx / std::max(start.photograph.width, start.photograph.height));
-  const cv::Size size(std::max(1, static_cast<int>(std::lround(share * start.photograph.width))),
-                      std::max(1, static_cast<int>(std::lround(share * start.photograph.height))));
+  const CameraModel small = render::Within(start.photograph, kLongestPx);
   const auto renderer = render::MakeRenderer(
       scene, {.field = render::DefaultField(*scene), .renderer = RendererFromName(args.renderer)});
-  const render::Rendering picture = renderer->Render(start.ModelFor(size), start.CamFromWorld());
+  const render::Rendering picture =
+      renderer->Render(start.ModelFor({small.width, small.height}), start.CamFromWorld());
   cv::Mat poster = Srgb8FromLinear(picture.linear);
   if (picture.empty_px > 0) cv::merge(std::vector<cv::Mat>{poster, picture.drawn}, poster);
   return poster;
@@ -164,9 +158,9 @@ int RunExportWeb(const WebArgs& args) {
 }  // namespace
 
 void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
-  const auto args = std::make_shared<WebArgs>();
-  CLI::App* web = command.add_subcommand(
-      "web", "A page for browsers, which needs no program behind it (docs/web_page.md)");
+  const auto [web, args] =
+      NewSubcommand(command, chosen, "web",
+                    "A page for browsers, which needs no program behind it (docs/web_page.md)", RunExportWeb);
   AddSceneOptions(*web, *args);
   web->add_option("-o,--output", args->output, "New folder")->required();
   web->add_option("--budget", args->budget, "Size of the whole folder, such as 20MB (20MB)");
@@ -182,7 +176,6 @@ void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
       ->check(CLI::Range(64, 4096));
   web->add_flag("--json", args->json, "Print one JSON object");
   web->footer("Example: ulf export web vase -o site --budget 20MB");
-  web->callback([args, &chosen] { chosen = [args] { return RunExportWeb(*args); }; });
 }
 
 }  // namespace ulf::commands

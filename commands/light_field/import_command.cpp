@@ -1,16 +1,12 @@
 // ulf import converts posed photographs by another program to a light field.
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
-#include <memory>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/check_reports.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/formats/set_format.h"
 
@@ -80,9 +76,9 @@ int RunImport(const ImportArgs& args) {
 }  // namespace
 
 void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<ImportArgs>();
-  CLI::App* command = app.add_subcommand(
-      "import", "Take in posed photographs by other programs (docs/exchange.md lists the formats)");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "import",
+      "Take in posed photographs by other programs (docs/exchange.md lists the formats)", RunImport);
   command->add_option("SOURCE", args->source, "Folder of the set, or the file with its poses")->required();
   command->add_option("-o,--output", args->dir, "New folder for the light field")->required();
   command->add_option("--subject", args->subject,
@@ -105,7 +101,6 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
                       "nerf-synthetic white)");
   command->add_flag("!--no-check", args->check, "Do not compare the photographs with their poses");
   command->footer("Example: ulf import fox -o fox_light_field");
-  command->callback([args, &chosen] { chosen = [args] { return RunImport(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -2,9 +2,7 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/options/command_line.h"
@@ -106,9 +104,9 @@ int RunInfo(const InfoArgs& args) {
 }  // namespace
 
 void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<InfoArgs>();
-  CLI::App* command =
-      app.add_subcommand("info", "What a light field holds: views, time, angles, coverage, measured errors");
+  const auto [command, args] =
+      NewSubcommand(app, chosen, "info",
+                    "What a light field holds: views, time, angles, coverage, measured errors", RunInfo);
   command
       ->add_option("DIR", args->dirs,
                    "Light field; of several, a table with a row for each: views, minutes, angular range, "
@@ -128,7 +126,6 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
                     "earlier and later views");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf info my_light_field --cap 60x40\n         ulf info vase jar bust");
-  command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });
 }
 
 }  // namespace ulf::commands

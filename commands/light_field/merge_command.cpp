@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -34,13 +32,12 @@ int RunMerge(const MergeArgs& args) {
 }  // namespace
 
 void AddMergeCommand(CLI::App& app, ChosenCommand& chosen) {
-  const auto args = std::make_shared<MergeArgs>();
-  CLI::App* sub = app.add_subcommand(
-      "merge", "Merges the exposures of each view (capture --bracket) to one picture of linear light");
+  const auto [sub, args] = NewSubcommand(
+      app, chosen, "merge",
+      "Merges the exposures of each view (capture --bracket) to one picture of linear light", RunMerge);
   sub->add_option("dir", args->dir, "The light field")->required();
   sub->add_flag("--json", args->json, "Print one JSON object");
   sub->footer("After ulf proxy or ulf refine: better geometry and poses align the exposures better.");
-  sub->callback([args, &chosen] { chosen = [args] { return RunMerge(*args); }; });
 }
 
 }  // namespace ulf::commands

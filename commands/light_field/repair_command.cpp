@@ -1,7 +1,5 @@
 // ulf repair repairs a light field's folder, first as a plan.
 
-#include <CLI/CLI.hpp>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/options/subcommands.h"
@@ -9,7 +7,6 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder/repair_plan.h"
-#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 
 namespace ulf::commands {
@@ -65,15 +62,13 @@ int RunRepair(const RepairArgs& args) {
 }  // namespace
 
 void AddRepairCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<RepairArgs>();
-  CLI::App* command =
-      app.add_subcommand("repair", "Put a light field's folder in order; says first what it would do");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "repair", "Put a light field's folder in order; says first what it would do", RunRepair);
   command->add_option("DIR", args->dir, "Light field")->required();
   command->add_flag("--write,--apply,--yes", args->write,
                     "Repair (default: only report what would be done); replaced files are kept in DIR/kept");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf repair vase --write");
-  command->callback([args, &chosen] { chosen = [args] { return RunRepair(*args); }; });
 }
 
 }  // namespace ulf::commands

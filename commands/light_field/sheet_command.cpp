@@ -1,15 +1,12 @@
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <opencv2/imgproc.hpp>
 
 #include "commands/light_field/contact_sheet.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/light_field_report.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/output_path.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
@@ -141,9 +138,9 @@ int RunSheet(const SheetArgs& args) {
 }  // namespace
 
 void AddSheetCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<SheetArgs>();
-  CLI::App* command = app.add_subcommand(
-      "sheet", "One picture of a light field: coverage map, blending field, rendering beside a photograph");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "sheet",
+      "One picture of a light field: coverage map, blending field, rendering beside a photograph", RunSheet);
   command->add_option("DIR", args->dir, "Light field")->required();
   command->add_option("--live", args->live,
                       "Picture of 'ulf capture --overlay' for the first panel (default: none)");
@@ -154,7 +151,6 @@ void AddSheetCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Subject: x,y,z,radius in world units (default: the light field's)");
   command->add_option("-o,--output", args->out, "Picture to write")->capture_default_str();
   command->footer("Example: ulf sheet light_field --cap 60x40 -o contact_sheet.png");
-  command->callback([args, &chosen] { chosen = [args] { return RunSheet(*args); }; });
 }
 
 }  // namespace ulf::commands

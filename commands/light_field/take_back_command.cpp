@@ -3,10 +3,7 @@
 
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
 #include <charconv>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -111,8 +108,7 @@ int RunTakeBack(const TakeBackArgs& args) {
   const auto geometry = render::GeometryStateOf(after);
   if (args.json) {
     nlohmann::ordered_json json{{"taken_back", asked}, {"views", after.views.size()}};
-    json["covered"] = nullptr;
-    if (coverage) json["covered"] = ToJson(*coverage);
+    json["covered"] = coverage ? ToJson(*coverage) : nullptr;
     json["outdated"] = Outdated(geometry_before, geometry);
     fmt::print("{}\n", JsonText(json, 2));
     return kOk;
@@ -127,9 +123,9 @@ int RunTakeBack(const TakeBackArgs& args) {
 }  // namespace
 
 void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<TakeBackArgs>();
-  CLI::App* command =
-      app.add_subcommand("take-back", "Takes views out of a light field; their photographs stay in unposed/");
+  const auto [command, args] =
+      NewSubcommand(app, chosen, "take-back",
+                    "Takes views out of a light field; their photographs stay in unposed/", RunTakeBack);
   command->add_option("DIR", args->dir, "Light field")->required();
   command
       ->add_option("VIEW", args->views,
@@ -138,7 +134,6 @@ void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->required();
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf take-back vase 4 7-9");
-  command->callback([args, &chosen] { chosen = [args] { return RunTakeBack(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -10,7 +10,6 @@
 #include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "render/fields/field_options.h"
 
 namespace ulf::commands {
 namespace {
@@ -104,8 +103,7 @@ void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::R
   for (const Eigen::Vector3d& center : centers) middle += center / static_cast<double>(centers.size());
   double reach = 0;
   for (const Eigen::Vector3d& center : centers) reach = std::max(reach, (center - middle).norm());
-  const auto widest = std::ranges::max_element(
-      apertures, [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
+  const auto widest = std::ranges::max_element(apertures, {}, &render::Aperture::radius);
   if (widest == apertures.end()) return;
   if (widest->radius > reach)
     spdlog::warn(
@@ -121,8 +119,7 @@ void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::R
 
 std::string ApertureText(const std::vector<render::Aperture>& apertures) {
   if (apertures.empty()) return "none";
-  const auto [least, most] = std::ranges::minmax_element(
-      apertures, [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
+  const auto [least, most] = std::ranges::minmax_element(apertures, {}, &render::Aperture::radius);
   return least->radius == most->radius ? fmt::format("radius {}", least->radius)
                                        : fmt::format("radius {} to {}", least->radius, most->radius);
 }

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "core/base/progress.h"
-#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/renderer/cut_out_renderer.h"
 

@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "commands/options/command_line.h"
-#include "core/base/error.h"
 
 namespace ulf::commands {
 namespace {

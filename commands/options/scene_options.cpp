@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <mutex>
 
@@ -10,8 +9,6 @@
 #include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "core/light_field/folder/view_images.h"
-#include "render/fields/field_options.h"
 #include "render/gl/gl_context.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/planes_proxy.h"

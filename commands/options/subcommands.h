@@ -3,6 +3,11 @@
 // it, sets `chosen` to the function to run.
 #pragma once
 
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <utility>
+
 #include "commands/options/command_line.h"
 
 namespace ulf::commands {
@@ -10,29 +15,22 @@ namespace ulf::commands {
 // Adds all, in the order of the help.
 void AddCommands(CLI::App& app, ChosenCommand& chosen);
 
-void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen);
-void AddFeaturesCommand(CLI::App& app, ChosenCommand& chosen);
-void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen);
-void AddRecordCommand(CLI::App& app, ChosenCommand& chosen);
-void AddImportCommand(CLI::App& app, ChosenCommand& chosen);
-void AddRepairCommand(CLI::App& app, ChosenCommand& chosen);
-void AddBoardCommand(CLI::App& app, ChosenCommand& chosen);
-void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen);
-void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen);
-void AddTrackCommand(CLI::App& app, ChosenCommand& chosen);
-void AddRenderCommand(CLI::App& app, ChosenCommand& chosen);
-void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen);
-void AddMaskCommand(CLI::App& app, ChosenCommand& chosen);
-void AddProxyCommand(CLI::App& app, ChosenCommand& chosen);
-void AddViewCommand(CLI::App& app, ChosenCommand& chosen);
-void AddPlanCommand(CLI::App& app, ChosenCommand& chosen);
-void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen);
-void AddInfoCommand(CLI::App& app, ChosenCommand& chosen);
-void AddSheetCommand(CLI::App& app, ChosenCommand& chosen);
-void AddReviewCommand(CLI::App& app, ChosenCommand& chosen);
-void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen);
-void AddRefineCommand(CLI::App& app, ChosenCommand& chosen);
-void AddExportCommand(CLI::App& app, ChosenCommand& chosen);
-void AddMergeCommand(CLI::App& app, ChosenCommand& chosen);
+using AddSubcommand = void(CLI::App& app, ChosenCommand& chosen);
+AddSubcommand AddDevicesCommand, AddFeaturesCommand, AddSimulateCommand, AddRecordCommand, AddImportCommand,
+    AddRepairCommand, AddBoardCommand, AddCalibrateCommand, AddCalibrationCommand, AddTrackCommand,
+    AddRenderCommand, AddEvaluateCommand, AddMaskCommand, AddProxyCommand, AddViewCommand, AddPlanCommand,
+    AddCaptureCommand, AddInfoCommand, AddSheetCommand, AddReviewCommand, AddTakeBackCommand,
+    AddRefineCommand, AddExportCommand, AddMergeCommand;
+
+// Returns a new subcommand and its arguments, for its options; choosing it sets `chosen` to `run` them.
+template <typename Args>
+std::pair<CLI::App*, std::shared_ptr<Args>> NewSubcommand(CLI::App& app, ChosenCommand& chosen,
+                                                          const std::string& name, const std::string& text,
+                                                          int (*run)(const Args& args)) {
+  const auto args = std::make_shared<Args>();
+  CLI::App* command = app.add_subcommand(name, text);
+  command->callback([args, run, &chosen] { chosen = [args, run] { return run(*args); }; });
+  return {command, args};
+}
 
 }  // namespace ulf::commands

@@ -75,11 +75,7 @@ void AddReadoutOption(CLI::App& command, std::optional<double>& readout_s) {
       ->type_name("MS|auto");
 }
 
-namespace {
-
 constexpr int kSmallestTrackingSide = 160, kLargestTrackingSide = 20000;  // px
-
-}  // namespace
 
 void AddTrackingSideOption(CLI::App& command, int& side_px) {
   command

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,7 +12,6 @@
 #include "commands/rendering/protocol_evaluation.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"

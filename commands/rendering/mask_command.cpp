@@ -2,11 +2,8 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "acquisition/simulator/simulated_camera.h"
@@ -14,12 +11,10 @@
 #include "commands/options/subcommands.h"
 #include "commands/reports/work_reports.h"
 #include "core/base/device_uri.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "core/light_field/folder/light_field_writer.h"
 #include "render/masks/turntable_masks.h"
 
 namespace ulf::commands {
@@ -114,9 +109,9 @@ int RunMask(const MaskArgs& args) {
 }  // namespace
 
 void AddMaskCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<MaskArgs>();
-  CLI::App* command = app.add_subcommand(
-      "mask", "Mask the background of a light field whose subject turned before a camera that stood");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "mask",
+      "Mask the background of a light field whose subject turned before a camera that stood", RunMask);
   command->add_option("DIR", args->dir, "Light field")->required();
   command
       ->add_option(
@@ -128,7 +123,6 @@ void AddMaskCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Simulator that was captured (sim:turntable?...): print how well masks and poses fit");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf mask jug");
-  command->callback([args, &chosen] { chosen = [args] { return RunMask(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -5,7 +5,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -21,10 +20,8 @@
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/image.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "render/fields/field_options.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/points_proxy.h"
@@ -142,11 +139,10 @@ nlohmann::json JsonOf(const Costs& costs) {
 }
 
 nlohmann::json JsonOf(const render::LightFit& light) {
-  nlohmann::json json{{"found", light.Words()},
-                      {"points", light.points},
-                      {"stops", light.stops},
-                      {"corner_stops", light.corner_stops}};
-  return json;
+  return {{"found", light.Words()},
+          {"points", light.points},
+          {"stops", light.stops},
+          {"corner_stops", light.corner_stops}};
 }
 
 nlohmann::json JsonOf(const ProtocolResult& result) {

@@ -1,8 +1,6 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -13,8 +11,8 @@
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/explain.h"
+#include "commands/reports/work_reports.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/lowercase.h"
@@ -50,12 +48,6 @@ struct ProxyArgs {
   bool json = false;
 };
 
-double PeakMebibytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
 void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::string& out, double seconds) {
   const render::ProxySummary& summary = proxy.summary;
   if (args.json) {
@@ -72,7 +64,7 @@ void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::str
                                 {"sweep_s", summary.sweep_s},
                                 {"fusion_s", summary.fusion_s},
                                 {"surface_s", summary.surface_s},
-                                {"peak_mib", PeakMebibytes()}};
+                                {"peak_mib", PeakMemoryMib()}};
     fmt::print("{}\n", JsonText(report, 1));
     return;
   }
@@ -82,7 +74,7 @@ void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::str
                Counted(summary.points, "point"));
   fmt::print("{}: {}, {:.1f} s (depth maps {:.1f}, fusion {:.1f}, surface {:.1f}), {:.0f} MiB\n", out,
              Counted(proxy.mesh.triangles.size(), "triangle"), seconds, summary.sweep_s, summary.fusion_s,
-             summary.surface_s, PeakMebibytes());
+             summary.surface_s, PeakMemoryMib());
 }
 
 render::ProxyMesh Imported(const std::string& file) {
@@ -129,7 +121,7 @@ int SweepMaps(const ProxyArgs& args, const LightField& light_field) {
                                                {"of", share.of},
                                                {"depth_maps", maps.size()},
                                                {"seconds", seconds},
-                                               {"peak_mib", PeakMebibytes()}},
+                                               {"peak_mib", PeakMemoryMib()}},
                                 1));
   else
     fmt::print("{}: share {} of {}, {}, {:.1f} s\n", args.maps, share.index, share.of,

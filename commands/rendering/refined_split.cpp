@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_input.h"
 

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -16,14 +15,11 @@
 #include "core/base/atomic_file.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
-#include "core/geometry/digest.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "render/fields/field_options.h"
 #include "render/output/camera_path.h"
 #include "render/output/path_files.h"
@@ -321,8 +317,8 @@ int RunRender(const RenderArgs& args) {
 }  // namespace
 
 void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
-  const auto args = std::make_shared<RenderArgs>();
-  CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
+  const auto [sub, args] =
+      NewSubcommand(app, chosen, "render", "Renders a light field along a camera path", RunRender);
   AddSceneOptions(*sub, *args);
   OfferValues(
       sub->add_option(
@@ -392,7 +388,6 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_flag("--explain", args->explain, "Print why this proxy and this blending field were chosen");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf render lightfield --path orbit --width 640 -o orbit.mp4");
-  sub->callback([&chosen, args] { chosen = [args] { return RunRender(*args); }; });
 }
 
 }  // namespace ulf::commands

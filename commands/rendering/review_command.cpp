@@ -1,7 +1,6 @@
 // `ulf review` shows a light field from where the user holds a marker.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
@@ -172,9 +171,8 @@ int RunReview(const ReviewArgs& args) {
 }  // namespace
 
 void AddReviewCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<ReviewArgs>();
-  CLI::App* command =
-      app.add_subcommand("review", "Shows a light field from where a camera sees a marker in the hand");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "review", "Shows a light field from where a camera sees a marker in the hand", RunReview);
   command->add_option("DIR", args->dir, "The light field")->required();
   command->add_option("URI", args->uri, "Device that sees the marker (see 'ulf devices')")->required();
   command
@@ -201,7 +199,6 @@ void AddReviewCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer(
       "Example: ulf review studio v4l2:/dev/video0 --markers marker:80:DICT_APRILTAG_36h11:3\n"
       "q or Escape closes the window.");
-  command->callback([args, &chosen] { chosen = [args] { return RunReview(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -314,8 +313,8 @@ int RunView(const ViewArgs& args) {
 }  // namespace
 
 void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
-  const auto args = std::make_shared<ViewArgs>();
-  CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
+  const auto [sub, args] =
+      NewSubcommand(app, chosen, "view", "Opens a light field in a window to move about in", RunView);
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
   OfferValues(
@@ -354,7 +353,6 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf view lightfield\n\nKeys of the window (docs/rendering.md#viewer):" +
               KeyLines(render::kViewerKeys));
-  sub->callback([&chosen, args] { chosen = [args] { return RunView(*args); }; });
 }
 
 }  // namespace ulf::commands

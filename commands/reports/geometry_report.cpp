@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/counted.h"
-#include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
 
 namespace ulf::commands {

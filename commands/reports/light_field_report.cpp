@@ -2,27 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "commands/options/command_line.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/findings.h"
-#include "core/light_field/folder/folder_check.h"
-#include "core/light_field/folder/kept_findings.h"
 #include "core/light_field/folder/unposed_photographs.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"
 #include "render/viewpoints/viewpoint_mesh.h"
-#include "tracking/refine/refine_input.h"
 
 namespace ulf::commands {
 namespace {
@@ -31,7 +24,7 @@ using Eigen::Vector3d;
 
 // Returns the smallest arc that holds all angles.
 double AngularSpan(std::vector<double> angles) {
-  std::sort(angles.begin(), angles.end());
+  std::ranges::sort(angles);
   double widest_gap = angles.front() + 2 * M_PI - angles.back();
   for (std::size_t i = 1; i < angles.size(); ++i)
     widest_gap = std::max(widest_gap, angles[i] - angles[i - 1]);
@@ -49,7 +42,7 @@ Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vect
     azimuths.push_back(frame.Of(direction).azimuth);
     elevations.push_back(frame.Of(direction).elevation);
   }
-  const auto [lowest, highest] = std::minmax_element(elevations.begin(), elevations.end());
+  const auto [lowest, highest] = std::ranges::minmax_element(elevations);
   return {AngularSpan(std::move(azimuths)), *highest - *lowest};
 }
 
@@ -243,37 +236,39 @@ nlohmann::json ToJson(const MeasuredErrors& measured) {
 }
 
 nlohmann::json ToJson(const LightFieldReport& report) {
-  nlohmann::json json;
-  json["views"] = report.views;
-  json["lenses"] = nlohmann::json::array();
+  nlohmann::json json{
+      {"views", report.views},
+      {"lenses", nlohmann::json::array()},
+      {"taken_back", report.taken_back},
+      {"capture_s", report.capture_s > 0 ? nlohmann::json(report.capture_s) : nullptr},  // null: unknown
+      {"angular_range_deg", nullptr},
+      {"mean_edge_deg", report.mean_edge_deg ? nlohmann::json(*report.mean_edge_deg) : nullptr},
+      {"subject", nullptr},
+      {"cap_deg", nullptr},
+      {"covered", report.covered ? nlohmann::json(*report.covered) : nullptr},
+      {"covered_by_bound", report.covered_by_bound ? nlohmann::json(*report.covered_by_bound) : nullptr},
+      {"measured", report.measured ? ToJson(*report.measured) : nullptr},
+      {"holes", nullptr},
+      {"distance", nullptr},
+      {"threshold_px", report.threshold_px},
+      {"units", report.units},
+      {"duplicates", report.duplicates},
+      {"reasons", report.reasons},
+      {"uncounted_views", report.uncounted_views},
+      {"brackets", nullptr}};
   for (const LightFieldReport::Lens& lens : report.lenses)
     json["lenses"].push_back({{"width", lens.camera.width},
                               {"height", lens.camera.height},
                               {"focal_px", lens.camera.MeanFocalPx()},
                               {"views", lens.views},
                               {"calibration_source", lens.source}});
-  json["taken_back"] = report.taken_back;
-  json["capture_s"] = nullptr;  // unknown
-  if (report.capture_s > 0) json["capture_s"] = report.capture_s;
-  json["angular_range_deg"] = nullptr;
   if (report.angular_range_deg)
     json["angular_range_deg"] = {report.angular_range_deg->x(), report.angular_range_deg->y()};
-  json["mean_edge_deg"] = nullptr;
-  if (report.mean_edge_deg) json["mean_edge_deg"] = *report.mean_edge_deg;
-  json["subject"] = nullptr;
   if (report.subject) {
     const Vector3d& center = report.subject->center_in_world;
     json["subject"] = {{"center", {center.x(), center.y(), center.z()}}, {"radius", report.subject->radius}};
   }
-  json["cap_deg"] = nullptr;
   if (report.cap) json["cap_deg"] = {report.cap->Degrees().x(), report.cap->Degrees().y()};
-  json["covered"] = nullptr;
-  if (report.covered) json["covered"] = *report.covered;
-  json["covered_by_bound"] = nullptr;
-  if (report.covered_by_bound) json["covered_by_bound"] = *report.covered_by_bound;
-  json["measured"] = nullptr;
-  if (report.measured) json["measured"] = ToJson(*report.measured);
-  json["holes"] = nullptr;
   if (report.covered) {
     json["holes"] = nlohmann::json::array();
     for (const coverage::CapGap& hole : report.holes)
@@ -281,17 +276,10 @@ nlohmann::json ToJson(const LightFieldReport& report) {
                                {"azimuth_deg", hole.azimuth_deg},
                                {"elevation_deg", hole.elevation_deg}});
   }
-  json["distance"] = nullptr;
   if (report.distances)
     json["distance"] = {{"nearest", report.distances->nearest},
                         {"median", report.distances->median},
                         {"farthest", report.distances->farthest}};
-  json["threshold_px"] = report.threshold_px;
-  json["units"] = report.units;
-  json["duplicates"] = report.duplicates;
-  json["reasons"] = report.reasons;
-  json["uncounted_views"] = report.uncounted_views;
-  json["brackets"] = nullptr;
   if (const auto& brackets = report.brackets) {
     json["brackets"] = {{"views", brackets->views},
                         {"exposures", {{"fewest", brackets->fewest}, {"most", brackets->most}}},

@@ -11,9 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "core/base/progress.h"
-#include "core/frames/frame.h"
-#include "core/light_field/folder/light_check.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"

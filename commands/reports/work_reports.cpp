@@ -1,6 +1,7 @@
 #include "commands/reports/work_reports.h"
 
 #include <fmt/core.h>
+#include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
 
@@ -8,11 +9,14 @@
 #include "core/geometry/angles.h"
 
 namespace ulf::commands {
-namespace {
 
 constexpr double kSaidBlurPx = 2;  // guessed
 
-}  // namespace
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
 
 std::string ToText(const render::BracketReport& report) {
   if (report.views == 0) return "merged         nothing: no view has other exposures\n";

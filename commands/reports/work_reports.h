@@ -1,4 +1,4 @@
-// Reports merging and masking, in their own commands and at the end of a capture.
+// Reports merging and masking, in their own commands and at the end of a capture, and the memory of a run.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,5 +15,8 @@ nlohmann::json ToJson(const render::BracketReport& report);
 
 // Reports masks of a turntable's light field in one or more lines.
 std::string ToText(const render::TurntableMasks& masks);
+
+// Returns the most memory that this process has had so far, MiB.
+double PeakMemoryMib();
 
 }  // namespace ulf::commands

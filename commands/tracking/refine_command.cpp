@@ -1,38 +1,31 @@
 // `ulf refine` improves the poses of a light field, and reports the effect on its coverage.
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <filesystem>
-#include <functional>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "acquisition/calibration/intrinsics.h"
 #include "commands/options/command_line.h"
-#include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/options/tracking_options.h"
 #include "commands/reports/check_reports.h"
 #include "commands/reports/coverage_change.h"
 #include "commands/reports/explain.h"
 #include "commands/reports/geometry_report.h"
+#include "commands/reports/work_reports.h"
 #include "commands/tracking/refine_report.h"
-#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
+#include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/findings.h"
@@ -40,7 +33,6 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/unposed_photographs.h"
-#include "core/light_field/points/point_tracks.h"
 #include "tracking/refine/locate_photographs.h"
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_input.h"
@@ -63,12 +55,6 @@ struct RefineArgs {
   bool explain = false;
   bool json = false;
 };
-
-double PeakMemoryMib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
 
 // Describes the origin of a refined lens.
 std::string RefinedSource(const tracking::RefineResult& result, int camera) {
@@ -226,8 +212,7 @@ int RunRefine(const RefineArgs& args) {
     after = ReadLightField(dir);
     poses = CheckedPoses(*after, args.json);
   }
-  const RefineCost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
-                        PeakMemoryMib()};
+  const RefineCost cost{SecondsSince(start), PeakMemoryMib()};
   std::optional<tracking::LightFieldErrors> errors;
   std::string not_compared;  // the reason; thrown after the report
   if (!args.truth.empty()) try {
@@ -268,8 +253,8 @@ int RunRefine(const RefineArgs& args) {
 }  // namespace
 
 void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<RefineArgs>();
-  CLI::App* command = app.add_subcommand("refine", "Better poses for all recorded views together");
+  const auto [command, args] =
+      NewSubcommand(app, chosen, "refine", "Better poses for all recorded views together", RunRefine);
   command->add_option("DIR", args->dir, "Light field, or with -o a set with transforms.json")->required();
   command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
   command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
@@ -295,7 +280,6 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer(
       "Example: ulf refine kitchen\nA kill at any moment leaves the old poses or the new ones. Views that "
       "fit nowhere keep their poses and are named.");
-  command->callback([args, &chosen] { chosen = [args] { return RunRefine(*args); }; });
 }
 
 }  // namespace ulf::commands

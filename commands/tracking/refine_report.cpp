@@ -18,7 +18,6 @@
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/findings.h"
-#include "core/light_field/folder/folder_check.h"
 #include "core/light_field/folder/unposed_photographs.h"
 #include "core/light_field/points/point_tracks.h"
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -83,9 +82,7 @@ struct TrackedSequence {
 void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tracking::LensUse use,
               TrackRun& run) {
   const auto after_s = [&] {
-    const auto first = std::find_if(run.frames.begin(), run.frames.end(), [](const TrackedFrame& frame) {
-      return frame.track.cam_from_world.has_value();
-    });
+    const auto first = std::ranges::find_if(run.frames, &TrackedFrame::HasPose);
     return first == run.frames.end() ? 0 : sample.time_s - first->time_s;
   };
   const tracking::Track& track = sample.track;
@@ -274,9 +271,8 @@ int RunTrack(const TrackArgs& args) {
 }  // namespace
 
 void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
-  auto args = std::make_shared<TrackArgs>();
-  CLI::App* command =
-      app.add_subcommand("track", "Camera poses of a sequence or a live camera, without recording");
+  const auto [command, args] = NewSubcommand(
+      app, chosen, "track", "Camera poses of a sequence or a live camera, without recording", RunTrack);
   command->add_option("URI", args->uri,
                       "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
   command->add_option("-o,--output", args->output,
@@ -323,7 +319,6 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
       "--truth reference.txt --table run.csv\nSIGINT ends the run of a live camera: the program writes the "
       "poses and prints the report.");
-  command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }
 
 }  // namespace ulf::commands

@@ -33,9 +33,7 @@ constexpr std::array kStages{Stage{"pyramid", &StageTimes::pyramid_s},
 
 // Returns the last map that gave live poses.
 std::optional<int> LastMap(const TrackRun& run) {
-  const auto last = std::find_if(run.frames.rbegin(), run.frames.rend(), [](const TrackedFrame& frame) {
-    return frame.track.cam_from_world.has_value();
-  });
+  const auto last = std::ranges::find_if(run.frames.rbegin(), run.frames.rend(), &TrackedFrame::HasPose);
   return last == run.frames.rend() ? std::nullopt : std::optional(last->track.map_id);
 }
 
@@ -195,8 +193,7 @@ std::string MostFrequentObstacle(const TrackRun& run) {
     if (frame.track.start) ++frames[frame.track.start->obstacle];
   if (frames.empty()) return {};
   if (frames.size() > 1) frames.erase(tracking::StartObstacle::kFirstView);
-  const auto most = std::max_element(frames.begin(), frames.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most = std::ranges::max_element(frames, {}, [](const auto& each) { return each.second; });
   return fmt::format("{} (in {} of {})", tracking::Advice(most->first, run.source), most->second,
                      Counted(run.frames.size(), "frame"));
 }
@@ -259,9 +256,7 @@ std::string ToText(const TrackErrors& errors) {
 }  // namespace
 
 int LivePoses(const TrackRun& run) {
-  return static_cast<int>(std::count_if(run.frames.begin(), run.frames.end(), [](const TrackedFrame& frame) {
-    return frame.track.cam_from_world.has_value();
-  }));
+  return static_cast<int>(std::ranges::count_if(run.frames, &TrackedFrame::HasPose));
 }
 
 std::vector<GivenPoses> PosesOfMaps(const TrackRun& run) {

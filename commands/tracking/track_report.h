@@ -26,6 +26,7 @@ struct TrackedFrame {
   // separate part of the map has one without a live pose.
   std::optional<Rigid3> final_cam_from_world = {};
   int final_map = 0;
+  bool HasPose() const { return track.cam_from_world.has_value(); }
 };
 
 struct GivenPoses {

@@ -9,11 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <utility>
 
-#include "core/base/error.h"
 #include "render/gl/gl_objects.h"
 // This comes last because of its macros.
 #include <X11/Xlib.h>

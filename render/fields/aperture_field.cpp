@@ -5,7 +5,6 @@
 #include <map>
 
 #include "core/base/at.h"
-#include "render/fields/blending_field.h"
 #include "render/fields/ray_cone.h"
 
 namespace ulf::render {

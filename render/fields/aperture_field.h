@@ -23,7 +23,6 @@
 // that the field is continuous in the radius.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <memory>
 #include <vector>

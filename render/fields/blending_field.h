@@ -14,7 +14,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <string>
 #include <vector>
 
 namespace ulf::render {

@@ -7,8 +7,6 @@
 
 #include "core/base/at.h"
 #include "core/geometry/pinhole.h"
-#include "render/fields/blending_field.h"
-#include "render/fields/field_options.h"
 #include "render/fields/ray_cone.h"
 #include "render/viewpoints/delaunay.h"
 

@@ -1,6 +1,5 @@
 #include "render/fields/loop_subdivision.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

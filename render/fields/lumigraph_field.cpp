@@ -1,12 +1,9 @@
 #include "render/fields/lumigraph_field.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "core/base/at.h"
 #include "core/geometry/angles.h"
-#include "render/fields/blending_field.h"
-#include "render/fields/field_options.h"
 
 namespace ulf::render {
 namespace {

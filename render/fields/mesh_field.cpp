@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include "core/base/at.h"
-#include "render/fields/blending_field.h"
 #include "render/fields/ray_cone.h"
-#include "render/scene/scene.h"
 
 namespace ulf::render {
 namespace {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <optional>

@@ -3,7 +3,6 @@
 // as a window's.
 #pragma once
 
-#include <memory>
 #include <string>
 
 namespace ulf::render {

@@ -10,12 +10,9 @@
 #include "render/gl/gl_objects.h"
 
 namespace ulf::render {
-namespace {
 
 // Software OpenGL makes no larger texture array (gl_photographs.cpp).
 constexpr double kMostBytes = 2e9;
-
-}  // namespace
 
 void GlDepthMaps::Reset(const std::vector<SceneView>& views) {
   views_ = &views;

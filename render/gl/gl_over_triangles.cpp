@@ -15,12 +15,9 @@
 #include "render/gl/gl_renderer_state.h"
 
 namespace ulf::render {
-namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-}  // namespace
 
 int GlRendererState::NearestOf(std::span<const int> of_views) const {
   return *std::ranges::min_element(of_views, [&](int a, int b) {
@@ -98,8 +95,7 @@ void GlRendererState::Upload(const FanBatches& some) {
 
 // Consecutive batches of one array and of about as many views are one draw. Unused views of a program cost as
 // much as used ones, so there are programs for different numbers.
-void GlRendererState::DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
-                                     const PlaneInCamera& plane) {
+void GlRendererState::DrawFanBatches(const FanBatches& some, bool direct) {
   const auto kind_of = [&](const GpuFanBatch& batch) {
     const int views = static_cast<int>(batch.count | 1);
     return std::pair(batch.array, std::min(views, programs.most_views_of_fan_batch()));
@@ -110,7 +106,7 @@ void GlRendererState::DrawFanBatches(const FanBatches& some, bool direct, const 
     while (end < some.batches.size() && kind_of(some.batches[end]) == kind) ++end;
     const GlProgram& program = programs.FanBatch(kind.second, direct);
     if (are_set.insert(kind.second).second) {
-      SetCommon(program, camera, plane);
+      SetCommon(program);
       SetResolve(program);
     }
     program.Use();
@@ -128,8 +124,7 @@ void GlRendererState::BindForAdding() {
 // The last of overlapping triangles counts. If each triangle has all its views in one batch, drawing the
 // batches in their order finishes the picture, except for open pixels. Otherwise the batches are added up at
 // the pixels where their triangle is the last one, which the depth test decides.
-void GlRendererState::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
-                                const PlaneInCamera& plane, bool more_follow) {
+void GlRendererState::DrawBatch(const TriangleBatch& batch, bool more_follow) {
   if (batch.triangles.empty()) return drawn.Clear(0);
   triangles.Upload(batch.triangles);
   triangles.BindStorage(1);
@@ -150,12 +145,12 @@ void GlRendererState::DrawBatch(const TriangleBatch& batch, const CameraModel& c
       ClearResolved();
       resolved.Bind();
       SetDepthTest(GL_ALWAYS, true);
-      DrawFanBatches(of_pass, true, camera, plane);
+      DrawFanBatches(of_pass, true);
     } else {
       cover();
       SetDepthTest(GL_EQUAL, false);
       BindForAdding();
-      DrawFanBatches(of_pass, false, camera, plane);
+      DrawFanBatches(of_pass, false);
       glDisable(GL_BLEND);
     }
     glDisable(GL_DEPTH_TEST);
@@ -163,8 +158,7 @@ void GlRendererState::DrawBatch(const TriangleBatch& batch, const CameraModel& c
   if (!is_resolved) cover();
 }
 
-void GlRendererState::AddRings(const TriangleBatch& rings, const CameraModel& camera,
-                               const PlaneInCamera& plane) {
+void GlRendererState::AddRings(const TriangleBatch& rings) {
   triangles.Upload(rings.triangles);
   triangles.BindStorage(1);
   no_vertices.Bind();
@@ -173,33 +167,29 @@ void GlRendererState::AddRings(const TriangleBatch& rings, const CameraModel& ca
   glBlendFunc(GL_ONE, GL_ONE);
   Upload(MakeFanBatches(
       rings.fans, [](int) { return 0u; }, 1));
-  SetCommon(programs.RingWeight(), camera, plane);
+  SetCommon(programs.RingWeight());
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * rings.fans.size()));
   ForResidentFans(rings.fans, [&](const FanBatches& of_pass, bool /*are_all*/) {
     BindForAdding();
-    DrawFanBatches(of_pass, false, camera, plane);
+    DrawFanBatches(of_pass, false);
   });
   glDisable(GL_BLEND);
 }
 
-void GlRendererState::DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world,
-                               const PlaneInCamera& plane) {
+void GlRendererState::DrawMesh() {
   const PlacedMesh placed = mesh_field->Place(cam_from_world.OriginInSource());
   const TriangleBatch rings = RingTriangles(placed, camera, cam_from_world);
   if (!rings.fans.empty()) confidence.Clear(0);
-  DrawBatch(MeshTriangles(placed, camera, cam_from_world), camera, plane, !rings.fans.empty());
-  if (!rings.fans.empty()) AddRings(rings, camera, plane);
+  DrawBatch(MeshTriangles(placed, camera, cam_from_world), !rings.fans.empty());
+  if (!rings.fans.empty()) AddRings(rings);
 }
 
 // Returns the field on the processor, for the current picture; null for the soft field.
-std::unique_ptr<PlacedField> GlRendererState::FieldFrom(const CameraModel& camera,
-                                                        const Rigid3& cam_from_world) const {
+std::unique_ptr<PlacedField> GlRendererState::FieldFrom() const {
   if (options.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
   if (options.field.kind == FieldKind::kLumigraph)
-    return LumigraphAtVertices(*scene, camera, cam_from_world,
-                               DepthOfVertices(camera, scene->proxy->Background(cam_from_world)),
-                               options.field);
+    return LumigraphAtVertices(*scene, camera, cam_from_world, DepthOfVertices(), options.field);
   return MakeField(scene, options.field)->From(cam_from_world.OriginInSource());
 }
 
@@ -240,14 +230,12 @@ TriangleBatch GlRendererState::MeshTriangles(const PlacedMesh& placed, const Cam
   return batch;
 }
 
-DepthAt GlRendererState::DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const {
+DepthAt GlRendererState::DepthOfVertices() const {
   return DepthFromPicture(has_triangles ? proxy.ReadDepth() : cv::Mat(), plane, camera);
 }
 
-TriangleBatch GlRendererState::LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
-                                                  const PlaneInCamera& plane) const {
-  const auto image =
-      TriangulateLumigraph(*scene, camera, cam_from_world, DepthOfVertices(camera, plane), options.field);
+TriangleBatch GlRendererState::LumigraphTriangles() const {
+  const auto image = TriangulateLumigraph(*scene, camera, cam_from_world, DepthOfVertices(), options.field);
   const EntryTable table = MakeEntries(image.triangles, [&](int vertex, auto&& add) {
     for (const ViewWeight& entry : image.weights[At(vertex)]) add(entry.view, entry.weight);
   });

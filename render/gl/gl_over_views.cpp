@@ -90,16 +90,15 @@ std::vector<int> GlRendererState::MarkedViews(const GlProgram& mark, const std::
   return marked;
 }
 
-void GlRendererState::SetLumigraph(const GlProgram& program, const CameraModel& camera,
-                                   const PlaneInCamera& plane) const {
-  SetCommon(program, camera, plane);
+void GlRendererState::SetLumigraph(const GlProgram& program) const {
+  SetCommon(program);
   program.Set("depth", 0.0f);
   program.Set("view_count", static_cast<int>(scene->views.size()));
   program.Set("k_best", options.field.lumigraph_k);
   SetPenalties(program, options.field.lumigraph_resolution);
 }
 
-void GlRendererState::DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane) {
+void GlRendererState::DrawLumigraphPixels() {
   confidence.Clear(1);
   drawn.Bind();
   no_vertices.Bind();
@@ -111,13 +110,13 @@ void GlRendererState::DrawLumigraphPixels(const CameraModel& camera, const Plane
                          photographs.HasRoomFor(views.LevelRequests(of_views));
   if (!takes_all && !AreResident(of_views)) {
     const std::vector<int> all = of_views;
-    SetLumigraph(programs.mark_lumigraph(), camera, plane);
+    SetLumigraph(programs.mark_lumigraph());
     do of_views = MarkedViews(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });
     while (ProvideShadowMaps(of_views));
   }
   ForResidentViews(of_views, [&](std::size_t first, std::size_t /*end*/, int arrays) {
     const GlProgram& program = programs.Lumigraph(arrays);
-    SetLumigraph(program, camera, plane);
+    SetLumigraph(program);
     program.Set("goes_on", first > 0 ? 1 : 0);
     if (first > 0) {
       glTextureBarrier();
@@ -127,8 +126,7 @@ void GlRendererState::DrawLumigraphPixels(const CameraModel& camera, const Plane
   });
 }
 
-void GlRendererState::DrawSoftPixels(const CameraModel& camera, const Rigid3& cam_from_world,
-                                     const PlaneInCamera& plane) {
+void GlRendererState::DrawSoftPixels() {
   drawn.Clear(0);
   confidence.Clear(1);
   drawn.Bind();
@@ -146,10 +144,10 @@ void GlRendererState::DrawSoftPixels(const CameraModel& camera, const Rigid3& ca
   } else {
     ProvideShadowMaps(of_views);
   }
-  const std::size_t count = SetTiles(of_tiles, camera);
+  const std::size_t count = SetTiles(of_tiles);
   ForResidentViews(of_views, [&](std::size_t first, std::size_t end, int arrays) {
     const GlProgram& program = programs.Soft(arrays);
-    SetCommon(program, camera, plane);
+    SetCommon(program);
     program.Set("depth", 0.0f);
     program.Set("resolution_penalty", static_cast<float>(FieldOptions{}.lumigraph_resolution));
     program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
@@ -189,17 +187,15 @@ Filling GlRendererState::filling() const { return FillingOf(options); }
 // threshold.
 int GlRendererState::FillingViewCount() const { return filling().views > 1 ? filling().views + 1 : 1; }
 
-void GlRendererState::SetFill(const GlProgram& program, const CameraModel& camera,
-                              const PlaneInCamera& plane) const {
-  SetCommon(program, camera, plane);
+void GlRendererState::SetFill(const GlProgram& program) const {
+  SetCommon(program);
   program.Set("depth", 0.0f);
   program.Set("asked", FillingViewCount());
   SetPenalties(program, FieldOptions{}.lumigraph_resolution);
 }
 
 // Returns the views that the fill's shaders examine in each part of the picture.
-ViewTiles GlRendererState::TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
-                                    const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
+ViewTiles GlRendererState::TilesFor(const std::vector<int>& in_order, bool marks) {
   // A view ends the search if the proxy hides nothing and photographs have light everywhere.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
   return tiler.Tile(
@@ -211,7 +207,7 @@ ViewTiles GlRendererState::TilesFor(const std::vector<int>& in_order, const Came
 }
 
 // Uploads the tiles to the shaders; returns their number.
-std::size_t GlRendererState::SetTiles(const ViewTiles& of_views, const CameraModel& camera) {
+std::size_t GlRendererState::SetTiles(const ViewTiles& of_views) {
   struct GpuTile {
     Vec4 clip;
     std::array<std::int32_t, 4> views;
@@ -232,8 +228,7 @@ std::size_t GlRendererState::SetTiles(const ViewTiles& of_views, const CameraMod
 
 // Returns the views that uncovered pixels may need, nearest first. The target must be bound, with its depth
 // set.
-std::vector<int> GlRendererState::FillingViews(const CameraModel& camera, const Rigid3& cam_from_world,
-                                               const PlaneInCamera& plane) {
+std::vector<int> GlRendererState::FillingViews() {
   if (filling().views == 0) return {};
   std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
   const bool looks_for_gaps = options.complete && !options.show_field;
@@ -246,12 +241,12 @@ std::vector<int> GlRendererState::FillingViews(const CameraModel& camera, const 
                   [&](int view) { return !photographs.PlaceOf(view) || shadow_maps.LayerOf(view) < 0; });
     return order;
   }
-  const ViewTiles of_tiles = TilesFor(order, camera, cam_from_world, plane, true);
+  const ViewTiles of_tiles = TilesFor(order, true);
   const std::vector<int> candidates = Among(order, of_tiles.views, scene->views.size());
   if (AreResident(candidates)) return candidates;
   const GlProgram& mark = programs.mark_fill();
-  SetFill(mark, camera, plane);
-  const std::size_t count = SetTiles(of_tiles, camera);
+  SetFill(mark);
+  const std::size_t count = SetTiles(of_tiles);
   const auto draw = [&] { DrawTiles(count); };
   std::vector<int> marked = MarkedViews(mark, order, draw);
   while (ProvideShadowMaps(marked) || (looks_for_gaps && FindGaps(marked))) {
@@ -278,15 +273,14 @@ void GlRendererState::Normalise() {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void GlRendererState::FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world,
-                                     const PlaneInCamera& plane) {
-  const std::vector<int> of_views = FillingViews(camera, cam_from_world, plane);
+void GlRendererState::FillOpenPixels() {
+  const std::vector<int> of_views = FillingViews();
   std::optional<std::size_t> count;
   ForResidentViews(of_views, [&](std::size_t first, std::size_t end, int arrays) {
     if (!count)  // the resident photographs are known only now
-      count = SetTiles(TilesFor(of_views, camera, cam_from_world, plane, false), camera);
+      count = SetTiles(TilesFor(of_views, false));
     const GlProgram& program = programs.Fill(arrays);
-    SetFill(program, camera, plane);
+    SetFill(program);
     program.Set("nearest_is_the_field", options.field.kind == FieldKind::kNearest ? 1 : 0);
     program.Set("waits", options.complete ? 1 : 0);
     SetResolve(program);
@@ -318,15 +312,14 @@ bool GlRendererState::HasOpenPixels() {
   return open_px.Count() > 0;
 }
 
-void GlRendererState::Resolve(const CameraModel& camera, const Rigid3& cam_from_world,
-                              const PlaneInCamera& plane) {
+void GlRendererState::Resolve() {
   if (!is_resolved) ClearResolved();
   resolved.Bind();
   no_vertices.Bind();
   const bool is_all_open = options.field.kind == FieldKind::kNearest;
   if (!is_resolved && !is_all_open) Normalise();
   SetDepthTest(GL_GREATER, false);
-  if (is_all_open || HasOpenPixels()) FillOpenPixels(camera, cam_from_world, plane);
+  if (is_all_open || HasOpenPixels()) FillOpenPixels();
   glDepthMask(GL_TRUE);
   glDisable(GL_DEPTH_TEST);
 }

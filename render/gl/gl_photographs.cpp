@@ -11,7 +11,6 @@
 #include "render/gl/gl_objects.h"
 
 namespace ulf::render {
-namespace {
 
 // The largest texture array. Measured on llvmpipe: 1.26 GB works, 2.3 GB does not.
 constexpr std::size_t kMostArrayBytes = 1000000000;
@@ -19,8 +18,6 @@ constexpr std::size_t kMostArrayBytes = 1000000000;
 constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;
 // For a view without any level the loader first reads one that is coarser by this: 1/64 of the bytes.
 constexpr int kPreviewLevels = 3;
-
-}  // namespace
 
 std::size_t GlPhotographs::LimitBytes(double asked_mb) {
   // The limit if the driver does not say what is free, and the used share of what is free. Guessed.

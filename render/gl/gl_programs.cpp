@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_shadow_maps.h"

@@ -2,20 +2,13 @@
 
 #include <epoxy/gl.h>
 
-#include <vector>
-
-#include "core/base/error.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_triangles.h"
 #include "render/proxy/depth_raster.h"
 
 namespace ulf::render {
 
-namespace {
-
 constexpr unsigned kCoarserUnit = 14, kFilledUnit = 15;
-
-}  // namespace
 
 const unsigned GlProxy::kDepthFormat = GL_R32F;
 

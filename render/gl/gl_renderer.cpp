@@ -1,7 +1,6 @@
 #include "render/gl/gl_renderer.h"
 
 #include <epoxy/gl.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -10,9 +9,7 @@
 #include <utility>
 
 #include "core/base/at.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
-#include "render/fields/field_options.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_renderer_state.h"
@@ -20,7 +17,6 @@
 #include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
-namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -28,10 +24,7 @@ using Eigen::Vector3d;
 constexpr unsigned kProxyDepthUnit = 12, kShadowMapsUnit = 13;  // photographs use the units before
 constexpr unsigned kShownMasksUnit = 14, kShownUnit = 15;       // of Show()
 
-}  // namespace
-
-void GlRendererState::SetCommon(const GlProgram& program, const CameraModel& camera,
-                                const PlaneInCamera& plane) const {
+void GlRendererState::SetCommon(const GlProgram& program) const {
   program.Use();
   program.Set("camera", MakeVec4(camera.fx, camera.fy, camera.cx, camera.cy));
   program.Set("plane", MakeVec4(plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.offset));
@@ -58,9 +51,9 @@ bool GlRendererState::ProvideShadowMaps(std::span<const int> of_views) {
   return true;
 }
 
-cv::Mat GlRendererState::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
+cv::Mat GlRendererState::Depth() const {
   cv::Mat depth = has_triangles ? proxy.ReadDepth() : cv::Mat::zeros(camera.height, camera.width, CV_32F);
-  FillWithPlane(scene->proxy->Background(cam_from_world), camera, depth);
+  FillWithPlane(plane, camera, depth);
   return depth;
 }
 
@@ -181,8 +174,9 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   GlRendererState& s = *state_;
   const GlContext::Current current(s.context);
   const auto start = std::chrono::steady_clock::now();
-  s.last_camera = camera;
-  const PlaneInCamera plane = s.scene->proxy->Background(cam_from_world);
+  s.camera = camera;
+  s.cam_from_world = cam_from_world;
+  s.plane = s.scene->proxy->Background(cam_from_world);
   const auto triangles = s.scene->proxy->Triangles(camera, cam_from_world);
   if (std::exchange(s.programs_stale, false) || (triangles != nullptr) != s.has_triangles) {
     s.has_triangles = triangles != nullptr;
@@ -190,7 +184,7 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   }
   s.proxy_triangles = triangles;
   if (triangles) {
-    s.proxy.Draw(triangles, camera, cam_from_world, plane.offset);
+    s.proxy.Draw(triangles, camera, cam_from_world, s.plane.offset);
     s.proxy.BindDepth(kProxyDepthUnit);
   }
   try {
@@ -215,21 +209,21 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
   switch (s.options.field.kind) {
     case FieldKind::kLinear:
     case FieldKind::kSubdivision:
-      s.DrawMesh(camera, cam_from_world, plane);
+      s.DrawMesh();
       break;
     case FieldKind::kLumigraph:
-      s.DrawBatch(s.LumigraphTriangles(camera, cam_from_world, plane), camera, plane, false);
+      s.DrawBatch(s.LumigraphTriangles(), false);
       break;
     case FieldKind::kLumigraphPerPixel:
-      s.DrawLumigraphPixels(camera, plane);
+      s.DrawLumigraphPixels();
       break;
     case FieldKind::kSoft:
-      s.DrawSoftPixels(camera, cam_from_world, plane);
+      s.DrawSoftPixels();
       break;
     case FieldKind::kNearest:
       break;  // Resolve() draws the nearest view
   }
-  s.Resolve(camera, cam_from_world, plane);
+  s.Resolve();
   if (!s.options.complete) s.photographs.RequestMissing();
   glFinish();
   CheckGl("drawing");
@@ -243,7 +237,7 @@ void GlRenderer::Show(const DisplayTransform& transform) const {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   s.show.Use();
-  s.show.Set("size", MakeVec4(s.last_camera.width, s.last_camera.height, viewport[2], viewport[3]));
+  s.show.Set("size", MakeVec4(s.camera.width, s.camera.height, viewport[2], viewport[3]));
   s.show.Set("brighter", static_cast<float>(std::exp2(transform.exposure_stops)));
   s.show.Set("hatches_doubt", transform.hatches_doubt ? 1 : 0);
   s.show.Set("depth", 0.0f);
@@ -252,7 +246,7 @@ void GlRenderer::Show(const DisplayTransform& transform) const {
   s.resolved.BindTexture(kShownUnit);
   if (transform.of_masks) transform.of_masks->state_->resolved.BindTexture(kShownMasksUnit);
   s.no_vertices.Bind();
-  const cv::Size drawn(s.last_camera.width, s.last_camera.height);
+  const cv::Size drawn(s.camera.width, s.camera.height);
   if (drawn == cv::Size(viewport[2], viewport[3])) {
     glDrawArrays(GL_TRIANGLES, 0, 3);
   } else {  // converts the drawn pixels, which are fewer, and stretches them over the screen
@@ -289,11 +283,11 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
     }
   const RenderOptions& options = state_->options;
   if (!options.depth && !options.weights) return picture;
-  const cv::Mat depth = state_->Depth(camera, cam_from_world);
+  const cv::Mat depth = state_->Depth();
   if (options.depth) picture.depth = depth;
   if (options.weights)
-    picture.weights = WeightsOfViews(*state_->scene, state_->FieldFrom(camera, cam_from_world).get(), camera,
-                                     cam_from_world, depth, options);
+    picture.weights =
+        WeightsOfViews(*state_->scene, state_->FieldFrom().get(), camera, cam_from_world, depth, options);
   return picture;
 }
 

@@ -51,8 +51,11 @@ struct GlRendererState {
   bool programs_stale = false;
   std::vector<bool> gaps_known;  // views whose photographs were searched for pixels without light
 
-  // State of the current picture: all levels offered, whether some are missing, and whether a pass used
-  // coarser levels than are resident now.
+  // State of the current picture, or of the last one: its camera, all levels offered, whether some are
+  // missing, and whether a pass used coarser levels than are resident now.
+  CameraModel camera;
+  Rigid3 cam_from_world;
+  PlaneInCamera plane;  // the proxy's background
   Eigen::Vector3d virtual_center = Eigen::Vector3d::Zero();
   std::vector<GlPhotographs::LevelRequest> offered;
   bool lacks = false, outdated = false;
@@ -64,8 +67,6 @@ struct GlRendererState {
   EntryTable mesh_entries;
   std::unique_ptr<ApertureField> aperture_field;  // null without an aperture or a mesh
 
-  CameraModel last_camera;  // of the last frame
-
   GlRendererState(std::shared_ptr<const RenderScene> the_scene, const RenderOptions& the_options,
                   GlContextKind kind)
       : plain(std::move(the_scene)),
@@ -76,15 +77,14 @@ struct GlRendererState {
 
   void Build();
   void MakeMeshField();
-  void SetCommon(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  void SetCommon(const GlProgram& program) const;
   TriangleBatch MeshTriangles(const PlacedMesh& placed, const CameraModel& camera,
                               const Rigid3& cam_from_world) const;
   TriangleBatch RingTriangles(const PlacedMesh& placed, const CameraModel& camera,
                               const Rigid3& cam_from_world) const;
-  std::unique_ptr<PlacedField> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
-  DepthAt DepthOfVertices(const CameraModel& camera, const PlaneInCamera& plane) const;
-  TriangleBatch LumigraphTriangles(const CameraModel& camera, const Rigid3& cam_from_world,
-                                   const PlaneInCamera& plane) const;
+  std::unique_ptr<PlacedField> FieldFrom() const;
+  DepthAt DepthOfVertices() const;
+  TriangleBatch LumigraphTriangles() const;
   bool ProvideShadowMaps(std::span<const int> of_views);
   int NearestOf(std::span<const int> of_views) const;
   std::size_t MakeResident(std::span<const int> of_views);
@@ -92,36 +92,32 @@ struct GlRendererState {
   void ForResidentViews(const std::vector<int>& of_views, const DrawSome& draw);
   std::vector<int> MarkedViews(const GlProgram& mark, const std::vector<int>& candidates,
                                const std::function<void()>& draw);
-  ViewTiles TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
-                     const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks);
+  ViewTiles TilesFor(const std::vector<int>& in_order, bool marks);
   Filling filling() const;
   int FillingViewCount() const;
-  void SetFill(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
-  std::size_t SetTiles(const ViewTiles& of_views, const CameraModel& camera);
+  void SetFill(const GlProgram& program) const;
+  std::size_t SetTiles(const ViewTiles& of_views);
   bool FindGaps(const std::vector<int>& of_views);
-  std::vector<int> FillingViews(const CameraModel& camera, const Rigid3& cam_from_world,
-                                const PlaneInCamera& plane);
-  void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
+  std::vector<int> FillingViews();
+  void SetLumigraph(const GlProgram& program) const;
   bool AreResident(const std::vector<int>& of_views) const;
-  void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
-  void DrawSoftPixels(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
-  void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
+  void DrawLumigraphPixels();
+  void DrawSoftPixels();
+  void DrawMesh();
   using DrawPass = std::function<void(const FanBatches& of_pass, bool are_all)>;
   void ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
   void Upload(const FanBatches& some);
-  void DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
-                      const PlaneInCamera& plane);
-  void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane,
-                 bool more_follow);
-  void AddRings(const TriangleBatch& rings, const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawFanBatches(const FanBatches& some, bool direct);
+  void DrawBatch(const TriangleBatch& batch, bool more_follow);
+  void AddRings(const TriangleBatch& rings);
   void BindForAdding();
   void ClearResolved();
   void SetResolve(const GlProgram& program) const;
   void Normalise();
   bool HasOpenPixels();
-  void FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
-  void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
-  cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame
+  void FillOpenPixels();
+  void Resolve();
+  cv::Mat Depth() const;  // of the last frame
 };
 
 }  // namespace ulf::render

@@ -1,7 +1,6 @@
 #include "render/gl/gl_triangles.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace ulf::render {
 

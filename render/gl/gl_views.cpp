@@ -1,7 +1,6 @@
 #include "render/gl/gl_views.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 

@@ -2,8 +2,6 @@
 // the texture layers of their photographs. The context must be current.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -17,8 +17,6 @@ constexpr float kUnknownLeans = 2;  // towards turning, without a background
 constexpr float kBorder = 7;        // of a border through an even area
 constexpr float kWobblePx = 0.3f;   // camera motion whose effect on the background's gradient is tolerated
 
-float LargestOf(const cv::Vec3f& v) { return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}); }
-
 // Returns each pixel's deviation from the background, in sigmas.
 cv::Mat DeviationsFrom(const StillBackground& background, const cv::Mat& picture, float wobble_px) {
   cv::Mat grey, dx, dy, steepness;
@@ -30,21 +28,16 @@ cv::Mat DeviationsFrom(const StillBackground& background, const cv::Mat& picture
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x) {
       const float sigma = 1.3f * background.noise.at<float>(y, x) + 1 + wobble_px * steepness.at<float>(y, x);
-      const cv::Vec3b own = picture.at<cv::Vec3b>(y, x);
-      deviations.at<float>(y, x) =
-          LargestOf(cv::Vec3f(own[0], own[1], own[2]) - background.color.at<cv::Vec3f>(y, x)) / sigma;
+      const cv::Vec3f off = cv::Vec3f(picture.at<cv::Vec3b>(y, x)) - background.color.at<cv::Vec3f>(y, x);
+      deviations.at<float>(y, x) = static_cast<float>(cv::norm(off, cv::NORM_INF)) / sigma;
     }
   return deviations;
 }
 
 float EdgeOf(const cv::Mat& pixels, const cv::Point& a, const cv::Point& b) {
-  if (pixels.type() == CV_32FC3) {
-    const cv::Vec3f d = pixels.at<cv::Vec3f>(a) - pixels.at<cv::Vec3f>(b);
-    return d.dot(d);
-  }
-  const cv::Vec3b p = pixels.at<cv::Vec3b>(a), q = pixels.at<cv::Vec3b>(b);
-  const cv::Vec3f d(static_cast<float>(p[0] - q[0]), static_cast<float>(p[1] - q[1]),
-                    static_cast<float>(p[2] - q[2]));
+  const cv::Vec3f d = pixels.type() == CV_32FC3
+                          ? pixels.at<cv::Vec3f>(a) - pixels.at<cv::Vec3f>(b)
+                          : cv::Vec3f(pixels.at<cv::Vec3b>(a)) - cv::Vec3f(pixels.at<cv::Vec3b>(b));
   return d.dot(d);
 }
 

@@ -7,13 +7,10 @@
 #include "core/base/parallel_for.h"
 
 namespace ulf::render {
-namespace {
 
 // A cell is empty if this share of the silhouettes that have it in their picture exclude it. Guessed.
 constexpr double kEmptyShare = 0.06;
 constexpr int kFewestEmpty = 2;
-
-}  // namespace
 
 using Eigen::Vector3d;
 

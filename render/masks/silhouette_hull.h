@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <span>
 #include <vector>

@@ -2,7 +2,6 @@
 // field's world.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>

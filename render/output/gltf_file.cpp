@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 
 #include "core/base/error.h"
@@ -66,13 +65,10 @@ ordered_json PrimitiveOf(const GltfModel& model, ordered_json& document, GltfBuf
   const TriangleMesh& mesh = model.mesh;
   const std::vector<float> positions = FlatNumbers(mesh.vertices);
   const std::size_t position = buffer.AddAccessor(positions, kFloat, "VEC3", mesh.vertices.size(), kVertices);
-  Eigen::Vector3f low = mesh.vertices.front(), high = low;
-  for (const Eigen::Vector3f& vertex : mesh.vertices) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  document["accessors"][position]["min"] = {low.x(), low.y(), low.z()};
-  document["accessors"][position]["max"] = {high.x(), high.y(), high.z()};
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) box.extend(vertex);
+  document["accessors"][position]["min"] = {box.min().x(), box.min().y(), box.min().z()};
+  document["accessors"][position]["max"] = {box.max().x(), box.max().y(), box.max().z()};
   ordered_json attributes = {{"POSITION", position}};
   if (!model.texture_png.empty()) {
     std::vector<float> places;

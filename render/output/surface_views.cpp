@@ -81,20 +81,11 @@ void SpreadColors(const TriangleMesh& mesh, std::vector<cv::Vec3f>& colors, std:
 std::vector<ViewShares> SharesOfVertices(const RenderScene& scene, const TriangleMesh& mesh) {
   const std::vector<Eigen::Vector3f> normals = VertexNormals(mesh);
   std::vector<ViewShares> shares(mesh.vertices.size());
-  constexpr std::size_t kTogether = 1024;
-  const std::size_t parts = (shares.size() + kTogether - 1) / kTogether;
-  ParallelFor(parts, [&](std::size_t part) {
-    for (std::size_t i = part * kTogether; i < std::min(shares.size(), (part + 1) * kTogether); ++i)
-      shares[i] = SharesAt(scene, mesh.vertices[i].cast<double>(), normals[i].cast<double>());
-  });
+  const auto share = [&](std::size_t i) {
+    shares[i] = SharesAt(scene, mesh.vertices[i].cast<double>(), normals[i].cast<double>());
+  };
+  ParallelFor(shares.size(), share, static_cast<double>(shares.size()) / 1024);
   return shares;
-}
-
-cv::Vec4f LightOfView(const SceneView& view, const cv::Mat& level, const Eigen::Vector2d& img) {
-  const cv::Vec4f light = SampleLevel(level, view.camera, img);
-  const cv::Vec3f scale = view.ScaleAt(img);
-  return {(light[0] - view.black) * scale[0], (light[1] - view.black) * scale[1],
-          (light[2] - view.black) * scale[2], light[3]};
 }
 
 std::vector<cv::Vec3f> ColorsOfVertices(const RenderScene& scene, const TriangleMesh& mesh,
@@ -102,30 +93,27 @@ std::vector<cv::Vec3f> ColorsOfVertices(const RenderScene& scene, const Triangle
   const double edge = MedianEdge(mesh);
   std::vector<cv::Vec3f> colors(mesh.vertices.size(), cv::Vec3f::all(0.2f));
   std::vector<std::uint8_t> lit(colors.size(), 0);
-  constexpr std::size_t kTogether = 1024;
-  const std::size_t parts = (colors.size() + kTogether - 1) / kTogether;
-  ParallelFor(parts, [&](std::size_t part) {
-    for (std::size_t i = part * kTogether; i < std::min(colors.size(), (part + 1) * kTogether); ++i) {
-      const Vector3d point = mesh.vertices[i].cast<double>();
-      cv::Vec3f sum(0, 0, 0);
-      float weights = 0;
-      for (const auto& [index, weight] : shares[i]) {
-        const SceneView& view = scene.views[At(index)];
-        const Vector3d in_cam = view.cam_from_world * point;
-        const auto img = view.camera.ImgFromCam(in_cam);
-        if (!img) continue;
-        const double edge_px = view.camera.MeanFocalPx() * edge / in_cam.z();
-        const int level = std::clamp(static_cast<int>(std::lround(std::log2(std::max(1.0, edge_px)))), 0,
-                                     view.photograph->LevelCount() - 1);
-        const cv::Vec4f light = LightOfView(view, view.photograph->Level(level), *img);
-        sum += cv::Vec3f(light[0], light[1], light[2]) * (weight * light[3]);
-        weights += weight * light[3];
-      }
-      if (!(weights > 0)) continue;
-      colors[i] = sum / weights;
-      lit[i] = 1;
+  const auto color = [&](std::size_t i) {
+    const Vector3d point = mesh.vertices[i].cast<double>();
+    cv::Vec3f sum(0, 0, 0);
+    float weights = 0;
+    for (const auto& [index, weight] : shares[i]) {
+      const SceneView& view = scene.views[At(index)];
+      const Vector3d in_cam = view.cam_from_world * point;
+      const auto img = view.camera.ImgFromCam(in_cam);
+      if (!img) continue;
+      const double edge_px = view.camera.MeanFocalPx() * edge / in_cam.z();
+      const int level = std::clamp(static_cast<int>(std::lround(std::log2(std::max(1.0, edge_px)))), 0,
+                                   view.photograph->LevelCount() - 1);
+      const cv::Vec4f light = LightOfView(view, view.photograph->Level(level), *img);
+      sum += cv::Vec3f(light[0], light[1], light[2]) * (weight * light[3]);
+      weights += weight * light[3];
     }
-  });
+    if (!(weights > 0)) return;
+    colors[i] = sum / weights;
+    lit[i] = 1;
+  };
+  ParallelFor(colors.size(), color, static_cast<double>(colors.size()) / 1024);
   std::vector<bool> known(lit.begin(), lit.end());
   SpreadColors(mesh, colors, known);
   return colors;

@@ -6,7 +6,6 @@
 // they fall to zero where the next view takes over, so that they change smoothly along the surface.
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -24,10 +23,6 @@ using ViewShares = std::vector<ViewShare>;
 
 // `scene` must have the mesh as its proxy, which determines occlusion.
 std::vector<ViewShares> SharesOfVertices(const RenderScene& scene, const TriangleMesh& mesh);
-
-// Returns light of a view at a point, linear B G R on the scene's common scale, and the share of it that the
-// photograph has there (0: none). `level` is one of the pyramid.
-cv::Vec4f LightOfView(const SceneView& view, const cv::Mat& level, const Eigen::Vector2d& img);
 
 // Returns linear B G R at each vertex, averaged over the texels that its triangles cover; if no view sees it,
 // spread from its neighbours, grey without any.

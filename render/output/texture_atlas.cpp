@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel_for.h"
 #include "core/image/image.h"
+#include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
 namespace {
@@ -71,15 +72,12 @@ std::vector<ShownBy> ShownWell(const RenderScene& scene, const std::array<Vector
 std::vector<int> LabelsOf(const RenderScene& scene, const TriangleMesh& mesh) {
   std::vector<std::vector<ShownBy>> shown(mesh.triangles.size());
   std::vector<double> area(shown.size());
-  constexpr std::size_t kTogether = 1024;
-  const std::size_t parts = (shown.size() + kTogether - 1) / kTogether;
-  ParallelFor(parts, [&](std::size_t part) {
-    for (std::size_t i = part * kTogether; i < std::min(shown.size(), (part + 1) * kTogether); ++i) {
-      const auto corners = CornersOf(mesh, mesh.triangles[i]);
-      shown[i] = ShownWell(scene, corners);
-      area[i] = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
-    }
-  });
+  const auto look = [&](std::size_t i) {
+    const auto corners = CornersOf(mesh, mesh.triangles[i]);
+    shown[i] = ShownWell(scene, corners);
+    area[i] = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+  };
+  ParallelFor(shown.size(), look, static_cast<double>(shown.size()) / 1024);
   std::vector<double> gain(scene.views.size(), 0);
   std::vector<std::vector<std::uint32_t>> of_view(scene.views.size());
   for (std::size_t i = 0; i < shown.size(); ++i)

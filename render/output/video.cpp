@@ -3,17 +3,12 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include <cerrno>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <fstream>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/image.h"
 #include "core/video/video_writer.h"
 #include "render/output/picture_files.h"
 

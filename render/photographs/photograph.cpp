@@ -44,6 +44,12 @@ class CoarserPhotograph : public Photograph {
 
 }  // namespace
 
+CameraModel Within(const CameraModel& camera, int longest_px, int least_px) {
+  const double scale = std::min(1.0, 1.0 * longest_px / std::max(camera.width, camera.height));
+  return camera.ScaledTo(std::max(least_px, static_cast<int>(std::lround(scale * camera.width))),
+                         std::max(least_px, static_cast<int>(std::lround(scale * camera.height))));
+}
+
 std::uint64_t Photograph::ContentDigest() const {
   const cv::Mat pixels = Level(0);
   return FastChecksumOf({pixels.ptr<char>(), pixels.total() * pixels.elemSize()});

@@ -16,7 +16,12 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/geometry/camera_model.h"
+
 namespace ulf::render {
+
+// Returns the camera with images whose longer side is at most `longest_px`, and no side is below `least_px`.
+CameraModel Within(const CameraModel& camera, int longest_px, int least_px = 1);
 
 // All levels, finest first.
 using ViewPyramid = std::vector<cv::Mat>;

@@ -27,8 +27,6 @@ class PhotographLoader {
 
   explicit PhotographLoader(int threads = 0);  // 0: one for each processor
   ~PhotographLoader();                         // waits for the reads in progress
-  PhotographLoader(const PhotographLoader&) = delete;
-  PhotographLoader& operator=(const PhotographLoader&) = delete;
 
   // Replaces all earlier requests, most urgent first: levels that were read and are not requested again are
   // dropped.

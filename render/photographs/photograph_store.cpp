@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -34,13 +33,6 @@ namespace {
 constexpr std::uint64_t kLeastFreeBytes = std::uint64_t{1} << 30;
 
 namespace fs = std::filesystem;
-
-cv::Size LoadedSize(const CameraModel& camera, int size_limit_px) {
-  const double longer = std::max(camera.width, camera.height);
-  const double scale = size_limit_px > 0 ? std::min(1.0, size_limit_px / longer) : 1.0;
-  return {std::max(1, static_cast<int>(std::lround(camera.width * scale))),
-          std::max(1, static_cast<int>(std::lround(camera.height * scale)))};
-}
 
 cv::Mat ResizedInLight(const cv::Mat& srgb8, const cv::Size& size) {
   if (size == srgb8.size()) return srgb8;
@@ -322,7 +314,9 @@ PhotographStore::~PhotographStore() = default;
 
 std::shared_ptr<const Photograph> PhotographStore::PhotographOf(std::size_t index) const {
   const CameraModel& camera = state_->light_field.CameraOf(state_->light_field.views[index]);
-  return std::make_shared<Stored>(state_, index, LoadedSize(camera, state_->options.size_limit_px));
+  const int limit_px = state_->options.size_limit_px;
+  const CameraModel loaded = limit_px > 0 ? Within(camera, limit_px) : camera;
+  return std::make_shared<Stored>(state_, index, cv::Size(loaded.width, loaded.height));
 }
 
 PhotographStore::Counts PhotographStore::counts() const {
@@ -334,7 +328,6 @@ PhotographStore::Counts PhotographStore::counts() const {
     counts.clipped_px += found.clipped;
     if (state_->MasksClipped(index)) counts.masked_px += found.clipped;
     ++counts.photographs;
-    counts.clipped_photographs += found.clipped > 0;
   }
   return counts;
 }

@@ -47,7 +47,7 @@ class PhotographStore {
     std::size_t held_bytes = 0, most_held_bytes = 0;
     // Counts of the photographs that were read, in their size on disk.
     std::uint64_t pixels = 0, clipped_px = 0, masked_px = 0;  // all; clipped; of these, unweighted
-    std::size_t photographs = 0, clipped_photographs = 0;     // all; those with clipped pixels
+    std::size_t photographs = 0;
   };
   Counts counts() const;
 

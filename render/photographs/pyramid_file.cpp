@@ -5,13 +5,13 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <string>
 #include <string_view>
 
 #include "core/base/atomic_file.h"
+#include "core/base/file_descriptor.h"
 #include "core/geometry/digest.h"
 
 namespace ulf::render {
@@ -25,20 +25,6 @@ struct Head {
   std::uint64_t key = 0;
   PixelCounts counts = {};
   std::int32_t width = 0, height = 0, type = 0, levels = 0;
-};
-
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number() const { return number_; }
-
- private:
-  int number_;
 };
 
 template <typename T>
@@ -93,11 +79,11 @@ void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, cons
   begin += BytesOf(&of_begin, 1);
 
   const std::string temporary = TemporaryName(path).string();
-  const Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
-  if (file.number() < 0) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
-  bool written = Append(file.number(), begin);
+  const FileDescriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  if (!file.IsOpen()) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
+  bool written = Append(file.Number(), begin);
   for (auto level = pyramid.rbegin(); written && level != pyramid.rend(); ++level)
-    written = Append(file.number(), BytesOf(*level));
+    written = Append(file.Number(), BytesOf(*level));
   if (!written || rename(temporary.c_str(), path.c_str()) != 0) {
     const int reason = errno;
     unlink(temporary.c_str());
@@ -107,11 +93,11 @@ void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, cons
 
 std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,
                                            const Photograph& photograph, int level) {
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.number() < 0) return std::nullopt;
+  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file.IsOpen()) return std::nullopt;
   const int levels = photograph.LevelCount();
   std::string begin(HeadBytes(levels), '\0');
-  if (!ReadAt(file.number(), 0, begin.data(), begin.size())) return std::nullopt;
+  if (!ReadAt(file.Number(), 0, begin.data(), begin.size())) return std::nullopt;
   Head head;
   std::memcpy(&head, begin.data(), sizeof head);
   const auto checksum_at = [&](int n) {
@@ -126,7 +112,7 @@ std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, st
   std::uint64_t offset = begin.size();
   for (int coarser = levels - 1; coarser > level; --coarser) offset += photograph.LevelBytes(coarser);
   cv::Mat pixels(photograph.LevelSize(level), photograph.type());
-  if (!ReadAt(file.number(), offset, reinterpret_cast<char*>(pixels.data), photograph.LevelBytes(level)) ||
+  if (!ReadAt(file.Number(), offset, reinterpret_cast<char*>(pixels.data), photograph.LevelBytes(level)) ||
       FastChecksumOf(BytesOf(pixels)) != checksum_at(level))
     return std::nullopt;
   return StoredLevel{pixels, head.counts};

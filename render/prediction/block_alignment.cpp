@@ -1,6 +1,5 @@
 #include "render/prediction/block_alignment.h"
 
-#include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -212,8 +211,7 @@ Matrix2d BlockAlignment::CovarianceOf(const Sums& sums, double frame_noise_varia
 
 std::vector<BlockShift> BlockAlignment::Blocks(double frame_noise_variance, double noise_variance) const {
   constexpr int side = kBlockPx;
-  constexpr double whole = side * side;
-  const double least_pixels = kLeastValid * whole;
+  constexpr double least_pixels = kLeastValid * (side * side);
   std::vector<BlockShift> shifts;
   for (int top = 0; top + side < fine_.frame.rows; top += side)
     for (int left = 0; left + side < fine_.frame.cols; left += side) {
@@ -225,7 +223,6 @@ std::vector<BlockShift> BlockAlignment::Blocks(double frame_noise_variance, doub
       block.column = left / side;
       block.row = top / side;
       block.center_px = {left + 0.5 * side, top + 0.5 * side};
-      block.valid_share = as_predicted.pixels / whole;
       block.mse = as_predicted.mse;
       block.contrast = as_predicted.frame_variance;
       SetDetail(fine_, rect, block);

@@ -35,7 +35,6 @@ struct BlockShift {
   double mse = 0, mse_shifted = 0, mse_leveled = 0;
   double detail = 0, predicted_detail = 0;  // mean square gradients of the frame and of the prediction
   double contrast = 0;                      // mean square of the frame's differences from the block's mean
-  double valid_share = 0;                   // of its pixels
 };
 
 class BlockAlignment {

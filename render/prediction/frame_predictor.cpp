@@ -1,9 +1,7 @@
 #include "render/prediction/frame_predictor.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -260,8 +258,7 @@ std::optional<PredictedFrame> FramePredictor::Predict(const StereoView& frame) {
     const Projection at = ProjectInto(view.camera, view.cam_from_world, frame, predicted.inverse_depth);
     cv::Mat seen = InImage(view, at);
     if (!entry.hidden)
-      entry.hidden =
-          MakeShadowMap(*mesh_, view.camera, view.cam_from_world, {.tolerance = kFramePredictorHiddenBehind});
+      entry.hidden = MakeShadowMap(*mesh_, view.camera, view.cam_from_world, kFramePredictorHiddenBehind);
     cv::Mat hidden;
     cv::resize(HiddenPart(*entry.hidden, view.cam_from_world, half_frame, half_inverse_depth), hidden, size,
                0, 0, cv::INTER_NEAREST);
@@ -280,7 +277,6 @@ std::optional<PredictedFrame> FramePredictor::Predict(const StereoView& frame) {
     weights += share;
     squared_weights += share * share * gain * gain;
     predicted.views.push_back({near[i].id, values, seen, share, gain});
-    predicted.farthest_view_angle = near[i].angle;
   }
   predicted.nearest_view_angle = near.front().angle;
   predicted.one_sided = OneSided(frame.center_in_world, near);

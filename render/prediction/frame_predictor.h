@@ -16,7 +16,6 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/shadow_map.h"
@@ -44,7 +43,6 @@ struct PredictedFrame {
   double noise_share = 1;              // share of a view's noise variance that the blend keeps
   std::vector<PredictedByView> views;  // nearest first
   double nearest_view_angle = 0;       // radians at the subject
-  double farthest_view_angle = 0;
   // 0: the views stand all round the frame, as seen from the subject; 1: all on one side.
   double one_sided = 0;
 };

@@ -9,7 +9,6 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
-#include "core/geometry/pinhole.h"
 #include "core/geometry/small_matrices.h"
 
 namespace ulf::render {
@@ -97,8 +96,7 @@ Motion MotionBehind(const std::vector<MeasuredShift>& shifts, const Vector6d& si
 
 struct Sums {
   double detail = 0, predicted_detail = 0;
-  double off2 = 0, mse = 0, aligned = 0, leveled = 0, contrast = 0;
-  std::vector<double> off;
+  double off2 = 0, mse = 0, aligned = 0, contrast = 0;
 };
 
 double Db(double mse) {
@@ -106,16 +104,11 @@ double Db(double mse) {
   return 10 * std::log10(kPeak * kPeak / std::max(mse, least));
 }
 
-void Finish(Sums sums, RegionError& region) {
-  if (region.measured > 0) {
-    region.misregistration_px = std::sqrt(std::max(0.0, sums.off2 / region.measured));
-    constexpr double kWorstTenth = 0.9;
-    region.worst_px = Quantile(std::move(sums.off), kWorstTenth);
-  }
+void Finish(const Sums& sums, RegionError& region) {
+  if (region.measured > 0) region.misregistration_px = std::sqrt(std::max(0.0, sums.off2 / region.measured));
   if (region.seen == 0) return;
   region.db = Db(sums.mse / region.seen);
   region.db_aligned = Db(sums.aligned / region.seen);
-  region.db_leveled = Db(sums.leveled / region.seen);
   region.contrast = std::sqrt(sums.contrast / region.seen);
 }
 
@@ -212,13 +205,11 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
       const Vector2d off = view.shift - by_pose;
       weight += view.weight;
       off2 += view.weight * (off.squaredNorm() - view.variance);
-      at.off_mean_px += view.weight * off;
       at.mse_by_view += view.weight * std::max(0.0, view.mse_shifted - 2 * view_noise_variance);
     }
     at.measured = weight > 0;
     if (at.measured) {
       at.off_px = std::sqrt(std::max(0.0, off2 / weight));
-      at.off_mean_px /= weight;
       at.mse_by_view /= weight;
     }
     at.inside = ShowsSubject(frame, subject, block.center_px);
@@ -239,14 +230,12 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
     region.alignable += (block.column + block.row) % 2 == 0;
     sums.mse += at.mse;
     sums.aligned += at.mse_aligned;
-    sums.leveled += at.mse_leveled;
     sums.contrast += block.contrast;
     sums.detail += block.detail;
     sums.predicted_detail += block.predicted_detail;
     if (at.measured) {
       ++region.measured;
       sums.off2 += at.off_px * at.off_px;
-      sums.off.push_back(at.off_px);
     }
     error.blocks.push_back(at);
   }
@@ -269,8 +258,8 @@ PredictionError MeasureError(const StereoView& frame, const PredictedFrame& pred
   const double predicted_detail = inside.predicted_detail - predicted.noise_share * noise_detail;
   if (error.inside.seen > 0 && predicted_detail > kPredictionErrorLeastDetail * error.inside.seen)
     error.detail_ratio = std::max(0.0, inside.detail - noise_detail) / predicted_detail;
-  Finish(std::move(inside), error.inside);
-  Finish(std::move(outside), error.outside);
+  Finish(inside, error.inside);
+  Finish(outside, error.outside);
   return error;
 }
 

@@ -32,16 +32,13 @@ struct PredictionErrorOptions {
 
 // The error in a part of the picture.
 struct RegionError {
-  int blocks = 0;     // number of blocks, seen by views or not
-  int seen = 0;       // of these, seen by the predicting views
-  int alignable = 0;  // every other of these, for which alignment is tried
-  int measured = 0;   // of these, with enough texture to measure displacement
-  // Root mean square over the measured blocks, and the 90 % quantile.
-  double misregistration_px = 0, worst_px = 0;
-  // Peak signal to noise ratio of the seen blocks as predicted, after alignment, and after a brightness
-  // factor for each block.
-  double db = 0, db_aligned = 0, db_leveled = 0;
-  double contrast = 0;  // RMS of the frame in a block, about its mean: 0 no texture
+  int blocks = 0;                 // number of blocks, seen by views or not
+  int seen = 0;                   // of these, seen by the predicting views
+  int alignable = 0;              // every other of these, for which alignment is tried
+  int measured = 0;               // of these, with enough texture to measure displacement
+  double misregistration_px = 0;  // root mean square over the measured blocks
+  double db = 0, db_aligned = 0;  // peak signal to noise ratio of the seen blocks as predicted, and aligned
+  double contrast = 0;            // RMS of the frame in a block, about its mean: 0 no texture
 
   double SeenShare() const { return blocks > 0 ? static_cast<double>(seen) / blocks : 0; }
   double MeasuredShare() const { return alignable > 0 ? static_cast<double>(measured) / alignable : 0; }
@@ -51,7 +48,6 @@ struct BlockError {
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
   // Root mean square over the predicting views, by weight, without the pose's part and noise.
   double off_px = 0;
-  Eigen::Vector2d off_mean_px = Eigen::Vector2d::Zero();  // common to all these views
   bool measured = false, inside = false, on_mesh = false;
   double mse = 0, mse_aligned = 0, mse_leveled = 0;  // without noise
   double mse_by_view = 0;        // mean over the views, each aligned by itself, without noise; if measured

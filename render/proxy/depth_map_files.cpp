@@ -5,14 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <deque>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"

@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -1,7 +1,5 @@
 #include "render/proxy/depth_raster.h"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

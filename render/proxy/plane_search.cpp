@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -12,7 +11,6 @@
 #include <random>
 
 #include "core/base/counted.h"
-#include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
 
 namespace ulf::render {
@@ -52,25 +50,10 @@ struct TriedPlane {
   }
 };
 
-// Returns the spacing of viewpoints: the median distance to the fourth neighbour, for a grid its mesh width.
-// mesh.
-double ViewpointSpacing(const std::vector<Vector3d>& viewpoints) {
-  constexpr std::size_t kNeighbour = 4;
-  std::vector<double> spacings;
-  for (const Vector3d& own : viewpoints) {
-    std::vector<double> distances;
-    for (const Vector3d& other : viewpoints) distances.push_back((other - own).norm());  // the first is 0
-    const std::size_t at = std::min(kNeighbour, distances.size() - 1);
-    std::nth_element(distances.begin(), distances.begin() + static_cast<long>(at), distances.end());
-    spacings.push_back(distances[at]);
-  }
-  return Median(spacings);
-}
-
 std::vector<SightedPoint> SightedPoints(const LightField& light_field) {
   std::vector<Vector3d> viewpoints;
   for (const View& view : light_field.views) viewpoints.push_back(view.cam_from_world.OriginInSource());
-  const double spacing = ViewpointSpacing(viewpoints);
+  const double spacing = SpacingOf(viewpoints);
   const auto seen_from = ViewpointsOfPoints(light_field);
   std::vector<SightedPoint> points;
   for (std::size_t i = 0; i < seen_from.size(); ++i) {

@@ -12,9 +12,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "core/base/quantile.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf::render {
@@ -38,5 +41,22 @@ PlaneSearch FindPlanes(const LightField& light_field);
 // Returns for each point of the light field the viewpoints of the views that show it, the nearest first; if
 // unknown, the nearest of all. Empty for a point that is not finite, and without views.
 std::vector<std::vector<Eigen::Vector3d>> ViewpointsOfPoints(const LightField& light_field);
+
+// Returns the median distance to the fourth nearest point, a little more than the points' spacing, for a grid
+// its mesh width. Asks about `most_asked` points or a few more.
+template <typename Point>
+double SpacingOf(const std::vector<Point>& points, std::size_t most_asked = SIZE_MAX) {
+  constexpr std::size_t kNeighbour = 4;
+  std::vector<double> spacings, distances;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / most_asked);
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    distances.clear();
+    for (const Point& other : points) distances.push_back((other - points[i]).norm());  // its own is 0
+    const auto at = distances.begin() + static_cast<long>(std::min(kNeighbour, distances.size() - 1));
+    std::nth_element(distances.begin(), at, distances.end());
+    spacings.push_back(*at);
+  }
+  return Median(std::move(spacings));
+}
 
 }  // namespace ulf::render

@@ -4,15 +4,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/quantile.h"
 
 namespace ulf::render {
 
@@ -46,21 +43,6 @@ PlaneAxes AxesOf(const FoundPlane& plane, const LightField& light_field) {
   return {mean - (plane.normal.dot(mean) - plane.offset) * plane.normal, x, plane.normal.cross(x)};
 }
 
-// Returns the median distance to the fourth nearest point, a little more than the points' spacing.
-double SpacingInPlane(const std::vector<Vector2d>& points) {
-  constexpr std::size_t kNeighbour = 4, kMostAsked = 400;
-  std::vector<double> spacings, distances;
-  const std::size_t step = std::max<std::size_t>(1, points.size() / kMostAsked);
-  for (std::size_t i = 0; i < points.size(); i += step) {
-    distances.clear();
-    for (const Vector2d& other : points) distances.push_back((other - points[i]).norm());  // its own is 0
-    const auto at = distances.begin() + static_cast<long>(std::min(kNeighbour, distances.size() - 1));
-    std::nth_element(distances.begin(), at, distances.end());
-    spacings.push_back(*at);
-  }
-  return Median(spacings);
-}
-
 // Counts and marks by cell, with an empty rim for growth.
 struct PlaneGrid {
   Vector2d corner;
@@ -78,15 +60,12 @@ constexpr int kRim = 3;          // cells; more than anything grows
 constexpr int kMostCells = 100;  // per side, so that a plane has few triangles. Guessed
 
 PlaneGrid GridAround(const std::vector<Vector2d>& points) {
-  Vector2d low = points.front(), high = low;
-  for (const Vector2d& point : points) {
-    low = low.cwiseMin(point);
-    high = high.cwiseMax(point);
-  }
-  const double extent = (high - low).maxCoeff();
-  const double cell = std::max(SpacingInPlane(points), extent / kMostCells);
-  const Vector2d corner = low.array() - kRim * cell;
-  const Vector2d cells = ((high - low) / cell).array().ceil();
+  Eigen::AlignedBox2d box;
+  for (const Vector2d& point : points) box.extend(point);
+  const double extent = box.sizes().maxCoeff();
+  const double cell = std::max(SpacingOf(points, 400), extent / kMostCells);
+  const Vector2d corner = box.min().array() - kRim * cell;
+  const Vector2d cells = (box.sizes() / cell).array().ceil();
   return {
       corner, cell, {static_cast<int>(cells.x()) + 2 * kRim + 1, static_cast<int>(cells.y()) + 2 * kRim + 1}};
 }

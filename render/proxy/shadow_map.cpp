@@ -72,7 +72,7 @@ double ShadowMap::Visibility(const Eigen::Vector3d& point_in_view) const {
 }
 
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
-                        const Rigid3& view_from_world, const ShadowMapOptions& options) {
+                        const Rigid3& view_from_world, double tolerance) {
   ShadowMap map{.camera = ShadowMapCamera(view_camera), .least_inverse_depth = {}};
   const cv::Mat inverse = DrawInverseDepth(occluder, map.camera, view_from_world);
   cv::Mat least(inverse.size(), CV_32F);
@@ -88,7 +88,7 @@ ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_ca
                           Slope(at(x, y - 1), here, at(x, y + 1), kShadowMapEdge);
       // A point is compared with texels up to one away, and their depths come from up to one texel farther.
       least.at<float>(y, x) =
-          here > 0 ? std::max(0.0f, static_cast<float>((1 - options.tolerance) * here) - 2 * slope) : 0.0f;
+          here > 0 ? std::max(0.0f, static_cast<float>((1 - tolerance) * here) - 2 * slope) : 0.0f;
     }
   // A photograph mixes the colours of both sides within a texel of an edge: hide that texel, too.
   cv::dilate(least, map.least_inverse_depth, cv::Mat::ones(3, 3, CV_8U));

@@ -8,14 +8,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
-#include <mutex>
 #include <opencv2/core.hpp>
-#include <optional>
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "render/proxy/triangle_mesh.h"
+#include "render/proxy/view_depth_map.h"
 
 namespace ulf::render {
 
@@ -31,37 +29,16 @@ struct ShadowMap {
 // Width and height of all maps, whatever the shape of the photographs. Guessed.
 inline constexpr int kShadowMapPx = 256;
 
-struct ShadowMapOptions {
-  // A point behind the proxy by less than this share of its depth is visible: proxies are rough. Guessed.
-  double tolerance = 0.01;
-};
+// A point behind the proxy by less than this share of its depth is visible: proxies are rough. Guessed.
+inline constexpr double kShadowMapTolerance = 0.01;
 
 // Returns the camera of a view's map, without distortion: it covers what the view sees up to 71 degrees to
 // each side of its axis.
 CameraModel ShadowMapCamera(const CameraModel& view);
 // Draws the map on the CPU.
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
-                        const Rigid3& view_from_world, const ShadowMapOptions& options = {});
+                        const Rigid3& view_from_world, double tolerance = kShadowMapTolerance);
 
-// Makes the map at the first Get(), in its thread, because a rendering needs the maps of only a few views.
-// Several threads may call Get().
-class LazyShadowMap {
- public:
-  LazyShadowMap(std::shared_ptr<const TriangleMesh> occluder, const CameraModel& view_camera,
-                const Rigid3& view_from_world)
-      : occluder_(std::move(occluder)), view_camera_(view_camera), view_from_world_(view_from_world) {}
-  const ShadowMap& Get() const {
-    std::call_once(made_,
-                   [this] { shadow_map_ = MakeShadowMap(*occluder_, view_camera_, view_from_world_); });
-    return *shadow_map_;
-  }
-
- private:
-  std::shared_ptr<const TriangleMesh> occluder_;
-  CameraModel view_camera_;
-  Rigid3 view_from_world_;
-  mutable std::once_flag made_;
-  mutable std::optional<ShadowMap> shadow_map_;
-};
+using LazyShadowMap = Lazy<ShadowMap>;
 
 }  // namespace ulf::render

@@ -5,7 +5,6 @@
 
 #include <map>
 #include <memory>
-#include <string>
 
 #include "render/proxy/proxy.h"
 #include "render/proxy/view_depth_map.h"

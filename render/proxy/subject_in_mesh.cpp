@@ -8,7 +8,6 @@
 #include <random>
 #include <vector>
 
-#include "core/base/at.h"
 
 namespace ulf::render {
 namespace {

@@ -33,19 +33,21 @@ ViewDepthMap DepthMapOfMesh(const TriangleMesh& mesh, const CameraModel& camera,
 // Returns the largest motion in the image, px of `camera`, of points at `distance` when the pose changes.
 double MovedPx(const CameraModel& camera, const Rigid3& then, const Rigid3& now, double distance);
 
-// Makes or reads the map at the first Get(), in that thread: a picture needs the maps of a few of many views.
-class LazyDepthMap {
+// Makes or reads a map at the first Get(), in that thread: a picture needs the maps of a few of many views.
+template <typename Map>
+class Lazy {
  public:
-  explicit LazyDepthMap(std::function<ViewDepthMap()> make) : make_(std::move(make)) {}
-  const ViewDepthMap& Get() const {
+  explicit Lazy(std::function<Map()> make) : make_(std::move(make)) {}
+  const Map& Get() const {
     std::call_once(made_, [this] { map_ = make_(); });
     return *map_;
   }
 
  private:
-  std::function<ViewDepthMap()> make_;
+  std::function<Map()> make_;
   mutable std::once_flag made_;
-  mutable std::optional<ViewDepthMap> map_;
+  mutable std::optional<Map> map_;
 };
+using LazyDepthMap = Lazy<ViewDepthMap>;
 
 }  // namespace ulf::render

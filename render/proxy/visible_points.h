@@ -3,7 +3,6 @@
 // point lies inside the convex hull of all flipped points (Katz, Tal, Basri: Direct Visibility of Point Sets,
 // 2007). The sphere's radius follows from the density of the points in the image. Only its source includes
 // CGAL's convex hull.
-// convex hull.
 #pragma once
 
 #include <Eigen/Core>

@@ -5,16 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
-#include <optional>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
-#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
@@ -126,10 +123,7 @@ std::string Criterion(const ChoiceOptions& options, const std::vector<ScoredChoi
   return text;
 }
 
-bool HasSoft(const std::vector<ScoredChoice>& tried) {
-  return std::ranges::any_of(
-      tried, [](const ScoredChoice& candidate) { return candidate.field.kind == FieldKind::kSoft; });
-}
+bool IsSoft(const FieldOptions& field) { return field.kind == FieldKind::kSoft; }
 
 bool IsSame(const ScoredChoice& a, const ScoredChoice& b) {
   return a.proxy == b.proxy && FieldText(a.field) == FieldText(b.field);
@@ -138,7 +132,10 @@ bool IsSame(const ScoredChoice& a, const ScoredChoice& b) {
 ModelChoice Explained(const std::string& question, const std::vector<ScoredChoice>& tried,
                       const ScoredChoice& chosen, bool by_proxy, const ChoiceOptions& options) {
   ModelChoice explained{
-      question, Criterion(options, tried, !by_proxy && HasSoft(tried), " on views that were left out"), {}};
+      question,
+      Criterion(options, tried, !by_proxy && std::ranges::any_of(tried, IsSoft, &ScoredChoice::field),
+                " on views that were left out"),
+      {}};
   for (const ScoredChoice& candidate : tried)
     explained.candidates.push_back(
         {ModelName(candidate, by_proxy),
@@ -185,9 +182,17 @@ ModelChoice Untried(const std::string& question, const std::string& model, const
   return {question, "nothing was compared", {{model, why, true}}};
 }
 
-bool SoftAlone(const std::vector<FieldOptions>& fields) {
-  return std::ranges::all_of(fields,
-                             [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+// Considers those that are `asked` for. Returns null if there are none.
+template <typename Asked>
+const ScoredChoice* FirstNearBest(const std::vector<ScoredChoice>& candidates, double within_db,
+                                  const Asked& asked) {
+  double best_db = -std::numeric_limits<double>::infinity();
+  for (const ScoredChoice& candidate : candidates)
+    if (asked(candidate)) best_db = std::max(best_db, candidate.psnr_db);
+  const auto found = std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
+    return asked(candidate) && candidate.psnr_db >= best_db - within_db;
+  });
+  return found == candidates.end() ? nullptr : &*found;
 }
 
 // A mesh that the user names may be of another scene, or in other coordinates.
@@ -208,11 +213,7 @@ void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKin
 }  // namespace
 
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates, double within_db) {
-  const auto best = std::ranges::max_element(
-      candidates, [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
-  return *std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
-    return candidate.psnr_db >= best->psnr_db - within_db;
-  });
+  return *FirstNearBest(candidates, within_db, [](const ScoredChoice&) { return true; });
 }
 
 std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms) {
@@ -227,21 +228,9 @@ std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates
 // the narrow one.
 const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options) {
-  // Returns null if there is none.
-  const auto first_near_best = [&](bool is_soft, double within_db) -> const ScoredChoice* {
-    double best_db = -std::numeric_limits<double>::infinity();
-    const auto asked = [&](const ScoredChoice& candidate) {
-      return (candidate.field.kind == FieldKind::kSoft) == is_soft;
-    };
-    for (const ScoredChoice& candidate : candidates)
-      if (asked(candidate)) best_db = std::max(best_db, candidate.psnr_db);
-    const auto found = std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
-      return asked(candidate) && candidate.psnr_db >= best_db - within_db;
-    });
-    return found == candidates.end() ? nullptr : &*found;
-  };
-  const ScoredChoice* soft = first_near_best(true, options.narrow_within_db);
-  const ScoredChoice* other = first_near_best(false, options.within_db);
+  const auto is_soft = [](const ScoredChoice& candidate) { return IsSoft(candidate.field); };
+  const ScoredChoice* soft = FirstNearBest(candidates, options.narrow_within_db, is_soft);
+  const ScoredChoice* other = FirstNearBest(candidates, options.within_db, std::not_fn(is_soft));
   if (!soft) return *other;
   return !other || soft->psnr_db >= other->psnr_db + options.soft_gain_db ? *soft : *other;
 }
@@ -302,10 +291,8 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   if (fields_differ) {
     // The soft field needs depth maps, so it is tried over these, whichever proxy serves the other fields.
     std::vector<FieldOptions> soft, others;
-    for (const FieldOptions& field : fields)
-      (field.kind == FieldKind::kSoft && in_detail ? soft : others).push_back(field);
-    if (!SoftAlone(fields) && !in_detail)
-      std::erase_if(others, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+    for (const FieldOptions& field : fields) (IsSoft(field) && in_detail ? soft : others).push_back(field);
+    if (!std::ranges::all_of(fields, IsSoft) && !in_detail) std::erase_if(others, IsSoft);
     std::vector<ScoredChoice> tried;
     if (!others.empty()) tried = scores(kFields, others, {choice.proxy});
     if (!soft.empty()) {

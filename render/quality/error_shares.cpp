@@ -1,7 +1,6 @@
 #include "render/quality/error_shares.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 

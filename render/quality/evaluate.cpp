@@ -7,7 +7,6 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
-#include "render/fields/field_options.h"
 #include "render/gl/gl_renderer.h"
 #include "render/output/picture_files.h"
 #include "render/renderer/reference_renderer.h"

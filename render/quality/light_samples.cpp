@@ -84,10 +84,7 @@ bool IsAtEdge(const cv::Mat& inverse_depth, int x, int y) {
 // Returns points of the surface that a view sees, spread evenly over its picture.
 std::vector<Vector3d> PointsOf(const RenderScene& scene, const SceneView& view, int tries) {
   constexpr int kDepthPx = 240;  // longer side of the depth map
-  const CameraModel flat = view.camera.WithoutDistortion();
-  const double by = std::min(1.0, 1.0 * kDepthPx / std::max(flat.width, flat.height));
-  const CameraModel camera = flat.ScaledTo(std::max(3, static_cast<int>(std::lround(by * flat.width))),
-                                           std::max(3, static_cast<int>(std::lround(by * flat.height))));
+  const CameraModel camera = Within(view.camera.WithoutDistortion(), kDepthPx, 3);
   const auto triangles = scene.proxy->Triangles(camera, view.cam_from_world);
   std::vector<Vector3d> points;
   if (!triangles) return points;

@@ -1,7 +1,6 @@
 #include "render/quality/light_solution.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numeric>

@@ -4,7 +4,6 @@
 // changes. FieldKind::kNearest chooses a view for each pixel, which costs more.
 #pragma once
 
-#include <memory>
 #include <opencv2/core.hpp>
 
 #include "core/base/progress.h"

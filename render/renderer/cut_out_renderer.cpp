@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "render/fields/field_options.h"
-
 namespace ulf::render {
 
 Rendering CutOutRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_world) {

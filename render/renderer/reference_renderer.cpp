@@ -1,6 +1,5 @@
 #include "render/renderer/reference_renderer.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,8 +11,6 @@
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/pinhole.h"
-#include "render/fields/blending_field.h"
-#include "render/fields/field_options.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/make_field.h"
@@ -56,11 +53,7 @@ cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
     return {color[0], color[1], color[2], 1};
   }
   // Requested at every pixel: the store decides which levels stay in memory.
-  const cv::Mat pixels = view.photograph->Level(setup.level[At(index)]);
-  const cv::Vec4f light = SampleLevel(pixels, view.camera, img);
-  const cv::Vec3f scale = view.ScaleAt(img);
-  return {(light[0] - view.black) * scale[0], (light[1] - view.black) * scale[1],
-          (light[2] - view.black) * scale[2], light[3]};
+  return LightOfView(view, view.photograph->Level(setup.level[At(index)]), img);
 }
 
 // Adds a view's contribution, if its photograph has light there.
@@ -154,6 +147,13 @@ cv::Vec4f SampleLevel(const cv::Mat& pixels, const CameraModel& camera, const Ve
   const cv::Vec4f light = above * (1 - below_share) + below * below_share;
   if (!(light[3] > 0)) return {0, 0, 0, 0};
   return {light[0] / light[3], light[1] / light[3], light[2] / light[3], light[3]};
+}
+
+cv::Vec4f LightOfView(const SceneView& view, const cv::Mat& level, const Eigen::Vector2d& img) {
+  const cv::Vec4f light = SampleLevel(level, view.camera, img);
+  const cv::Vec3f scale = view.ScaleAt(img);
+  return {(light[0] - view.black) * scale[0], (light[1] - view.black) * scale[1],
+          (light[2] - view.black) * scale[2], light[3]};
 }
 
 ReferenceRenderer::ReferenceRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options)

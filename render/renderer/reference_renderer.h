@@ -41,4 +41,8 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const PlacedFi
 // four pixels that has light. `img` is in pixels of the view's camera, for every level.
 cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
+// Returns light of a view at a point, linear B G R on the scene's common scale, and the share of it that the
+// photograph has there (0: none). `level` is one of the pyramid.
+cv::Vec4f LightOfView(const SceneView& view, const cv::Mat& level, const Eigen::Vector2d& img);
+
 }  // namespace ulf::render

@@ -22,7 +22,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "render/fields/aperture.h"
 #include "render/fields/field_options.h"

@@ -12,7 +12,6 @@
 #include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/view_images.h"
-#include "core/light_field/light_field.h"
 #include "render/scene/exposure_scales.h"
 
 namespace ulf::render {
@@ -186,8 +185,12 @@ std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shar
   other->proxy = std::move(proxy);
   const auto occluder = other->proxy->Occluder();
   for (SceneView& view : other->views) {
-    view.shadow_map =
-        occluder ? std::make_shared<LazyShadowMap>(occluder, view.camera, view.cam_from_world) : nullptr;
+    view.shadow_map = nullptr;
+    if (occluder)
+      view.shadow_map =
+          std::make_shared<LazyShadowMap>([occluder, camera = view.camera, pose = view.cam_from_world] {
+            return MakeShadowMap(*occluder, camera, pose);
+          });
     view.depth_map = other->proxy->DepthMapOf(view.id, view.camera, view.cam_from_world);
   }
   return other;

@@ -6,7 +6,6 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/light_field/light_field.h"

@@ -1,6 +1,5 @@
 #include "render/scene/view_tiles.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 

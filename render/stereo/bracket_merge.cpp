@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
+#include "core/geometry/pinhole.h"
 #include "core/image/exposure_alignment.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/picture_file.h"
@@ -16,7 +16,6 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/view_images.h"
-#include "core/light_field/light_field.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/scene/scene.h"
 
@@ -112,9 +111,7 @@ cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy
     const ViewDepthMap& map = lazy->Get();
     for (int y = 0; y < depth.rows; ++y)
       for (int x = 0; x < depth.cols; ++x) {
-        const Eigen::Vector3d ray((x + 0.5 - undistorted.cx) / undistorted.fx,
-                                  (y + 0.5 - undistorted.cy) / undistorted.fy, 1);
-        const auto at = map.camera.ImgFromCam(ray);
+        const auto at = map.camera.ImgFromCam(PinholeRay(undistorted, x, y));
         if (!at || !map.camera.Contains(*at)) continue;
         const double inverse = map.InverseDepthAt(static_cast<int>(at->x()), static_cast<int>(at->y()));
         if (inverse > 0) depth.at<float>(y, x) = static_cast<float>(1 / inverse);

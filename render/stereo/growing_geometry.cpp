@@ -1,6 +1,5 @@
 #include "render/stereo/growing_geometry.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,7 +12,6 @@
 #include "render/stereo/view_selection.h"
 
 namespace ulf::render {
-namespace {
 
 constexpr int kNeighbours = 6;  // of a view in the sweep. Guessed.
 // Neighbours surround a view if the mean of the directions to them is shorter than this; 1: all on one side.
@@ -35,8 +33,6 @@ constexpr std::size_t kMapsAskedForRange = 4;  // nearest ones. Guessed.
 // For MakeMissingMaps(); independent of the number of processors, because a map's range is that of earlier
 // ones.
 constexpr std::size_t kMapsAtOnce = 8;
-
-}  // namespace
 
 std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const std::vector<const StereoView*>& neighbours,
@@ -216,7 +212,7 @@ double GrowingGeometry::LeastApartNow() const {
 bool GrowingGeometry::StandsAmongNeighbours(const Entry& entry, const std::vector<StereoView>& views) const {
   if (came_ - entry.came >= static_cast<std::uint64_t>(options_.views_waited_for)) return true;
   const int index = static_cast<int>(&entry - entries_.data());
-  const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, {.count = kNeighbours});
+  const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, kNeighbours);
   if (static_cast<int>(neighbours.size()) < std::min(options_.neighbours_waited_for, kNeighbours))
     return false;
   Vector3d mean = Vector3d::Zero();
@@ -260,7 +256,7 @@ GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoV
   const Entry& entry = entries_[At(index)];
   Made made;
   std::vector<const StereoView*> neighbours;
-  for (const int other : NeighboursOf(index, views, *subject_, {.count = kNeighbours})) {
+  for (const int other : NeighboursOf(index, views, *subject_, kNeighbours)) {
     neighbours.push_back(&views[At(other)]);
     made.baselines.push_back(
         {entries_[At(other)].id, views[At(other)].cam_from_world * entry.view.cam_from_world.Inverse()});

@@ -33,7 +33,7 @@ std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, 
   for (const ViewDepth& map : maps) mapped.push_back(map.view);
   std::vector<std::vector<int>> others;
   for (std::size_t i = 0; i < mapped.size(); ++i)
-    others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = kMapsCompared}));
+    others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, kMapsCompared));
   return others;
 }
 
@@ -68,7 +68,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   const std::vector<FusedPoint> points = SpacedPoints(maps, others, fusion, options);
   result.points = points.size();
   result.fusion_s = watch.LapSeconds();
-  result.mesh = CutSurface(points, centers, {.in_this_thread = options.in_this_thread});
+  result.mesh = CutSurface(points, centers, options.in_this_thread);
   result.surface_s = watch.LapSeconds();
   return result;
 }

@@ -1,10 +1,8 @@
 #include "render/stereo/plane_sweep.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <optional>
 #include <utility>

@@ -1,7 +1,6 @@
 #include "render/stereo/proxy_builder.h"
 
 #include <algorithm>
-#include <memory>
 #include <opencv2/core/utility.hpp>
 
 #include "core/base/at.h"
@@ -13,6 +12,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
@@ -64,7 +64,7 @@ std::vector<Task> TasksOf(const std::vector<StereoView>& views, const Subject& s
   std::vector<Task> tasks;
   for (const int view : SpreadViews(views, subject, options.depth_maps)) {
     Task task{view, {}};
-    for (const int other : NeighboursOf(view, views, subject, {.count = options.neighbours}))
+    for (const int other : NeighboursOf(view, views, subject, options.neighbours))
       task.neighbours.push_back(&views[At(other)]);
     if (!task.neighbours.empty()) tasks.push_back(std::move(task));
   }

@@ -1,7 +1,6 @@
 #include "render/stereo/stereo_view.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "core/geometry/pinhole.h"
@@ -43,12 +42,6 @@ cv::Mat Reduced(const cv::Mat& picture, const cv::Size& size) {
   return reduced;
 }
 
-CameraModel AtWorkingSize(const CameraModel& camera, int size_px) {
-  const double scale = std::min(1.0, static_cast<double>(size_px) / std::max(camera.width, camera.height));
-  return camera.ScaledTo(std::max(1, static_cast<int>(std::lround(camera.width * scale))),
-                         std::max(1, static_cast<int>(std::lround(camera.height * scale))));
-}
-
 }  // namespace
 
 std::optional<Eigen::Vector2d> StereoView::Project(const Eigen::Vector3d& point_in_world) const {
@@ -72,7 +65,7 @@ StereoView HalfSize(const StereoView& view) {
 
 StereoView MakeStereoView(const SceneView& view, int size_px) {
   StereoView result;
-  result.camera = AtWorkingSize(view.camera, size_px).WithoutDistortion();
+  result.camera = Within(view.camera, size_px).WithoutDistortion();
   result.cam_from_world = view.cam_from_world;
   result.center_in_world = view.center_in_world;
 
@@ -95,7 +88,7 @@ StereoView MakeStereoView(const SceneView& view, int size_px) {
 StereoView StereoViewMaker::Make(const cv::Mat& srgb8, const CameraModel& camera,
                                  const Rigid3& cam_from_world) {
   StereoView result;
-  const CameraModel reduced = AtWorkingSize(camera, size_px_);
+  const CameraModel reduced = Within(camera, size_px_);
   result.camera = reduced.WithoutDistortion();
   result.cam_from_world = cam_from_world;
   result.center_in_world = cam_from_world.OriginInSource();

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <vector>
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"

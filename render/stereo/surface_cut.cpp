@@ -152,8 +152,8 @@ class Walk {
 };
 
 void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& vertex_of,
-                         const std::vector<Vector3d>& centers, const Tetrahedra& space,
-                         const SurfaceOptions& options, Evidence& evidence) {
+                         const std::vector<Vector3d>& centers, const Tetrahedra& space, bool in_this_thread,
+                         Evidence& evidence) {
   const CellsAtPoints cells_at(space);
   const Walk walk(space, cells_at);
   const auto look = [&](const FusedPoint& point, std::uint32_t vertex, const Vector3d& center) {
@@ -183,7 +183,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
         for (std::size_t k = 0; k < lines; ++k)
           look(points[i], vertex_of[i], centers[seen_by[k * seen_by.size() / lines]]);
       },
-      options.in_this_thread ? 1 : kStripes);
+      in_this_thread ? 1 : kStripes);
 }
 
 // Returns the centre of the sphere through a cell's corners; none for outer and flat cells.
@@ -247,7 +247,7 @@ bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face
 }  // namespace
 
 TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector<Vector3d>& centers_in_world,
-                        const SurfaceOptions& options) {
+                        bool in_this_thread) {
   std::vector<Vector3d> positions;
   for (const FusedPoint& point : points) positions.push_back(point.position_in_world);
   std::vector<std::uint32_t> vertex_of;
@@ -257,7 +257,7 @@ TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector
   if (cells == 0) return mesh;
 
   Evidence evidence(cells);
-  LookAlongSightLines(points, vertex_of, centers_in_world, space, options, evidence);
+  LookAlongSightLines(points, vertex_of, centers_in_world, space, in_this_thread, evidence);
 
   std::vector<std::optional<Vector3d>> spheres(cells);
   for (Cell cell = 0; cell < cells; ++cell) spheres[cell] = Circumcenter(space, cell);

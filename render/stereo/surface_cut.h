@@ -13,13 +13,9 @@
 
 namespace ulf::render {
 
-struct SurfaceOptions {
-  bool in_this_thread = false;  // otherwise on all processors
-};
-
-// `centers_in_world` are those of the views in FusedPoint::seen_by. Empty if the points span no volume.
+// `centers_in_world` are those of the views in FusedPoint::seen_by. Runs on all processors unless
+// `in_this_thread`. Empty if the points span no volume.
 TriangleMesh CutSurface(const std::vector<FusedPoint>& points,
-                        const std::vector<Eigen::Vector3d>& centers_in_world,
-                        const SurfaceOptions& options = {});
+                        const std::vector<Eigen::Vector3d>& centers_in_world, bool in_this_thread = false);
 
 }  // namespace ulf::render

@@ -10,7 +10,6 @@
 #include <algorithm>
 
 namespace ulf::render {
-namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;
@@ -18,8 +17,6 @@ using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel
                                                            CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
 using Delaunay =
     CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
-
-}  // namespace
 
 bool Tetrahedra::Outer(std::uint32_t cell) const {
   const auto& of = corners[cell];

@@ -1,6 +1,5 @@
 #include "render/stereo/view_selection.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,6 +19,10 @@ constexpr double kMostParallax = Radians(45);
 constexpr double kLeastBaseline = 1e-4;
 // Views with a lower score are no neighbours; 1 is the best score. Guessed.
 constexpr double kLeastScore = 0.02;
+
+// A view's score falls below this angle to a chosen view, over the wanted parallax, down to this share.
+// Guessed.
+constexpr double kWantedSpread = 0.5, kLeastOfScore = 0.1;
 
 using Eigen::Vector3d;
 
@@ -56,7 +59,7 @@ double Apart(const Place& a, const Place& b) {
 }  // namespace
 
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,
-                              const NeighbourOptions& options) {
+                              int count) {
   const StereoView& own = views[At(view)];
   const Vector3d target = Target(own, subject);
   const Vector3d own_sight = own.center_in_world - target;
@@ -80,16 +83,15 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
     if (score > kLeastScore) candidates.push_back({static_cast<int>(i), sight, score});
   }
   std::vector<int> chosen;
-  while (static_cast<int>(chosen.size()) < options.count && !candidates.empty()) {
-    const auto best = std::ranges::max_element(
-        candidates, [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+  while (static_cast<int>(chosen.size()) < count && !candidates.empty()) {
+    const auto best = std::ranges::max_element(candidates, {}, &Candidate::score);
     const Candidate taken = *best;
     candidates.erase(best);
     chosen.push_back(taken.view);
     // A view next to a chosen one adds little.
     for (Candidate& other : candidates) {
-      const double apart = AngleBetween(taken.sight, other.sight) / (options.spread * kWantedParallax);
-      other.score *= std::clamp(apart, options.least_of_score, 1.0);
+      const double apart = AngleBetween(taken.sight, other.sight) / (kWantedSpread * kWantedParallax);
+      other.score *= std::clamp(apart, kLeastOfScore, 1.0);
     }
   }
   return chosen;

@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "render/fields/field_options.h"
 #include "render/viewer/mesh_view.h"
 #include "render/viewer/viewer_files.h"
-#include "render/viewer/viewer_state.h"
 
 namespace ulf::render {
 namespace {

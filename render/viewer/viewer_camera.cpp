@@ -13,9 +13,8 @@ using Eigen::Vector3d;
 namespace {
 
 const SceneView& NearestView(const RenderScene& scene, const Vector3d& eye_in_world) {
-  return *std::ranges::min_element(scene.views, [&](const SceneView& a, const SceneView& b) {
-    return (a.center_in_world - eye_in_world).norm() < (b.center_in_world - eye_in_world).norm();
-  });
+  return *std::ranges::min_element(
+      scene.views, {}, [&](const SceneView& view) { return (view.center_in_world - eye_in_world).norm(); });
 }
 
 Vector3d RightOf(const ViewerCamera& camera) {

@@ -12,7 +12,6 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/image.h"
 
 namespace ulf::render {
 namespace {

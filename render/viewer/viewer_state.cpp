@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/base/counted.h"
-#include "render/fields/field_options.h"
 
 namespace ulf::render {
 namespace {

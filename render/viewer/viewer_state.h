@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/angles.h"
 #include "render/display/plain_panels.h"
 #include "render/display/surface.h"
 #include "render/fields/aperture.h"

@@ -4,11 +4,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <string>
 #include <vector>
 
-#include "core/geometry/angles.h"
 #include "render/display/shapes.h"
 #include "render/scene/scene.h"
 

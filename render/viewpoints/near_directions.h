@@ -2,7 +2,7 @@
 // compared with each other pair by pair.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -48,13 +48,10 @@ class NearDirections {
  private:
   // Returns the widest axis of a part of the order, which the middle of the part divides.
   int AxisOf(std::size_t begin, std::size_t end) const {
-    Eigen::Vector3d low = directions_[order_[begin]], high = low;
-    for (std::size_t i = begin; i < end; ++i) {
-      low = low.cwiseMin(directions_[order_[i]]);
-      high = high.cwiseMax(directions_[order_[i]]);
-    }
+    Eigen::AlignedBox3d box;
+    for (std::size_t i = begin; i < end; ++i) box.extend(directions_[order_[i]]);
     int axis = 0;
-    (high - low).maxCoeff(&axis);
+    box.sizes().maxCoeff(&axis);
     return axis;
   }
   void Split(std::size_t begin, std::size_t end) {

@@ -2,21 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <utility>
 #include <vector>
 
-#include "core/base/at.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/geometry/angles.h"
 #include "core/image/files/picture_codecs.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/formats/xml_file.h"
 #include "render/fields/field_options.h"
+#include "render/fields/lumigraph_field.h"
 #include "render/fields/mesh_field.h"
 #include "render/proxy/mesh_resolution.h"
 #include "render/viewer/viewer_camera.h"
@@ -144,16 +141,13 @@ struct Geometry {
 
 // Stores positions as 16 bits of a cube around the mesh.
 Geometry GeometryFile(const TriangleMesh& mesh, const Vector3d& center, bool coarse) {
-  Eigen::Vector3f low = mesh.vertices.front(), high = low;
-  for (const Eigen::Vector3f& vertex : mesh.vertices) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  const Eigen::Vector3f size = (high - low).cwiseMax(1e-12f);
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) box.extend(vertex);
+  const Eigen::Vector3f size = box.sizes().cwiseMax(1e-12f);
   constexpr float kMost = 65535;
   std::vector<std::uint16_t> places;
   for (const Eigen::Vector3f& vertex : mesh.vertices)
-    for (const float value : Eigen::Vector3f((vertex - low).cwiseQuotient(size) * kMost))
+    for (const float value : Eigen::Vector3f((vertex - box.min()).cwiseQuotient(size) * kMost))
       places.push_back(static_cast<std::uint16_t>(std::lround(value)));
   Arrays arrays;
   arrays.Add("places", places);
@@ -163,7 +157,7 @@ Geometry GeometryFile(const TriangleMesh& mesh, const Vector3d& center, bool coa
     arrays.Add("corners", std::vector<std::uint16_t>(corners.begin(), corners.end()));
   else
     arrays.Add("corners", corners);
-  const Json frame{{"low", JsonOf(Vector3d(low.cast<double>() - center))},
+  const Json frame{{"low", JsonOf(Vector3d(box.min().cast<double>() - center))},
                    {"step", JsonOf(Vector3d(size.cast<double>() / kMost))}};
   const Json header{
       {"kind", "geometry"}, {"coarse", coarse}, {"geometry", frame}, {"arrays", arrays.places()}};
@@ -200,15 +194,6 @@ PageGeometry GeometryOf(const RenderScene& scene, std::size_t most_bytes) {
   geometry.first = GeometryFile(Simplified(*occluder, simplification), center, true);
   geometry.fine = GeometryFile(fine, center, false);
   return geometry;
-}
-
-// Sorts the views by their distance from the page's first camera.
-std::vector<std::size_t> ByDistance(const RenderScene& scene, const Vector3d& eye) {
-  std::vector<std::size_t> order(scene.views.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::ranges::stable_sort(
-      order, {}, [&](std::size_t i) { return (scene.views[i].center_in_world - eye).squaredNorm(); });
-  return order;
 }
 
 // Takes the first few as they are, then each as far as possible from earlier ones: any prefix is spread over
@@ -353,7 +338,8 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
                              const WebPageOptions& options) {
   StagedFolder folder(out);
   const ViewerCamera start = StartingCamera(scene);
-  const std::vector<std::size_t> by_distance = ByDistance(scene, start.eye_in_world);
+  const std::vector<int> views = ViewsByDistance(scene, start.eye_in_world);
+  const std::vector<std::size_t> by_distance(views.begin(), views.end());
   const std::vector<std::size_t> spread = Spread(scene, by_distance, kFirstViews);
 
   const std::string poster = PosterBytes(options.poster);

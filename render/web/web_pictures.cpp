@@ -73,10 +73,7 @@ class PicturesOfViews {
   }
 
   CameraModel CameraOf(std::size_t index, int longest_px) const {
-    const CameraModel& full = undistortions_[index].to;
-    const double share = std::min(1.0, 1.0 * longest_px / std::max(full.width, full.height));
-    return full.ScaledTo(std::max(1, static_cast<int>(std::lround(share * full.width))),
-                         std::max(1, static_cast<int>(std::lround(share * full.height))));
+    return Within(undistortions_[index].to, longest_px);
   }
 
   // Returns CV_8UC3, or CV_8UC4 with alpha if some of the picture has no light. Only one thread at a time may

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 

@@ -125,7 +125,7 @@ CURVE(proxy_missing_sides,
              std::vector<double> pixel_depths;
              for (std::size_t i = 0; i < views.size(); ++i) {
                std::vector<const StereoView*> neighbours;
-               for (const int other : NeighboursOf(static_cast<int>(i), views, subject, {.count = 8}))
+               for (const int other : NeighboursOf(static_cast<int>(i), views, subject, 8))
                  neighbours.push_back(&views[At(other)]);
                if (neighbours.empty()) continue;
                maps.push_back(DepthOf(solid, views[i], neighbours, draw));
@@ -138,7 +138,7 @@ CURVE(proxy_missing_sides,
              for (const ViewDepth& map : maps) mapped.push_back(map.view);
              std::vector<std::vector<int>> others;
              for (std::size_t i = 0; i < mapped.size(); ++i)
-               others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = 10}));
+               others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, 10));
              KeepConsistentDepths(maps, others, {});
              const TriangleMesh mesh = CutSurface(FusePoints(maps, others, {}), centers);
              if (mesh.triangles.empty()) return Trial{Verdict::kSaidSo, 0};

@@ -183,7 +183,7 @@ TEST(ViewSelection, TakesParallaxFromAllSides) {
     for (int x = -4; x <= 4; ++x)
       views.push_back(test::Draw({}, {0.1 * x, 0.1 * y, 0}, {0, 0, 2}, 12, 9, 10).view);
   const Subject subject{{0, 0, 2}, 0.5};
-  const auto neighbours = NeighboursOf(40, views, subject, {.count = 8});
+  const auto neighbours = NeighboursOf(40, views, subject, 8);
   ASSERT_EQ(neighbours.size(), 8u);
   Vector3d sum = Vector3d::Zero();
   for (const int other : neighbours) {
@@ -199,7 +199,7 @@ TEST(ViewSelection, SkipsCoincidentAndOppositeViews) {
   std::vector<StereoView> views;
   for (int i = 0; i < 3; ++i) views.push_back(test::Draw({}, {0, 0, 0}, {0.1 * i, 0, 2}, 12, 9, 10).view);
   views.push_back(test::Draw({}, {0, 0, 4}, {0, 0, 2}, 12, 9, 10).view);
-  for (int i = 0; i < 4; ++i) EXPECT_THAT(NeighboursOf(i, views, subject, {}), IsEmpty()) << i;
+  for (int i = 0; i < 4; ++i) EXPECT_THAT(NeighboursOf(i, views, subject, 8), IsEmpty()) << i;
 }
 
 TEST(ViewSelection, SpreadsOverAllViews) {
