@@ -1,6 +1,5 @@
 #include "commands/capture/capture_start.h"
 
-
 #include "acquisition/device/replay_device.h"
 #include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_device.h"
