@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <filesystem>
 
-#include "acquisition/gige_vision/bound_sockets.h"
 #include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
@@ -47,10 +48,21 @@ constexpr std::array kCounters{
     Counter{"n_ignored_bytes", TransportFigure::kBytesIgnored},
 };
 
-// The library does not expose its socket.
+// The library does not expose its socket, so it is found among the descriptors of this process. -1: none.
 int SocketAtUdpPort(int port) {
-  for (const BoundSocket& socket : BoundUdpSockets())
-    if (socket.Port() == port) return socket.fd;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry("/proc/self/fd", error), end; !error && entry != end;
+       entry.increment(error)) {
+    const int fd = std::atoi(entry->path().filename().c_str());
+    sockaddr_in at{};
+    socklen_t size = sizeof at;
+    int type = 0;
+    socklen_t type_size = sizeof type;
+    if (getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) == 0 && at.sin_family == AF_INET &&
+        ntohs(at.sin_port) == port && getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &type_size) == 0 &&
+        type == SOCK_DGRAM)
+      return fd;
+  }
   return -1;
 }
 
