@@ -40,7 +40,7 @@ class AravisClock {
  private:
   std::optional<ClockState> Query() const;
 
-  ArvCamera* camera_;
+  const AravisSession& session_;
   std::optional<ClockState> state_;  // none: it is off, or the camera does not have it
   std::chrono::steady_clock::time_point asked_;
 };

@@ -224,8 +224,7 @@ void AravisDevice::Start() {
       settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                        std::chrono::duration<double>(options_.settle_s));
   }
-  CallOrThrow(uri_, "start of acquisition",
-              [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+  CallOrThrow(uri_, "start of acquisition", arv_camera_start_acquisition, session_->Camera());
   if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, uri_);
   stop_ = false;
   state_ = DeviceState::kStreaming;
@@ -264,11 +263,8 @@ void AravisDevice::Fire() {
   if (trigger_out_ && SecondsSince(triggered_at_) < overdue_s) return;
   triggered_at_ = Clock::now();
   trigger_out_ = true;
-  GError* error = nullptr;
-  arv_camera_software_trigger(session_->Camera(), &error);
-  if (!error) return;
-  spdlog::debug("{}: software trigger: {}", uri_, error->message);  // the watch finds the cause
-  g_clear_error(&error);
+  if (const auto failure = FailureOf(arv_camera_software_trigger, session_->Camera()))
+    spdlog::debug("{}: software trigger: {}", uri_, *failure);  // the watch finds the cause
 }
 
 void AravisDevice::Stop() {
@@ -290,7 +286,7 @@ void AravisDevice::Stop() {
     CloseInBackground(std::move(session_));
     return;
   }
-  CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  FailureOf(arv_camera_stop_acquisition, session_->Camera());
   session_->ReleaseStream();
   if (state_ == DeviceState::kLost)
     session_.reset();  // the camera answers: returns control at once
@@ -360,7 +356,7 @@ void AravisDevice::GiveUpChunks() {
       "sends none. They are switched off, and exposure, gain and time are taken from the settings and "
       "the stream (chunks=off says so from the start)",
       broken_));
-  CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  FailureOf(arv_camera_stop_acquisition, session_->Camera());
   frames_.reset();
   stream_.reset();
   session_->ReleaseStream();
@@ -370,8 +366,7 @@ void AravisDevice::GiveUpChunks() {
   exposures_->LookAgain(TellsExposures());
   statistics_.NumbersRestart();
   first_of_stream_ = true;
-  CallOrThrow(uri_, "start of acquisition",
-              [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+  CallOrThrow(uri_, "start of acquisition", arv_camera_start_acquisition, session_->Camera());
 }
 
 void AravisDevice::Lose(const std::string& problem) {
