@@ -199,7 +199,7 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
   std::string kept = now ? now->value : "";
   for (int i = 0; i < kWriteTries && !IsSameSetting(kept, *wanted); ++i) {
     if (i > 0) std::this_thread::sleep_for(kWritePause);
-    if (now && now->read_only) break;
+    if (now && !now->writable) break;
     result = camera_.Set(known->second.name, *wanted);
     if (const auto read = camera_.Setting(known->second.name)) kept = read->value;
   }
@@ -216,7 +216,7 @@ std::vector<std::string> CameraSettings::LockRemaining(const std::vector<ShotSet
   if (const auto program = known_.find(ShotSetting::kProgram); program != known_.end()) {
     const auto now = camera_.Setting(program->second.name);
     const auto manual = now ? ManualChoice(now->choices) : std::nullopt;
-    if (manual && now->value != *manual && !now->read_only) camera_.Set(program->second.name, *manual);
+    if (manual && now->value != *manual && now->writable) camera_.Set(program->second.name, *manual);
     if (const auto read = camera_.Setting(program->second.name)) program->second.value = read->value;
     if (manual && program->second.value != *manual)
       automatic.push_back(
@@ -253,7 +253,7 @@ std::vector<std::string> CameraSettings::Choices(ShotSetting setting) const {
   const auto known = known_.find(setting);
   if (known == known_.end()) return {};
   const auto now = camera_.Setting(known->second.name);
-  return now && !now->read_only ? now->choices : std::vector<std::string>{};
+  return now && now->writable ? now->choices : std::vector<std::string>{};
 }
 
 std::string CameraSettings::Value(ShotSetting setting) const {
