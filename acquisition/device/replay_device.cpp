@@ -6,7 +6,7 @@
 #include <exception>
 #include <thread>
 
-#include "acquisition/device/photograph_inbox.h"
+#include "acquisition/device/frame_queue.h"
 #include "acquisition/device/replay_source.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -155,7 +155,7 @@ class PacedDevice : public Device {
   void Start() override {
     if (thread_.joinable()) return;
     recording_->Start();
-    queue_ = std::make_unique<PhotographInbox>(kWaitingFrames);
+    queue_ = std::make_unique<FrameQueue>(kWaitingFrames);
     delivered_ = bytes_ = 0;
     {
       const MutexLock lock(mutex_);
@@ -195,7 +195,7 @@ class PacedDevice : public Device {
   DeviceState State() const override {
     if (!started_) return DeviceState::kConnected;
     // After a failure the state must not say that the recording ended: Next() throws the failure.
-    return over_ && !failure_ && queue_->IsEmpty() ? DeviceState::kEnded : DeviceState::kStreaming;
+    return over_ && !failure_ && queue_->Size() == 0 ? DeviceState::kEnded : DeviceState::kStreaming;
   }
 
   DeviceStatistics Statistics() const override {
@@ -246,7 +246,7 @@ class PacedDevice : public Device {
   mutable Mutex recording_mutex_;
   const std::unique_ptr<Device> recording_;
   const double speed_;
-  std::unique_ptr<PhotographInbox> queue_;
+  std::unique_ptr<FrameQueue> queue_;
   std::atomic<std::uint64_t> delivered_{0}, bytes_{0};
   std::atomic<double> share_done_{0};
   std::atomic<bool> over_{false};

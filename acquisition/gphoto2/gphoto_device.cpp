@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "acquisition/device/event_log.h"
-#include "acquisition/device/photograph_inbox.h"
+#include "acquisition/device/frame_queue.h"
 #include "acquisition/device/stream_statistics.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/camera_watch.h"
@@ -108,7 +108,7 @@ class GphotoDevice : public Device {
   void Start() override {
     if (thread_.joinable()) return;
     if (!camera_) throw Error("{}: {}; open the device again", uri_, Info().problem);
-    inbox_ = std::make_unique<PhotographInbox>(options_.queue);
+    inbox_ = std::make_unique<FrameQueue>(options_.queue);
     statistics_.Begin();
     stop_ = false;
     stopping_since_.reset();
@@ -156,7 +156,7 @@ class GphotoDevice : public Device {
 
   DeviceState State() const override {
     // The reader can still take photographs that were downloaded before the loss.
-    if (state_ == DeviceState::kLost && inbox_ && !inbox_->IsEmpty()) return DeviceState::kStreaming;
+    if (state_ == DeviceState::kLost && inbox_ && inbox_->Size() > 0) return DeviceState::kStreaming;
     return state_;
   }
 
@@ -460,7 +460,7 @@ class GphotoDevice : public Device {
   // Shared.
   std::atomic<bool> stop_{false}, has_live_view_{true};
   std::atomic<DeviceState> state_{DeviceState::kConnected};
-  std::unique_ptr<PhotographInbox> inbox_;
+  std::unique_ptr<FrameQueue> inbox_;
   mutable Mutex mutex_;
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   double photographs_ ULF_GUARDED_BY(mutex_) = 0;
