@@ -145,7 +145,7 @@ std::shared_ptr<const Scene> BuildPlant() {
                .size = {0.042f, 0.055f, static_cast<float>(kPot)},
                .material = material::kPatchwork});
   Scatter scatter(201);
-  const Solid stem{.material = material::kBark, .texel_m = 0.0007f, .thin = true};
+  const Primitive stem{.material = material::kBark, .texel_m = 0.0007f, .thin = true};
   constexpr int kStems = 9, kLeavesOfStem = 4;
   for (int i = 0; i < kStems; ++i) {
     const double turn = 2 * M_PI * i / kStems + 0.3 * scatter.Next();
@@ -177,7 +177,7 @@ std::shared_ptr<const Scene> BuildPlant() {
                                      TurnedAbout(Vector3d::UnitX(), 18 * scatter.Next())});
   }
   constexpr double kRing = 0.085, kWire = 0.0009;
-  const Solid wire{.material = material::kStucco, .texel_m = 0.0007f, .thin = true};
+  const Primitive wire{.material = material::kStucco, .texel_m = 0.0007f, .thin = true};
   for (const double height : {0.1, 0.16, 0.22})
     builder.Add({.shape = Shape::kTorus,
                  .size = {static_cast<float>(kRing), static_cast<float>(kWire), 0},
@@ -259,7 +259,7 @@ std::shared_ptr<const Scene> BuildRoom() {
                .texel_m = 0.002f});
   builder.EncloseSubject({0, 0, -0.35});
   // Near the camera: a chair's back and a stool with a ball.
-  const Solid post{.material = material::kBark, .texel_m = 0.002f, .of_subject = false};
+  const Primitive post{.material = material::kBark, .texel_m = 0.002f, .of_subject = false};
   for (const double x : {-0.82, -0.5}) builder.AddRod({x, -1.1, kFloor}, {x, -1.06, 0.15}, 0.018, post);
   for (const double z : {-0.25, -0.05, 0.12})
     builder.AddRod({-0.82, -1.08, z}, {-0.5, -1.08, z}, 0.012, post);
@@ -345,7 +345,7 @@ std::shared_ptr<const Scene> BuildBranch() {
   builder.AddRod({-0.02, 0.02, kPlinth + kPot - 0.01}, fork, 0.0065,
                  {.material = material::kBark, .texel_m = 0.0007f});
   Scatter scatter(401);
-  const Solid twig{.material = material::kBark, .texel_m = 0.0007f, .thin = true, .moves = true};
+  const Primitive twig{.material = material::kBark, .texel_m = 0.0007f, .thin = true, .moves = true};
   constexpr int kTwigs = 5, kLeavesOfTwig = 5;
   for (int i = 0; i < kTwigs; ++i) {
     const double turn = 2 * M_PI * i / kTwigs + 0.4;
@@ -381,21 +381,21 @@ std::shared_ptr<const Scene> BuildLightbox() {
   builder.AddStudio();
   AddPlinth(builder, 0.15f);
   struct Thing {
-    Solid solid;
+    Primitive solid;
     double stops;  // of its glow
   };
   const auto box = [](double x, double y, double half_height, int material, double turn_deg) {
-    return Solid{.shape = Shape::kBox,
-                 .size = {0.03f, 0.012f, static_cast<float>(half_height)},
-                 .position = {x, y, kPlinth + half_height},
-                 .material = material,
-                 .world_from_local = TurnedAbout(Vector3d::UnitZ(), turn_deg)};
+    return Primitive{.shape = Shape::kBox,
+                     .size = {0.03f, 0.012f, static_cast<float>(half_height)},
+                     .position = {x, y, kPlinth + half_height},
+                     .material = material,
+                     .world_from_local = TurnedAbout(Vector3d::UnitZ(), turn_deg)};
   };
   const auto ball = [](double x, double y, float radius, int material) {
-    return Solid{.shape = Shape::kSphere,
-                 .size = {radius, 0, 0},
-                 .position = {x, y, kPlinth + radius},
-                 .material = material};
+    return Primitive{.shape = Shape::kSphere,
+                     .size = {radius, 0, 0},
+                     .position = {x, y, kPlinth + radius},
+                     .material = material};
   };
   const std::array things{Thing{box(-0.095, 0.05, 0.06, material::kPainting, 20), 7},
                           Thing{box(-0.028, 0.085, 0.075, material::kPosters, 4), 5},
@@ -407,7 +407,7 @@ std::shared_ptr<const Scene> BuildLightbox() {
                           Thing{ball(-0.035, -0.085, 0.02f, material::kMosaic), 6},
                           Thing{ball(0.028, -0.08, 0.024f, material::kMosaic), -6}};
   for (const Thing& thing : things) {
-    Solid solid = thing.solid;
+    Primitive solid = thing.solid;
     solid.glow = static_cast<float>(std::exp2(thing.stops));
     builder.Add(solid);
   }

@@ -71,7 +71,7 @@ std::shared_ptr<const Scene> BuildTurntable() {
   builder.AddStudio();
   const Vector3d z = Vector3d::UnitZ();
   constexpr double kPlate = 0.02, kSheet = 0.006, kTop = kPlate + kSheet;
-  const auto add = [&](Solid solid) {
+  const auto add = [&](Primitive solid) {
     solid.moves = true;
     builder.Add(solid);
   };
