@@ -99,8 +99,8 @@ std::vector<double> MaplabColumn(const LensNode& map, std::string_view key, cons
   return column.numbers;
 }
 
-}  // namespace
-
+// Gyroflow's lens profile holds OpenCV's fisheye, unless its distortion_model says otherwise; camera_model
+// names the camera.
 bool IsGyroflowLens(const LensNode& top) {
   const LensNode* parameters = top.Find("fisheye_params");
   return parameters && parameters->Has("camera_matrix") && parameters->Has("distortion_coeffs");
@@ -131,6 +131,7 @@ Lens ReadGyroflowLens(const LensNode& top, const std::string& where, const std::
   return FinishedLens(numbers, where);
 }
 
+// okvis and okvis2 describe cameras by lists for focal length, principal point and size.
 bool IsOkvisLens(const LensNode& top) {
   const LensNode* cameras = top.Find("cameras");
   return cameras && cameras->IsList() && std::ranges::any_of(cameras->items, [](const LensNode& camera) {
@@ -162,6 +163,7 @@ Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::st
   return LensOfLists(*top.Find(name), place);
 }
 
+// EuRoC's sensor.yaml describes one camera as Kalibr does, at the top level.
 bool IsEurocLens(const LensNode& top) { return IsLensOfLists(top); }
 
 Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::string& wanted) {
@@ -169,6 +171,8 @@ Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::str
   return LensOfLists(top, where);
 }
 
+// maplab and aslam_cv2 describe a camera, or the cameras of a rig: intrinsics of four numbers as a matrix,
+// distortion with a type and parameters. Their "fisheye" is the field-of-view model.
 bool IsMaplabLens(const LensNode& top) { return !MaplabCameras(top).empty(); }
 
 Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::string& wanted) {
@@ -223,6 +227,7 @@ Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::st
   return FinishedLens(numbers, place);
 }
 
+// ORB-SLAM2 and 3 and stella_vslam have settings such as Camera.fx or Camera1.fx.
 bool IsOrbSlamLens(const LensNode& top) {
   for (const char* key : {"Camera.fx", "Camera1.fx", "Camera.type", "Camera.model"})
     if (top.Has(key)) return true;
@@ -291,6 +296,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
   return FinishedLens(numbers, place);
 }
 
+// VINS-Mono, VINS-Fusion and camodocal share a format.
 bool IsVinsLens(const LensNode& top) {
   for (const char* key : {"projection_parameters", "mirror_parameters", "poly_parameters"})
     if (top.Has(key)) return true;
@@ -458,5 +464,22 @@ Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std:
   if (!numbers.named) numbers.named = NamedLensModel{LensModel::kRadialTangential, named};
   return FinishedLens(numbers, where);
 }
+
+constexpr std::array kLensPrograms = {
+    LensProgram{"Gyroflow", IsGyroflowLens, ReadGyroflowLens},
+    LensProgram{"Basalt", IsBasaltLens, ReadBasaltLens},
+    LensProgram{"calib.io", IsCalibIoLens, ReadCalibIoLens},
+    LensProgram{"Metashape", IsMetashapeLens, ReadMetashapeLens},
+    LensProgram{"maplab", IsMaplabLens, ReadMaplabLens},
+    LensProgram{"Kalibr", IsKalibrLens, ReadKalibrLens},
+    LensProgram{"EuRoC", IsEurocLens, ReadEurocLens},
+    LensProgram{"okvis", IsOkvisLens, ReadOkvisLens},
+    LensProgram{"ORB-SLAM", IsOrbSlamLens, ReadOrbSlamLens},
+    LensProgram{"VINS", IsVinsLens, ReadVinsLens},
+};
+
+}  // namespace
+
+std::span<const LensProgram> LensPrograms() { return kLensPrograms; }
 
 }  // namespace ulf::acquisition
