@@ -193,7 +193,7 @@ std::string SwitchOffFor(const AravisSession& session, const std::string& who, c
   const std::string why = SwitchAutomatic(session, feature, AutomaticMode::kOff);
   if (why.empty()) return "";
   if (!IsAutomaticOn(session, feature)) return LeftAlone(feature, why);
-  throw Refusal(who, "", fmt::format("{} needs {} off, but {}", asked, feature, why),
+  throw Refused(who, fmt::format("{} needs {} off, but {}", asked, feature, why),
                 fmt::format("leave {} out", asked.substr(0, asked.find('='))));
 }
 
@@ -207,11 +207,11 @@ std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, con
       notes.push_back(LeftAlone(automatic.feature, "it says in no word that ulf knows whether it is on"));
     if (!asked) continue;
     if (mode == AutomaticMode::kNone && *asked)
-      throw Refusal(who, "", fmt::format("the camera has no {}", automatic.option), "leave it out");
+      throw Refused(who, fmt::format("the camera has no {}", automatic.option), "leave it out");
     const std::string why =
         SwitchAutomatic(session, automatic.feature, *asked ? AutomaticMode::kOn : AutomaticMode::kOff);
     if (!why.empty())
-      throw Refusal(who, "", fmt::format("{}={}: {}", automatic.option, *asked ? "on" : "off", why),
+      throw Refused(who, fmt::format("{}={}: {}", automatic.option, *asked ? "on" : "off", why),
                     fmt::format("leave {} out", automatic.option));
   }
   return notes;
@@ -220,7 +220,7 @@ std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, con
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
   const std::string why = SwitchAutomatic(session, "BalanceWhiteAuto", AutomaticMode::kOnce);
   if (!why.empty())
-    throw Refusal(who, "", fmt::format("white_balance=auto: {}", why), "give white_balance=RED,BLUE");
+    throw Refused(who, fmt::format("white_balance=auto: {}", why), "give white_balance=RED,BLUE");
 }
 
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options) {

@@ -53,7 +53,7 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
     : session_(session), asked_(std::chrono::steady_clock::now()) {
   const ClockNames* names = NamesOf(session_);
   if (!names && options.ptp.value_or(false))
-    throw Refusal(who, "", "the camera's clock cannot be set by IEEE 1588", "leave ptp out");
+    throw Refused(who, "the camera's clock cannot be set by IEEE 1588", "leave ptp out");
   if (names && options.ptp) Switch(session, who, *names, *options.ptp);
   state_ = Query();
   if (!options.ptp.value_or(false)) return;

@@ -124,7 +124,7 @@ class Configurator {
   void LoadUserSet(const std::optional<std::string>& user_set) {
     if (!user_set) return;
     if (!session_.Has("UserSetSelector") || !session_.Has("UserSetLoad"))
-      throw Refusal(who_, "", "the camera keeps no user sets", "leave user_set out");
+      throw Refused(who_, "the camera keeps no user sets", "leave user_set out");
     const std::string asked = "user_set=" + *user_set;
     if (const auto choices = session_.Choices("UserSetSelector");
         std::ranges::find(choices, *user_set) == choices.end())
@@ -136,9 +136,8 @@ class Configurator {
   void CheckRange(const char* option, double value, double low, double high) {
     const double rounding = kRounding * std::abs(value);
     if (value < low - rounding || value > high + rounding)
-      throw Refusal(who_, "",
-                    fmt::format("{}={} is out of the camera's range, {} to {}", option, value, low, high),
-                    "");
+      throw Refused(who_,
+                    fmt::format("{}={} is out of the camera's range, {} to {}", option, value, low, high));
   }
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
     guint count = 0;
@@ -159,11 +158,11 @@ class Configurator {
       return known && known->code == format->code;
     });
     if (name == offered.end())
-      throw Refusal(who_, "", fmt::format("the camera has no pixel format {}", format->name),
+      throw Refused(who_, fmt::format("the camera has no pixel format {}", format->name),
                     fmt::format("it has {}", list));
     const std::string why = WriteSetting(session_, "PixelFormat", *name);
     if (why.empty()) return *format;
-    if (asked) throw Refusal(who_, "", fmt::format("format={}: {}", *asked, why), "leave format out");
+    if (asked) throw Refused(who_, fmt::format("format={}: {}", *asked, why), "leave format out");
     const std::optional<std::string> reads = ReadSetting(session_, "PixelFormat");
     const auto fixed = reads ? PixelFormatByName(*reads) : std::nullopt;
     if (!fixed)
@@ -178,7 +177,7 @@ class Configurator {
     if (number.Reads(value)) return;
     if (const std::string why = number.WhyFixed(); !why.empty()) {
       const std::optional<double> reads = number.Read();
-      throw Refusal(who_, "",
+      throw Refused(who_,
                     fmt::format("{}={:g}: {} {}{}", option, option_of(value), number.Feature(), why,
                                 reads ? fmt::format(" at {:g}", option_of(*reads)) : ""),
                     fmt::format("leave {} out", option));
@@ -195,7 +194,7 @@ class Configurator {
   void WriteExposure(std::optional<double> exposure_us) {
     if (!exposure_us) return;
     if (names_.exposure.empty())
-      throw Refusal(who_, "", "the camera has no exposure in a unit of time",
+      throw Refused(who_, "the camera has no exposure in a unit of time",
                     "leave exposure_us out ('ulf features' shows what it has)");
     SwitchOff(fmt::format("exposure_us={:g}", *exposure_us), "ExposureAuto");
     WriteNumber("exposure_us", Exposure(), *exposure_us);
@@ -208,17 +207,16 @@ class Configurator {
               "GainAuto");
     if (!names_.gain_of_all.empty()) Prefer(names_.gain_selector, names_.gain_of_all);
     if (options.gain_raw) {
-      if (names_.gain_raw.empty()) throw Refusal(who_, "", "the camera has no raw gain", "give gain_db");
+      if (names_.gain_raw.empty()) throw Refused(who_, "the camera has no raw gain", "give gain_db");
       return WriteNumber("gain_raw", {session_, names_.gain_raw}, *options.gain_raw);
     }
     if (names_.gain.empty())
-      throw Refusal(
-          who_, "",
+      throw Refused(
+          who_,
           fmt::format("the camera has no gain in dB{}",
                       names_.gain_raw.empty()
                           ? "; leave gain_db out"
-                          : "; it has units of its own: give gain_raw ('ulf features' shows its range)"),
-          "");
+                          : "; it has units of its own: give gain_raw ('ulf features' shows its range)"));
     const AravisNumber gain(session_, names_.gain);
     if (!names_.gain_is_factor) return WriteNumber("gain_db", gain, *options.gain_db);
     WriteNumber("gain_db", gain, FactorOf(*options.gain_db), Decibels);
@@ -227,7 +225,7 @@ class Configurator {
   void WriteBlackLevel(std::optional<double> black_level) {
     if (!black_level) return;
     if (!Can(arv_camera_is_black_level_available))
-      throw Refusal(who_, "", "the camera's black level cannot be set", "leave black_level out");
+      throw Refused(who_, "the camera's black level cannot be set", "leave black_level out");
     SwitchOff(fmt::format("black_level={:g}", *black_level), "BlackLevelAuto");
     // In the library's order, which is asked for the value.
     for (const char* name : {"Brightness", "BlackLevelRaw", "BlackLevel"})
@@ -238,16 +236,16 @@ class Configurator {
     if (!balance) return;
     if (balance->by_camera) {
       if (names_.white_balance_auto.empty())
-        throw Refusal(who_, "", "the camera has no automatic white balance", "give white_balance=RED,BLUE");
+        throw Refused(who_, "the camera has no automatic white balance", "give white_balance=RED,BLUE");
       if (WordFor(session_, names_.white_balance_auto, AutomaticMode::kOnce).empty())
-        throw Refusal(who_, "",
+        throw Refused(who_,
                       fmt::format("white_balance=auto: the camera has {}",
                                   fmt::join(session_.Choices(names_.white_balance_auto), ", ")),
                       "give white_balance=RED,BLUE");
       return;
     }
     if (names_.balance_ratio.empty())
-      throw Refusal(who_, "", "the camera has no ratios for red and blue", "leave white_balance out");
+      throw Refused(who_, "the camera has no ratios for red and blue", "leave white_balance out");
     SwitchOff(fmt::format("white_balance={:g},{:g}", balance->red, balance->blue), "BalanceWhiteAuto");
     WriteWhiteBalance(session_, who_, names_, *balance);
   }
@@ -255,7 +253,7 @@ class Configurator {
   // Enables the chunk data that the camera offers.
   void WriteChunks(bool wanted) {
     if (!Can(arv_camera_are_chunks_available)) {
-      if (wanted) throw Refusal(who_, "", "the camera adds no data to its frames", "leave chunks out");
+      if (wanted) throw Refused(who_, "the camera adds no data to its frames", "leave chunks out");
       return;
     }
     if (!wanted) return Prefer("ChunkModeActive", "false");
@@ -274,10 +272,10 @@ class Configurator {
     if (!fps) return;
     if (session_.Has("FPS")) return WriteListedRate(*fps);
     const AravisNumber rate = Rate();
-    if (!rate.IsThere()) throw Refusal(who_, "", "the camera's frame rate cannot be set", "leave fps out");
+    if (!rate.IsThere()) throw Refused(who_, "the camera's frame rate cannot be set", "leave fps out");
     const std::string why = EnableRate(rate, *fps);
     if (!why.empty() && !rate.Reads(*fps) && !rate.WhyFixed().empty())
-      throw Refusal(who_, "",
+      throw Refused(who_,
                     fmt::format("fps={:g}: {} {}, because {}", *fps, rate.Feature(), rate.WhyFixed(), why),
                     "leave fps out");
     WriteNumber("fps", rate, *fps);

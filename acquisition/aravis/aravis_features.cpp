@@ -67,8 +67,7 @@ class AravisFeatures : public FeatureAccess {
  public:
   explicit AravisFeatures(const DeviceUri& uri) {
     if (!uri.options.empty())
-      throw Refusal(fmt::format("'{}'", uri.Text()), "", "ulf features sets features by name",
-                    "leave the options after '?' out");
+      throw Refused(uri, "ulf features sets features by name", "leave the options after '?' out");
     info_.uri = uri.Text();
     session_ =
         AravisSession::Open(info_.uri, ResolveAravis(info_.uri, uri.path), AravisSession::Wanted::kReading);
@@ -125,15 +124,13 @@ class AravisFeatures : public FeatureAccess {
 
   void Set(const std::string& name, const std::string& text) override {
     const auto feature = Find(name);
-    if (!feature) throw Refusal(info_.uri, "", fmt::format("has no feature '{}'", name), "");
+    if (!feature) throw Refused(info_.uri, fmt::format("has no feature '{}'", name));
     if (!session_->IsController())
       throw Error("{}: {} cannot be written: {}", info_.uri, name, session_->WhoControls());
     if (!feature->writable) {
       if (feature->readable && SameValue(*feature, feature->value, text)) return;
-      throw Refusal(info_.uri, "",
-                    fmt::format("{} is read-only, or locked by another setting{}", name,
-                                feature->readable ? ", at " + feature->value : ""),
-                    "");
+      throw Refused(info_.uri, fmt::format("{} is read-only, or locked by another setting{}", name,
+                                           feature->readable ? ", at " + feature->value : ""));
     }
     const std::string value = CheckedValue(info_.uri, *feature, text);
     if (feature->type == FeatureType::kCommand)

@@ -50,7 +50,7 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
     std::optional<std::string> failure;
     if (own() != *packet_size) failure = FailureOf(arv_camera_gv_set_packet_size, camera, *packet_size);
     if (options.packet_size && failure)
-      throw Refusal(who, "",
+      throw Refused(who,
                     fmt::format("packet_size={}: the camera keeps {}: {}", *packet_size, own(), *failure),
                     "leave packet_size out");
   } else {
@@ -80,10 +80,10 @@ AravisNumber LimitOf(const AravisSession& session, const FeatureNames& names) {
 void WriteThroughputLimit(const AravisSession& session, const std::string& who, const FeatureNames& names,
                           double limit) {
   if (names.throughput_limit.empty())
-    throw Refusal(who, "", "the camera does not limit its own throughput", "leave throughput_limit out");
+    throw Refused(who, "the camera does not limit its own throughput", "leave throughput_limit out");
   if (names.throughput_bytes == 0)
-    throw Refusal(
-        who, "", fmt::format("the camera counts {} in a unit that ulf does not know", names.throughput_limit),
+    throw Refused(
+        who, fmt::format("the camera counts {} in a unit that ulf does not know", names.throughput_limit),
         "leave throughput_limit out and set it by 'ulf features'");
   // Before the limit: some cameras have none while the switch is off.
   const std::string asked = fmt::format("throughput_limit={:.0f}", limit);
@@ -91,17 +91,16 @@ void WriteThroughputLimit(const AravisSession& session, const std::string& who, 
   const AravisNumber number = LimitOf(session, names);
   if (number.Reads(limit)) return;
   if (const std::string why = number.WhyFixed(); !why.empty())
-    throw Refusal(who, "",
+    throw Refused(who,
                   fmt::format("{}: {} {} at {:.0f} bytes a second", asked, number.Feature(), why,
                               number.Read().value_or(0)),
                   "leave throughput_limit out");
   const auto [low, high] = number.Bounds(who);
   if (limit < low || limit > high)
-    throw Refusal(
-        who, "",
+    throw Refused(
+        who,
         fmt::format("throughput_limit={:.0f} is out of the camera's range, {:.0f} to {:.0f} bytes a second",
-                    limit, low, high),
-        "");
+                    limit, low, high));
   const double step = number.Step();
   number.Write(who, step > 0 ? std::min(high, low + std::ceil((limit - low) / step) * step) : limit);
 }

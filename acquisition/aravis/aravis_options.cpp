@@ -11,8 +11,7 @@ namespace {
 bool OnOrOff(const DeviceUri& uri, const std::string& key, bool otherwise) {
   const auto text = uri.Option(key);
   if (!text) return otherwise;
-  if (*text != "on" && *text != "off")
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("{} must be on or off", key), "");
+  if (*text != "on" && *text != "off") throw Refused(uri, fmt::format("{} must be on or off", key));
   return *text == "on";
 }
 
@@ -22,8 +21,7 @@ AravisRegion ParseRegion(const DeviceUri& uri, const std::string& text) {
   if (std::sscanf(text.c_str(), "%dx%d+%d+%d%c", &region.width, &region.height, &region.x, &region.y,
                   &rest) != 4 ||
       region.width < 1 || region.height < 1 || region.x < 0 || region.y < 0)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", "roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0",
-                  "");
+    throw Refused(uri, "roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0");
   return region;
 }
 
@@ -32,7 +30,7 @@ AravisBinning ParseBinning(const DeviceUri& uri, const std::string& text) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%dx%d%c", &binning.x, &binning.y, &rest) != 2 || binning.x < 1 ||
       binning.y < 1)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", "binning must read 2x2", "");
+    throw Refused(uri, "binning must read 2x2");
   return binning;
 }
 
@@ -45,8 +43,7 @@ AravisWhiteBalance ParseWhiteBalance(const DeviceUri& uri, const std::string& te
   char rest = 0;
   if (std::sscanf(text.c_str(), "%lf,%lf%c", &balance.red, &balance.blue, &rest) != 2 ||
       !(balance.red > 0 && balance.blue > 0))
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  "white_balance must read RED,BLUE, ratios to green such as 1.6,2.1, or auto", "");
+    throw Refused(uri, "white_balance must read RED,BLUE, ratios to green such as 1.6,2.1, or auto");
   return balance;
 }
 
@@ -54,7 +51,7 @@ ThreadPriority ParsePriority(const DeviceUri& uri, const std::string& text) {
   if (text == "normal") return ThreadPriority::kNormal;
   if (text == "high") return ThreadPriority::kHigh;
   if (text == "realtime") return ThreadPriority::kRealtime;
-  throw Refusal(fmt::format("'{}'", uri.Text()), "", "priority must be normal, high or realtime", "");
+  throw Refused(uri, "priority must be normal, high or realtime");
 }
 
 // Throws Refusal where the automatic is on and an option sets a value that it controls (`controls`).
@@ -64,8 +61,7 @@ std::optional<bool> ParseAutomatic(const DeviceUri& uri, const std::string& key,
   const bool on = OnOrOff(uri, key, false);
   for (const char* value : controls)
     if (on && uri.Option(value))
-      throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                    fmt::format("{}=on would change {} again", key, value), "give only one of them");
+      throw Refused(uri, fmt::format("{}=on would change {} again", key, value), "give only one of them");
   return on;
 }
 
@@ -107,14 +103,12 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.gain_db = uri.Number("gain_db");
   options.gain_raw = uri.Whole("gain_raw", 0, 1'000'000);
   if (options.gain_db && options.gain_raw)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", "gain_db and gain_raw both set the gain",
-                  "give only one of them");
+    throw Refused(uri, "gain_db and gain_raw both set the gain", "give only one of them");
   options.black_level = uri.Number("black_level");
   options.fps = uri.Number("fps");
   options.format = uri.Option("format");
   if (options.format && !PixelFormatByName(*options.format))
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  fmt::format("the pixel format {} is not supported", *options.format),
+    throw Refused(uri, fmt::format("the pixel format {} is not supported", *options.format),
                   fmt::format("supported are {}", SupportedPixelFormats()));
   if (const auto text = uri.Option("roi")) options.region = ParseRegion(uri, *text);
   if (const auto text = uri.Option("binning")) options.binning = ParseBinning(uri, *text);

@@ -116,8 +116,7 @@ void WriteReduction(const AravisSession& session, const std::string& who, const 
   if (!IsChoice(session, feature)) {
     const Steps steps = StepsOf(session, who, feature);
     if (factor < steps.low || factor > steps.high)
-      throw Refusal(who, "", fmt::format("binning={} is out of the camera's range, {}", factor, Text(steps)),
-                    "");
+      throw Refused(who, fmt::format("binning={} is out of the camera's range, {}", factor, Text(steps)));
     return RequireSetting(session, who, asked, feature, fmt::format("{}", factor));
   }
   const std::vector<std::string> choices = session.Choices(feature);
@@ -143,7 +142,7 @@ void WriteAravisBinning(const AravisSession& session, const std::string& who, co
        {std::pair("BinningHorizontal", asked.x), std::pair("BinningVertical", asked.y)}) {
     if (factor == ReductionOf(session, feature)) continue;
     if (factor != 1) {
-      if (!session.Has(feature)) throw Refusal(who, "", "the camera cannot bin", "leave binning out");
+      if (!session.Has(feature)) throw Refused(who, "the camera cannot bin", "leave binning out");
       WriteReduction(session, who, feature, factor);
     } else {
       try {
@@ -191,8 +190,8 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
     nearest.y = static_cast<int>(ys.Nearest(asked->y));
   }
   const auto refuse = [&](const AravisRegion& instead) {
-    throw Refusal(
-        who, "", fmt::format("the camera cannot send roi={}", Text(*asked)),
+    throw Refused(
+        who, fmt::format("the camera cannot send roi={}", Text(*asked)),
         fmt::format("nearest is roi={} (width {}, height {}, offsets {} and {}{})", Text(instead),
                     Text(widths), Text(heights), Text(xs), Text(ys),
                     is_mosaic

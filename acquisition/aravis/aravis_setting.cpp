@@ -80,7 +80,7 @@ void RequireSetting(const AravisSession& session, const std::string& who, const 
                     const std::string& feature, const std::string& value) {
   const std::string why = WriteSetting(session, feature, value);
   if (why.empty()) return;
-  throw Refusal(who, "", fmt::format("{} needs {}={}, but {}", asked, feature, value, why),
+  throw Refused(who, fmt::format("{} needs {}={}, but {}", asked, feature, value, why),
                 fmt::format("leave {} out", asked.substr(0, asked.find('='))));
 }
 

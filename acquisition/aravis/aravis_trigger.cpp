@@ -51,10 +51,10 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
                                             const FeatureNames& names, const AravisOptions& options) {
   std::vector<std::string> notes;
   if (!options.Triggered()) return notes;
-  if (!names.CanTrigger()) throw Refusal(who, "", "the camera cannot be triggered", "leave trigger out");
+  if (!names.CanTrigger()) throw Refused(who, "the camera cannot be triggered", "leave trigger out");
   const std::vector<std::string> sources = session.Choices(names.trigger_source);
   if (options.SoftwareTriggered() && names.software_source.empty())
-    throw Refusal(who, "", "the camera has no software trigger",
+    throw Refused(who, "the camera has no software trigger",
                   fmt::format("give one of its lines ({}), or leave trigger out", fmt::join(sources, ", ")));
   const std::string source = options.SoftwareTriggered() ? names.software_source : options.trigger;
   if (!Has(sources, source)) throw NoSuchChoice(who, "trigger=" + source, sources);
@@ -65,7 +65,7 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
   ClearAravisTriggers(session, names);
   if (WhyFixed(session, names.trigger_selector).empty()) {
     if (names.frame_trigger.empty())
-      throw Refusal(who, "",
+      throw Refused(who,
                     fmt::format("none of the camera's triggers ({}) starts a frame",
                                 fmt::join(session.Choices(names.trigger_selector), ", ")),
                     "leave trigger out");
@@ -80,7 +80,7 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
     why = WriteSource(session, names.trigger_source, source, notes);
     if (is_off) RequireSetting(session, who, asked, names.trigger_mode, "On");
   }
-  if (!why.empty()) throw Refusal(who, "", fmt::format("{}: {}", asked, why), "leave trigger out");
+  if (!why.empty()) throw Refused(who, fmt::format("{}: {}", asked, why), "leave trigger out");
   const std::vector<std::string> edges = session.Choices("TriggerActivation");
   for (const char* edge : {"RisingEdge", "RisingEdgeOrHighLevel"})
     if (Has(edges, edge)) {

@@ -142,7 +142,7 @@ std::string Finding(ViewVerdict verdict, const CalibrationGuide& guide) {
 bool WantsStills(const Device& device, const CalibrationCaptureOptions& options) {
   if (options.mode != "still") return false;
   if (!device.TakesStills())
-    throw Refusal(device.Info().uri, "", "takes no photographs besides its live frames",
+    throw Refused(device.Info().uri, "takes no photographs besides its live frames",
                   fmt::format("leave {} still out", Parameter("mode")));
   return true;
 }

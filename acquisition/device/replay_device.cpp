@@ -108,14 +108,13 @@ ReplayOptions OptionsOf(const DeviceUri& uri) {
                         .transfer = {},
                         .speed = uri.Number("speed").value_or(0)};
   if (options.speed < 0)
-    throw Refusal(options.uri, "",
-                  "speed must be 0 (as fast as frames are read) or a factor (1: as recorded)", "");
+    throw Refused(options.uri, "speed must be 0 (as fast as frames are read) or a factor (1: as recorded)");
   if (uri.path.empty())
     throw Refusal("", "", "'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD", "");
-  if (options.fps && *options.fps <= 0) throw Refusal(options.uri, "", "fps must be positive", "");
+  if (options.fps && *options.fps <= 0) throw Refused(options.uri, "fps must be positive");
   if (const auto transfer = uri.Option("transfer")) {
     if (*transfer != "linear" && *transfer != "srgb")
-      throw Refusal(options.uri, "", "transfer must be 'linear' or 'srgb'", "");
+      throw Refused(options.uri, "transfer must be 'linear' or 'srgb'");
     options.transfer = *transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
   }
   return options;

@@ -157,7 +157,7 @@ bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bo
     });
   const auto wanted = wants_card ? card : ram;
   if (to_card && !wanted)
-    throw Refusal(uri, "", fmt::format("this camera does not offer target={}", wants_card ? "card" : "ram"),
+    throw Refused(uri, fmt::format("this camera does not offer target={}", wants_card ? "card" : "ram"),
                   "leave it out");
   if (wanted && target->value != *wanted) {
     const GphotoResult result = camera.Set("capturetarget", *wanted);
@@ -184,7 +184,7 @@ CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : c
 void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
   const auto known = known_.find(setting);
   if (known == known_.end())
-    throw Refusal(uri_, "", fmt::format("this camera has no setting for {}", Name(setting)),
+    throw Refused(uri_, fmt::format("this camera has no setting for {}", Name(setting)),
                   fmt::format("leave {}= out and set it on the camera", Name(setting)));
   const auto now = camera_.Setting(known->second.name);
   const std::vector<std::string> choices = now ? now->choices : std::vector<std::string>{};
@@ -193,7 +193,7 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
                                           : ChoiceFor(choices, value);
   if (!wanted && choices.empty()) wanted = value;
   if (!wanted)
-    throw Refusal(uri_, "", fmt::format("the camera does not offer {}={} now", Name(setting), value),
+    throw Refused(uri_, fmt::format("the camera does not offer {}={} now", Name(setting), value),
                   fmt::format("it offers {}", fmt::join(choices, ", ")));
   GphotoResult result;
   std::string kept = now ? now->value : "";

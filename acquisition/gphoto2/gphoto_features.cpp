@@ -28,16 +28,16 @@ class GphotoFeatures : public FeatureAccess {
   void Set(const std::string& name, const std::string& value) override {
     const auto feature = Find(name);
     if (!feature)
-      throw Refusal(uri_, "", fmt::format("there is no feature '{}'", name),
+      throw Refused(uri_, fmt::format("there is no feature '{}'", name),
                     fmt::format("'ulf features {}' lists them", ShellWord(uri_)));
-    if (!feature->writable) throw Refusal(uri_, "", fmt::format("{} cannot be written", name), "");
+    if (!feature->writable) throw Refused(uri_, fmt::format("{} cannot be written", name));
     std::string written = value;
     if (feature->type != FeatureType::kEnumeration) {
       written = CheckedValue(uri_, *feature, value);
     } else if (!feature->choices.empty()) {
       const auto choice = ChoiceFor(feature->choices, value);
       if (!choice)
-        throw Refusal(uri_, "", fmt::format("{} cannot be '{}'", name, value),
+        throw Refused(uri_, fmt::format("{} cannot be '{}'", name, value),
                       fmt::format("it takes {}", fmt::join(feature->choices, ", ")));
       written = *choice;
     }

@@ -20,8 +20,7 @@ std::uint64_t SeedOf(const DeviceUri& uri, std::uint64_t otherwise) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), seed);
   if (error != std::errc() || end != text->data() + text->size())
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  fmt::format("seed must be a whole number, 0 or more, not '{}'", *text), "");
+    throw Refused(uri, fmt::format("seed must be a whole number, 0 or more, not '{}'", *text));
   return seed;
 }
 
@@ -31,8 +30,7 @@ void ReadCap(const DeviceUri& uri, SimulationOptions& options) {
   double width_deg = 0, height_deg = 0;
   char rest = 0;
   if (std::sscanf(text->c_str(), "%lfx%lf%c", &width_deg, &height_deg, &rest) != 2)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  fmt::format("cap must be degrees WIDTHxHEIGHT, such as 60x40, not '{}'", *text), "");
+    throw Refused(uri, fmt::format("cap must be degrees WIDTHxHEIGHT, such as 60x40, not '{}'", *text));
   options.cap_azimuth = Radians(width_deg);
   options.cap_elevation = Radians(height_deg);
 }

@@ -66,8 +66,7 @@ class SimulatedDevice : public Device {
     const GigeLinkFaults& link = faults_.link;
     if (link.lost > 0 || link.doubled > 0 || link.swapped > 0 || link.late > 0 || !faults_.resends ||
         !faults_.masters_lost.empty())
-      throw Refusal(uri.Text(), "",
-                    "lost, doubled, swapped, late, resend and ptp_lost are faults of a network",
+      throw Refused(uri.Text(), "lost, doubled, swapped, late, resend and ptp_lost are faults of a network",
                     "serve the camera on one with 'ulf simulate --fault ...' and open it by aravis:");
     next_ = Absences::Instance().End(uri.Text());
   }
@@ -207,7 +206,7 @@ std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri, std::shared_pt
   if (uri.path == "chart" || uri.path == "grey") return OpenSimulatedChart(uri);
   const std::vector<std::string> scenes = Scene::Names();
   if (std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("there is no scene '{}'", uri.path),
+    throw Refused(uri, fmt::format("there is no scene '{}'", uri.path),
                   fmt::format("there are {}, and for calibration board, card, chart and grey",
                               fmt::join(scenes, ", ")));
   return std::make_unique<SimulatedDevice>(uri, std::move(hand));
