@@ -57,18 +57,10 @@ HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
 }
 
 std::shared_ptr<const HandMotion> MotionFor(const SimulationOptions& options, const Scene& scene) {
-  if (!scene.IsTurntable()) return std::make_shared<Hand>(HandFor(options, scene));
-  return std::make_shared<Tripod>(
-      TripodOptions{.subject_in_world = scene.subject().center_in_world,
-                    .up_in_world = scene.UpInWorld(),
-                    .first_direction = scene.FirstDirection(),
-                    .distance_m = scene.FirstDistance(),
-                    .cap_elevation = options.cap_elevation,
-                    .row_spacing = options.row_spacing,
-                    .speed = options.speed,
-                    .stands_s = options.turn_speed > 0 ? 2 * M_PI / options.turn_speed : 15,
-                    .unsteady = options.unsteady,
-                    .seed = options.seed});
+  const HandOptions hand = HandFor(options, scene);
+  if (!scene.IsTurntable()) return std::make_shared<Hand>(hand);
+  const double stands_s = options.turn_speed > 0 ? 2 * M_PI / options.turn_speed : 15;
+  return std::make_shared<Tripod>(hand, stands_s, options.unsteady);
 }
 
 // `colors`: of R G B; the radiance has B, G, R and a fourth channel.
