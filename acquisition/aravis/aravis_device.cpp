@@ -26,7 +26,6 @@
 #include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
-#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -10,7 +10,6 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "core/base/name_order.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
 

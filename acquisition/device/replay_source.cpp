@@ -4,11 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
 #include <fstream>
 #include <map>
-#include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"

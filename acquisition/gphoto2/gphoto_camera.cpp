@@ -4,7 +4,6 @@
 #include <gphoto2/gphoto2-port-log.h>
 #include <gphoto2/gphoto2.h>
 #include <signal.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>

@@ -8,7 +8,6 @@
 // with the remedy.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,7 +1,5 @@
 #include "acquisition/gphoto2/gphoto_device.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -24,7 +22,6 @@
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 #include "core/base/quantile.h"
-#include "core/base/stop_signal.h"
 #include "core/image/files/exif.h"
 #include "core/image/files/jpeg_codec.h"
 #include "core/image/files/raw_file.h"

@@ -1,7 +1,6 @@
 #include "acquisition/gphoto2/gphoto_options.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "core/base/error.h"
 #include "core/base/lowercase.h"

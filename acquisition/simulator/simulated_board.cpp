@@ -1,7 +1,6 @@
 #include "acquisition/simulator/simulated_board.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>

@@ -4,7 +4,6 @@
 // World frame metres, time in seconds from the start.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 
 #include "acquisition/simulator/hand.h"

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <set>
@@ -28,7 +27,6 @@
 #include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
-#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -1,6 +1,5 @@
 #include "acquisition/calibration/lens_files/lens_tree.h"
 
-#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>

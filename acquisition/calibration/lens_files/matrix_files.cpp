@@ -1,7 +1,6 @@
 #include "acquisition/calibration/lens_files/matrix_files.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <algorithm>
 #include <array>
 #include <cctype>

@@ -8,9 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
-#include <optional>
 
 #include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/error.h"

@@ -20,7 +20,6 @@
 #include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "core/base/error.h"
 #include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 
