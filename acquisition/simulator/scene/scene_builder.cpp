@@ -9,6 +9,15 @@ namespace ulf::acquisition {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
+Primitive Matte(Shape shape, const std::array<float, 3>& size, const Vector3d& position, int material,
+                double turned_deg) {
+  return {.shape = shape,
+          .size = size,
+          .position = position,
+          .material = material,
+          .world_from_local = TurnedAbout(Vector3d::UnitZ(), turned_deg)};
+}
+
 void SceneBuilder::Add(Primitive solid) {
   const bool curved =
       solid.shape == Shape::kSphere || solid.shape == Shape::kFrustum || solid.shape == Shape::kBust;

@@ -7,6 +7,10 @@
 
 namespace ulf::acquisition {
 
+// Returns a matte solid of the subject at a place, turned about z.
+Primitive Matte(Shape shape, const std::array<float, 3>& size, const Eigen::Vector3d& position, int material,
+                double turned_deg = 0);
+
 class SceneBuilder {
  public:
   SceneBuilder() : scene_(new Scene) {}
