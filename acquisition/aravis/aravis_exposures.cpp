@@ -33,36 +33,27 @@ class FeatureWrites {
  public:
   explicit FeatureWrites(const AravisSession& session) : session_(session) {}
   FeatureWrites& Text(const char* feature, const std::string& value) {
-    if (!ok_) return *this;
-    why_ = WriteSetting(session_, feature, value);
-    ok_ = why_.empty();
+    if (ok()) why_ = WriteSetting(session_, feature, value);
     return *this;
   }
   FeatureWrites& Whole(const char* feature, gint64 value) { return Text(feature, fmt::format("{}", value)); }
   FeatureWrites& Number(const AravisNumber& number, double value) {
-    if (!ok_) return *this;
     try {
-      number.Write("the camera", value);
+      if (ok()) number.Write("the camera", value);
     } catch (const Error& error) {
-      ok_ = false;
       why_ = error.what();
     }
     return *this;
   }
   FeatureWrites& Do(const char* command) {
-    if (!ok_) return *this;
-    if (const auto failure = FailureOf(arv_device_execute_command, session_.Device(), command)) {
-      ok_ = false;
-      why_ = *failure;
-    }
+    if (ok()) why_ = FailureOf(arv_device_execute_command, session_.Device(), command).value_or("");
     return *this;
   }
-  bool ok() const { return ok_; }
+  bool ok() const { return why_.empty(); }
   const std::string& why() const { return why_; }
 
  private:
   const AravisSession& session_;
-  bool ok_ = true;
   std::string why_;
 };
 

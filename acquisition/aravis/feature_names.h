@@ -48,7 +48,6 @@ struct FeatureNames {
   std::string throughput_mode = {};  // the switch that enables the limit
 
   bool CanTrigger() const { return !trigger_source.empty(); }
-  bool CanBalance() const { return !white_balance_auto.empty() || !balance_ratio.empty(); }
 };
 FeatureNames FindFeatureNames(const NamedFeatures& camera);
 
