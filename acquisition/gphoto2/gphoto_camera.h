@@ -63,8 +63,8 @@ class GphotoCamera {
   GphotoCamera& operator=(const GphotoCamera&) = delete;
 
   // Return a setting ("shutterspeed"), none where the camera has none of that name, and the whole tree, which
-  // takes a second or more. The value of a toggle is "0", "1", or "2" if unknown; of a date, an integer, it is
-  // the seconds since the epoch.
+  // takes a second or more. A toggle's value is "0", "1", or "2" if unknown; a date's the seconds since the
+  // epoch, as an integer.
   std::optional<CameraFeature> Setting(const std::string& name);
   std::vector<CameraFeature> Settings();
   GphotoResult Set(const std::string& name, const std::string& value);
