@@ -6,19 +6,15 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <optional>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
-#include "acquisition/device/event_log.h"
-#include "acquisition/device/frame_queue.h"
-#include "acquisition/device/stream_statistics.h"
+#include "acquisition/device/live_driver.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
@@ -26,7 +22,6 @@
 #include "core/base/error.h"
 #include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
-#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -84,7 +79,7 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
   return options;
 }
 
-class V4l2Device : public Device {
+class V4l2Device : public LiveDriver {
  public:
   explicit V4l2Device(const DeviceUri& uri) : options_(V4l2OptionsOf(uri)) {
     const V4l2Camera camera = ResolveV4l2Camera(uri.Text(), uri.path);
@@ -106,12 +101,6 @@ class V4l2Device : public Device {
 
   ~V4l2Device() override { Stop(); }
 
-  DeviceInfo Info() const override {
-    const MutexLock lock(mutex_);
-    return info_;
-  }
-  bool IsLive() const override { return true; }
-  FrameSource Source() const override { return FrameSource::kSettableCamera; }
   HeldAutomatics Held() const override {
     const MutexLock lock(mutex_);
     return held_;
@@ -131,13 +120,6 @@ class V4l2Device : public Device {
                             [this](const std::string& why) { Lose("reading its frames failed: " + why); });
   }
 
-  std::optional<Frame> Next(milliseconds timeout) override {
-    if (!queue_) return std::nullopt;
-    std::optional<Frame> frame = queue_->Pop(timeout);
-    if (frame && frame->status == FrameStatus::kComplete) statistics_.Delivered(*frame);
-    return frame;
-  }
-
   void Stop() override {
     if (!thread_.joinable()) return;
     const std::uint64_t one = 1;
@@ -155,8 +137,6 @@ class V4l2Device : public Device {
       state_ = DeviceState::kEnded;
   }
 
-  DeviceState State() const override { return state_; }
-
   DeviceStatistics Statistics() const override {
     DeviceStatistics statistics = statistics_.Now();
     {
@@ -166,8 +146,6 @@ class V4l2Device : public Device {
     statistics.transport.emplace_back(TransportFigure::kWhileSettling, statistics_.WhileSettlingCount());
     return statistics;
   }
-
-  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
   // Throws Refusal for an invalid name or value of the URI's controls, before anything is written.
@@ -282,11 +260,7 @@ class V4l2Device : public Device {
   }
 
   void Lose(const std::string& problem) {
-    {
-      const MutexLock lock(mutex_);
-      info_.available = false;
-      info_.problem = problem;
-    }
+    DescribeLoss(problem);
     statistics_.End();
     state_ = DeviceState::kLost;
     queue_->Close();
@@ -356,19 +330,12 @@ class V4l2Device : public Device {
   V4l2Configured configured_;
   std::vector<V4l2Control> controls_;
   std::unique_ptr<V4l2Stream> stream_;
-  std::unique_ptr<FrameQueue> queue_;
   const FileDescriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
-  std::thread thread_;
-  std::atomic<DeviceState> state_{DeviceState::kConnected};
   // Used by the capture thread.
   double exposure_s_ = 0;
   Clock::time_point settled_at_;
   bool said_incomplete_ = false;
 
-  EventLog events_;
-  StreamStatistics statistics_;
-  mutable Mutex mutex_;
-  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   HeldAutomatics held_ ULF_GUARDED_BY(mutex_);
 };
 
