@@ -20,10 +20,10 @@ namespace ulf::acquisition {
 
 // Returns whether the queue must keep the item.
 template <typename T>
-bool IsKept(const T& /*item*/) {
+bool MustBeKept(const T& /*item*/) {
   return false;
 }
-inline bool IsKept(const Frame& frame) { return frame.kind == FrameKind::kStill; }
+inline bool MustBeKept(const Frame& frame) { return frame.kind == FrameKind::kStill; }
 
 template <typename T>
 class BoundedQueue {
@@ -39,7 +39,7 @@ class BoundedQueue {
   bool Push(T item, std::optional<T>* dropped = nullptr) {
     MutexLock lock(mutex_);
     if (closed_) return false;
-    std::deque<T>& items = IsKept(item) ? kept_ : items_;
+    std::deque<T>& items = MustBeKept(item) ? kept_ : items_;
     if (&items == &items_ && items_.size() == capacity_) {
       if (dropped) *dropped = std::move(items_.front());
       items_.pop_front();
