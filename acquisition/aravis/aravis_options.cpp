@@ -8,9 +8,9 @@
 namespace ulf::acquisition {
 namespace {
 
-bool OnOrOff(const DeviceUri& uri, const std::string& key, bool otherwise) {
+std::optional<bool> OnOrOff(const DeviceUri& uri, const std::string& key) {
   const auto text = uri.Option(key);
-  if (!text) return otherwise;
+  if (!text) return std::nullopt;
   if (*text != "on" && *text != "off") throw Refused(uri, fmt::format("{} must be on or off", key));
   return *text == "on";
 }
@@ -57,10 +57,9 @@ ThreadPriority ParsePriority(const DeviceUri& uri, const std::string& text) {
 // Throws Refusal where the automatic is on and an option sets a value that it controls (`controls`).
 std::optional<bool> ParseAutomatic(const DeviceUri& uri, const std::string& key,
                                    std::initializer_list<const char*> controls) {
-  if (!uri.Option(key)) return std::nullopt;
-  const bool on = OnOrOff(uri, key, false);
+  const std::optional<bool> on = OnOrOff(uri, key);
   for (const char* value : controls)
-    if (on && uri.Option(value))
+    if (on == true && uri.Option(value))
       throw Refused(uri, fmt::format("{}=on would change {} again", key, value), "give only one of them");
   return on;
 }
@@ -119,14 +118,14 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.auto_black_level = ParseAutomatic(uri, "auto_black_level", {"black_level"});
   options.settle_s = uri.Number("settle", options.settle_s, 0, 60);
   if (const auto text = uri.Option("trigger")) options.trigger = *text;
-  options.chunks = OnOrOff(uri, "chunks", false);
-  if (uri.Option("ptp")) options.ptp = OnOrOff(uri, "ptp", false);
+  options.chunks = OnOrOff(uri, "chunks").value_or(false);
+  options.ptp = OnOrOff(uri, "ptp");
   options.ptp_wait_s = uri.Number("ptp_wait_s", options.ptp_wait_s, 0, 600);
 
   options.packet_size = uri.Whole("packet_size", 1, 1'000'000);
   options.packet_delay_ns = uri.Whole("packet_delay_ns", 0, 1'000'000'000);
   options.throughput_limit = uri.Number("throughput_limit");
-  options.resend = OnOrOff(uri, "resend", true);
+  options.resend = OnOrOff(uri, "resend").value_or(true);
   options.packet_timeout_ms = uri.Whole("packet_timeout_ms", 1, 10'000);
   options.frame_retention_ms = uri.Whole("frame_retention_ms", 1, 10'000);
   options.socket_buffer_bytes = uri.Whole("socket_buffer", 1, 1 << 30);
