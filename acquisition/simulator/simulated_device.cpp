@@ -28,34 +28,27 @@ struct Absence {
   Clock::time_point back;
   std::uint64_t next_frame = 0;
 };
-// Keeps the disconnected cameras by URI. They outlive their device, which is closed meanwhile.
-class Absences {
- public:
-  static Absences& Instance() {
-    static Absences absences;
-    return absences;
-  }
-  void Begin(const std::string& uri, const Absence& absence) {
-    const MutexLock lock(mutex_);
-    away_[uri] = absence;
-  }
-  // Returns the number of the next frame. Throws Error while the camera is unplugged.
-  std::uint64_t End(const std::string& uri) {
-    const MutexLock lock(mutex_);
-    const auto found = away_.find(uri);
-    if (found == away_.end()) return 0;
-    const double left_s = std::chrono::duration<double>(found->second.back - Clock::now()).count();
-    if (left_s > 0)
-      throw Error("{}: the simulated cable is unplugged; it is plugged in again in {:.1f} s", uri, left_s);
-    const std::uint64_t next_frame = found->second.next_frame;
-    away_.erase(found);
-    return next_frame;
-  }
+// The disconnected cameras by URI. They outlive their device, which is closed meanwhile.
+Mutex absences_mutex;
+std::map<std::string, Absence> absences ULF_GUARDED_BY(absences_mutex);
 
- private:
-  Mutex mutex_;
-  std::map<std::string, Absence> away_ ULF_GUARDED_BY(mutex_);
-};
+void BeginAbsence(const std::string& uri, const Absence& absence) {
+  const MutexLock lock(absences_mutex);
+  absences[uri] = absence;
+}
+
+// Returns the number of the next frame. Throws Error while the camera is unplugged.
+std::uint64_t EndAbsence(const std::string& uri) {
+  const MutexLock lock(absences_mutex);
+  const auto found = absences.find(uri);
+  if (found == absences.end()) return 0;
+  const double left_s = std::chrono::duration<double>(found->second.back - Clock::now()).count();
+  if (left_s > 0)
+    throw Error("{}: the simulated cable is unplugged; it is plugged in again in {:.1f} s", uri, left_s);
+  const std::uint64_t next_frame = found->second.next_frame;
+  absences.erase(found);
+  return next_frame;
+}
 
 class SimulatedDevice : public Device {
  public:
@@ -68,7 +61,7 @@ class SimulatedDevice : public Device {
         !faults_.masters_lost.empty())
       throw Refused(uri.Text(), "lost, doubled, swapped, late, resend and ptp_lost are faults of a network",
                     "serve the camera on one with 'ulf simulate --fault ...' and open it by aravis:");
-    next_ = Absences::Instance().End(uri.Text());
+    next_ = EndAbsence(uri.Text());
   }
 
   DeviceInfo Info() const override {
@@ -108,7 +101,7 @@ class SimulatedDevice : public Device {
     if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
     if (const FaultSpan* out = ActiveSpan(faults_.disconnects)) {
       lost_ = true;
-      Absences::Instance().Begin(uri_.Text(), {Clock::now() + Duration(out->for_s), FrameAfter(*out)});
+      BeginAbsence(uri_.Text(), {Clock::now() + Duration(out->for_s), FrameAfter(*out)});
       return std::nullopt;
     }
     if (const FaultSpan* frozen = ActiveSpan(faults_.freezes))
