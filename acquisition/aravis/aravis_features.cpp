@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_description.h"
@@ -20,13 +21,9 @@ namespace {
 constexpr double kUnlimitedFps = 1e9;  // a limit of this or more is the library's, not the camera's
 
 std::string SquashSpace(const std::string& text) {
+  std::istringstream words(text);
   std::string squashed;
-  for (const char c : text) {
-    const bool space = c == ' ' || c == '\n' || c == '\t' || c == '\r';
-    if (space && (squashed.empty() || squashed.back() == ' ')) continue;
-    squashed += space ? ' ' : c;
-  }
-  if (!squashed.empty() && squashed.back() == ' ') squashed.pop_back();
+  for (std::string word; words >> word;) squashed += (squashed.empty() ? "" : " ") + word;
   return squashed;
 }
 
