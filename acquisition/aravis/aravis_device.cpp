@@ -203,8 +203,7 @@ void AravisDevice::Start() {
     if (options_.Triggered() || options_.settle_s == 0)
       Freeze();
     else
-      settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                       std::chrono::duration<double>(options_.settle_s));
+      settled_at_ = Clock::now() + DurationOf(options_.settle_s);
   }
   CallOrThrow(uri_, "start of acquisition", arv_camera_start_acquisition, session_->Camera());
   if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, uri_);
@@ -286,8 +285,7 @@ void AravisDevice::Capture() {
       frozen = true;
       Freeze();
       // Frames that were exposed before the automatics were off still arrive.
-      settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                                       configured_.period_s + configured_.exposure_s));
+      settled_at_ = Clock::now() + DurationOf(configured_.period_s + configured_.exposure_s);
     }
     if (frozen && settled_at_ && Clock::now() >= *settled_at_) settled_at_.reset();
     exposures_->Step();

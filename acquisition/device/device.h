@@ -157,6 +157,11 @@ class Device {
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
 
+inline std::chrono::steady_clock::duration DurationOf(double seconds) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(seconds));
+}
+
 // Return a refusal without a value, "WHAT: WHY; REMEDY", of a device or of what its URI asks for.
 inline Refusal Refused(std::string what, std::string why, std::string remedy = "") {
   return {std::move(what), "", std::move(why), std::move(remedy)};

@@ -218,8 +218,7 @@ class PacedDevice : public Device {
           first_s = frame->device_time_s;
           began = Clock::now();
         }
-        const auto due = began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                                     (frame->device_time_s - *first_s) / speed_));
+        const auto due = began + DurationOf((frame->device_time_s - *first_s) / speed_);
         {
           MutexLock lock(mutex_);
           if (wake_.wait_until(lock, due, [this]() ULF_REQUIRES(mutex_) { return stop_; })) break;

@@ -163,8 +163,7 @@ class GphotoDevice : public LiveDriver {
 
  private:
   void Loop() {
-    const auto period = std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(1 / options_.live_view_fps));
+    const auto period = DurationOf(1 / options_.live_view_fps);
     Clock::time_point next_live = Clock::now();
     next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
     recovery_.Begin();

@@ -101,7 +101,7 @@ class SimulatedDevice : public Device {
     if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
     if (const FaultSpan* out = ActiveSpan(faults_.disconnects)) {
       lost_ = true;
-      BeginAbsence(uri_.Text(), {Clock::now() + Duration(out->for_s), FrameAfter(*out)});
+      BeginAbsence(uri_.Text(), {Clock::now() + DurationOf(out->for_s), FrameAfter(*out)});
       return std::nullopt;
     }
     if (const FaultSpan* frozen = ActiveSpan(faults_.freezes))
@@ -122,9 +122,6 @@ class SimulatedDevice : public Device {
 
  private:
   double Now() const { return static_cast<double>(next_) / camera_.options().fps; }
-  static Clock::duration Duration(double seconds) {
-    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  }
   const FaultSpan* ActiveSpan(const std::vector<FaultSpan>& spans) const {
     const auto found =
         std::find_if(spans.begin(), spans.end(), [&](const FaultSpan& s) { return s.Holds(Now()); });
@@ -138,7 +135,7 @@ class SimulatedDevice : public Device {
 
   // Waits for the end of a freeze, at most for the timeout; true: frames come again.
   bool WaitForEnd(const FaultSpan& frozen, std::chrono::milliseconds timeout) {
-    if (!thaw_) thaw_ = Clock::now() + Duration(frozen.for_s);
+    if (!thaw_) thaw_ = Clock::now() + DurationOf(frozen.for_s);
     std::this_thread::sleep_until(std::min(*thaw_, Clock::now() + timeout));
     if (Clock::now() < *thaw_) return false;
     thaw_.reset();
