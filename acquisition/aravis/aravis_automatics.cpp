@@ -61,16 +61,6 @@ std::optional<AutomaticMode> MeaningOf(const std::string& word, const std::strin
   return std::nullopt;
 }
 
-NodeKind KindOfFeature(const AravisSession& session, const std::string& feature) {
-  return KindOf(arv_device_get_feature(session.Device(), feature.c_str()));
-}
-
-std::vector<std::string> WordsOf(const AravisSession& session, const std::string& feature) {
-  return CallForNames([&](guint* count, GError** e) {
-    return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature.c_str(), count, e);
-  });
-}
-
 const char* Name(AutomaticMode mode) {
   return mode == AutomaticMode::kOff ? "off" : mode == AutomaticMode::kOnce ? "once" : "on";
 }
@@ -112,7 +102,7 @@ std::optional<Held> ControlledValue(const AravisSession& session, const Automati
   if (feature == "GainAuto") return HeldGain(session, names);
   if (feature != "BlackLevelAuto") return std::nullopt;
   for (const char* name : {"BlackLevel", "BlackLevelRaw"})
-    if (KindOf(arv_device_get_feature(session.Device(), name)) != NodeKind::kNone)
+    if (KindOf(session.Node(name)))
       if (auto held = HeldNumber("black_level", {session, name})) return held;
   return std::nullopt;
 }
@@ -157,19 +147,16 @@ void Freeze(const AravisSession& session, const Automatic& automatic, AravisFroz
 }  // namespace
 
 AutomaticMode ModeOf(const AravisSession& session, const std::string& feature) {
-  if (!CallOr(
-          [&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature.c_str(), e); },
-          false))
-    return AutomaticMode::kNone;
+  if (!session.Has(feature)) return AutomaticMode::kNone;
   const std::optional<std::string> reads = ReadSetting(session, feature);
   if (!reads) return AutomaticMode::kUnknown;
-  if (KindOfFeature(session, feature) == NodeKind::kInteger)
+  if (KindOf(session.Node(feature)) == FeatureType::kInteger)
     return *reads == "0" ? AutomaticMode::kOff : AutomaticMode::kOn;
   return MeaningOf(*reads, feature).value_or(AutomaticMode::kUnknown);
 }
 
 std::string WordFor(const AravisSession& session, const std::string& feature, AutomaticMode mode) {
-  for (const std::string& word : WordsOf(session, feature))
+  for (const std::string& word : session.Choices(feature))
     if (MeaningOf(word, feature) == mode) return word;
   return "";
 }
@@ -182,17 +169,18 @@ bool IsAutomaticOn(const AravisSession& session, const std::string& feature) {
 std::string SwitchAutomatic(const AravisSession& session, const std::string& feature, AutomaticMode wanted) {
   const AutomaticMode now = ModeOf(session, feature);
   if (now == wanted || now == AutomaticMode::kNone) return "";
-  const NodeKind kind = KindOfFeature(session, feature);
-  if (kind == NodeKind::kBoolean && wanted != AutomaticMode::kOnce)
+  const std::optional<FeatureType> kind = KindOf(session.Node(feature));
+  if (kind == FeatureType::kBoolean && wanted != AutomaticMode::kOnce)
     return WriteSetting(session, feature, wanted == AutomaticMode::kOn ? "true" : "false");
-  if (kind == NodeKind::kInteger && wanted == AutomaticMode::kOff) return WriteSetting(session, feature, "0");
+  if (kind == FeatureType::kInteger && wanted == AutomaticMode::kOff)
+    return WriteSetting(session, feature, "0");
   // Nobody knows what numbers above 1 mean.
-  if (kind == NodeKind::kInteger && wanted == AutomaticMode::kOn &&
+  if (kind == FeatureType::kInteger && wanted == AutomaticMode::kOn &&
       (AravisNumber(session, feature).Bounds("the camera").second <= 1 || Plain(feature).ends_with("enable")))
     return WriteSetting(session, feature, "1");
   if (const std::string word = WordFor(session, feature, wanted); !word.empty())
     return WriteSetting(session, feature, word);
-  const std::vector<std::string> words = WordsOf(session, feature);
+  const std::vector<std::string> words = session.Choices(feature);
   const std::optional<std::string> reads = ReadSetting(session, feature);
   return fmt::format(
       "{}{} and offers nothing that means {} ({})", feature, reads ? " reads " + *reads : " cannot be read",
@@ -205,7 +193,7 @@ std::string SwitchOffFor(const AravisSession& session, const std::string& who, c
   const std::string why = SwitchAutomatic(session, feature, AutomaticMode::kOff);
   if (why.empty()) return "";
   if (!IsAutomaticOn(session, feature)) return LeftAlone(feature, why);
-  throw Refusal(who, "", fmt::format("{} needs {} off, but {}", asked, feature, why),
+  throw Refused(who, fmt::format("{} needs {} off, but {}", asked, feature, why),
                 fmt::format("leave {} out", asked.substr(0, asked.find('='))));
 }
 
@@ -219,11 +207,11 @@ std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, con
       notes.push_back(LeftAlone(automatic.feature, "it says in no word that ulf knows whether it is on"));
     if (!asked) continue;
     if (mode == AutomaticMode::kNone && *asked)
-      throw Refusal(who, "", fmt::format("the camera has no {}", automatic.option), "leave it out");
+      throw Refused(who, fmt::format("the camera has no {}", automatic.option), "leave it out");
     const std::string why =
         SwitchAutomatic(session, automatic.feature, *asked ? AutomaticMode::kOn : AutomaticMode::kOff);
     if (!why.empty())
-      throw Refusal(who, "", fmt::format("{}={}: {}", automatic.option, *asked ? "on" : "off", why),
+      throw Refused(who, fmt::format("{}={}: {}", automatic.option, *asked ? "on" : "off", why),
                     fmt::format("leave {} out", automatic.option));
   }
   return notes;
@@ -232,7 +220,7 @@ std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, con
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
   const std::string why = SwitchAutomatic(session, "BalanceWhiteAuto", AutomaticMode::kOnce);
   if (!why.empty())
-    throw Refusal(who, "", fmt::format("white_balance=auto: {}", why), "give white_balance=RED,BLUE");
+    throw Refused(who, fmt::format("white_balance=auto: {}", why), "give white_balance=RED,BLUE");
 }
 
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options) {

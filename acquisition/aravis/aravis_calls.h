@@ -1,8 +1,11 @@
 // Calls Aravis and handles its GError. Only acquisition/aravis/ may include this header, because of arv.h.
+//
+// `call` is a function of the library that takes `arguments` and then a GError**.
 #pragma once
 
 #include <arv.h>
 
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -11,52 +14,48 @@
 
 namespace ulf::acquisition {
 
-// Returns the result of `call(GError**)`. Throws Error "WHO: WHAT: reason" if it fails; `who` is the URI.
-template <typename Call>
-auto CallOrThrow(const std::string& who, const std::string& what, Call&& call) {
+// Returns the reason why the call failed; none: it did not.
+template <typename Call, typename... Arguments>
+std::optional<std::string> FailureOf(Call&& call, Arguments... arguments) {
   GError* error = nullptr;
-  const auto check = [&] {
-    if (!error) return;
-    const std::string reason = error->message;
-    g_clear_error(&error);
-    throw Error("{}: {}: {}", who, what, reason);
-  };
-  if constexpr (std::is_void_v<decltype(call(&error))>) {
-    call(&error);
-    check();
-  } else {
-    auto result = call(&error);
-    check();
-    return result;
-  }
+  call(arguments..., &error);
+  if (!error) return std::nullopt;
+  const std::string reason = error->message;
+  g_clear_error(&error);
+  return reason;
 }
 
-// Returns the result of `call(GError**)`, or `otherwise` if it fails, because a camera may lack the feature.
-template <typename Call, typename Value>
-Value CallOr(Call&& call, Value otherwise) {
-  GError* error = nullptr;
-  const auto result = call(&error);
-  if (!error) return static_cast<Value>(result);
-  g_clear_error(&error);
-  return otherwise;
+// Returns the result of the call. Throws Error "WHO: WHAT: reason" if it fails; `who` is the URI.
+template <typename Call, typename... Arguments>
+auto CallOrThrow(const std::string& who, const std::string& what, Call&& call, Arguments... arguments) {
+  using Result = std::invoke_result_t<Call, Arguments..., GError**>;
+  std::conditional_t<std::is_void_v<Result>, std::nullptr_t, Result> result{};
+  const auto failure = FailureOf([&](GError** error) {
+    if constexpr (std::is_void_v<Result>)
+      call(arguments..., error);
+    else
+      result = call(arguments..., error);
+  });
+  if (failure) throw Error("{}: {}: {}", who, what, *failure);
+  if constexpr (!std::is_void_v<Result>) return result;
 }
 
-template <typename Call>
-void CallIgnoringErrors(Call&& call) {
-  GError* error = nullptr;
-  call(&error);
-  g_clear_error(&error);
+// Returns the result of the call; none if it fails, because a camera may lack the feature.
+template <typename Call, typename... Arguments>
+auto TryCall(Call&& call, Arguments... arguments) {
+  std::optional<std::invoke_result_t<Call, Arguments..., GError**>> result;
+  if (FailureOf([&](GError** error) { result = call(arguments..., error); })) result.reset();
+  return result;
 }
 
 inline std::string Text(const char* text) { return text ? text : ""; }
 
-// Returns copies of the names that `call(guint* count, GError**)` returns; empty if it fails. Frees the array
-// of `call` but not its strings (GLib's "transfer container").
-template <typename Call>
-std::vector<std::string> CallForNames(Call&& call) {
+// Returns copies of the names that `call(arguments..., guint* count, GError**)` returns; empty if it fails. Frees
+// the array of `call` but not its strings (GLib's "transfer container").
+template <typename Call, typename... Arguments>
+std::vector<std::string> CallForNames(Call&& call, Arguments... arguments) {
   guint count = 0;
-  const char** names =
-      CallOr([&](GError** e) { return call(&count, e); }, static_cast<const char**>(nullptr));
+  const char** names = TryCall(call, arguments..., &count).value_or(nullptr);
   if (!names) return {};
   std::vector<std::string> copy(names, names + count);
   g_free(names);

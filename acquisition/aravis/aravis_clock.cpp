@@ -30,14 +30,9 @@ constexpr std::array kClockNames{
 // Between two questions: while the lock is awaited, and while frames come. Guessed.
 constexpr std::chrono::milliseconds kAskLock(50), kAskRunning(1000);
 
-bool ClockHas(ArvCamera* camera, const char* feature) {
-  return feature &&
-         CallOr([&](GError** e) { return arv_camera_is_feature_available(camera, feature, e); }, false);
-}
-
-const ClockNames* NamesOf(ArvCamera* camera) {
+const ClockNames* NamesOf(const AravisSession& session) {
   for (const ClockNames& names : kClockNames)
-    if (ClockHas(camera, names.enable)) return &names;
+    if (session.Has(names.enable)) return &names;
   return nullptr;
 }
 
@@ -47,20 +42,18 @@ void Switch(const AravisSession& session, const std::string& who, const ClockNam
 }
 
 bool IsOn(ArvCamera* camera, const ClockNames& names) {
-  if (!names.on)
-    return CallOr([&](GError** e) { return arv_camera_get_boolean(camera, names.enable, e); }, false);
-  return Text(CallOr([&](GError** e) { return arv_camera_get_string(camera, names.enable, e); }, "Off")) !=
-         "Off";
+  if (!names.on) return TryCall(arv_camera_get_boolean, camera, names.enable).value_or(false);
+  return Text(TryCall(arv_camera_get_string, camera, names.enable).value_or("Off")) != "Off";
 }
 
 }  // namespace
 
 AravisClock::AravisClock(const AravisSession& session, const std::string& who, const AravisOptions& options,
                          std::vector<std::string>& notes)
-    : camera_(session.Camera()), asked_(std::chrono::steady_clock::now()) {
-  const ClockNames* names = NamesOf(camera_);
+    : session_(session), asked_(std::chrono::steady_clock::now()) {
+  const ClockNames* names = NamesOf(session_);
   if (!names && options.ptp.value_or(false))
-    throw Refusal(who, "", "the camera's clock cannot be set by IEEE 1588", "leave ptp out");
+    throw Refused(who, "the camera's clock cannot be set by IEEE 1588", "leave ptp out");
   if (names && options.ptp) Switch(session, who, *names, *options.ptp);
   state_ = Query();
   if (!options.ptp.value_or(false)) return;
@@ -87,17 +80,15 @@ void AravisClock::AppendTo(TransportFigures& transport) const {
 }
 
 std::optional<ClockState> AravisClock::Query() const {
-  const ClockNames* names = NamesOf(camera_);
-  if (!names || !IsOn(camera_, *names)) return std::nullopt;
-  if (ClockHas(camera_, names->latch))
-    CallIgnoringErrors([&](GError** e) { arv_camera_execute_command(camera_, names->latch, e); });
+  ArvCamera* camera = session_.Camera();
+  const ClockNames* names = NamesOf(session_);
+  if (!names || !IsOn(camera, *names)) return std::nullopt;
+  if (names->latch && session_.Has(names->latch)) FailureOf(arv_camera_execute_command, camera, names->latch);
   ClockState state;
-  state.status = Text(CallOr([&](GError** e) { return arv_camera_get_string(camera_, names->status, e); },
-                             static_cast<const char*>(nullptr)));
-  if (ClockHas(camera_, names->offset)) {
+  state.status = Text(TryCall(arv_camera_get_string, camera, names->status).value_or(nullptr));
+  if (session_.Has(names->offset)) {
     constexpr gint64 kUnknown = std::numeric_limits<gint64>::min();
-    const gint64 offset =
-        CallOr([&](GError** e) { return arv_camera_get_integer(camera_, names->offset, e); }, kUnknown);
+    const gint64 offset = TryCall(arv_camera_get_integer, camera, names->offset).value_or(kUnknown);
     if (offset != kUnknown) state.offset_ns = static_cast<double>(offset);
   }
   return state;

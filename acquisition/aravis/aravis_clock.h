@@ -6,7 +6,6 @@
 #include <chrono>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "acquisition/aravis/aravis_options.h"
@@ -40,7 +39,7 @@ class AravisClock {
  private:
   std::optional<ClockState> Query() const;
 
-  ArvCamera* camera_;
+  const AravisSession& session_;
   std::optional<ClockState> state_;  // none: it is off, or the camera does not have it
   std::chrono::steady_clock::time_point asked_;
 };

@@ -61,16 +61,16 @@ class Configurator {
     arv_camera_set_range_check_policy(camera_, ARV_RANGE_CHECK_POLICY_ENABLE);
     arv_camera_set_access_check_policy(camera_, ARV_ACCESS_CHECK_POLICY_ENABLE);
     // A killed program may have left the acquisition running.
-    CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(camera_, e); });
+    FailureOf(arv_camera_stop_acquisition, camera_);
     LoadUserSet(options.user_set);
     names_ = FindFeatureNames(FeaturesOf(camera_));
-    if (Has("AcquisitionMode")) Prefer("AcquisitionMode", "Continuous");
+    if (session_.Has("AcquisitionMode")) Prefer("AcquisitionMode", "Continuous");
     ClearAravisTriggers(session_, names_);
     if (!options.Triggered() && ReadSetting(session_, names_.trigger_mode) == "On")
       Note("waits for triggers: TriggerMode stays On");
     // A sequencer that a killed program left running goes on to change the exposure, whatever is set.
     for (const char* mode : {"SequencerConfigurationMode", "SequencerMode"})
-      if (Has(mode)) Prefer(mode, "Off");
+      if (session_.Has(mode)) Prefer(mode, "Off");
     configured_.format = WriteFormat(options.format);
     WriteAravisBinning(session_, who_, options.binning);
     limits_ = WriteAravisRegion(session_, who_, options.region, configured_.format.mosaic != Mosaic::kNone,
@@ -100,28 +100,9 @@ class Configurator {
   }
 
  private:
-  bool Has(const char* feature) {
-    return CallOr([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
-  }
-
   template <typename Call>
   bool Can(Call&& call) {
-    return CallOr([&](GError** e) { return call(camera_, e); }, false);
-  }
-
-  std::vector<std::string> Choices(const char* enumeration) {
-    return CallForNames([&](guint* count, GError** e) {
-      return arv_camera_dup_available_enumerations_as_strings(camera_, enumeration, count, e);
-    });
-  }
-
-  void RequireChoice(const char* option, const char* enumeration, const std::string& value) {
-    const std::vector<std::string> choices = Choices(enumeration);
-    if (std::find(choices.begin(), choices.end(), value) == choices.end())
-      throw Refusal(who_, "",
-                    fmt::format("{}={}: the camera has {}", option, value,
-                                choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", "))),
-                    "");
+    return TryCall(call, camera_).value_or(false);
   }
 
   void Note(std::string note) {
@@ -142,32 +123,31 @@ class Configurator {
 
   void LoadUserSet(const std::optional<std::string>& user_set) {
     if (!user_set) return;
-    if (!Has("UserSetSelector") || !Has("UserSetLoad"))
-      throw Refusal(who_, "", "the camera keeps no user sets", "leave user_set out");
-    RequireChoice("user_set", "UserSetSelector", *user_set);
-    RequireSetting(session_, who_, "user_set=" + *user_set, "UserSetSelector", *user_set);
-    CallOrThrow(who_, "user set " + *user_set,
-                [&](GError** e) { arv_camera_execute_command(camera_, "UserSetLoad", e); });
+    if (!session_.Has("UserSetSelector") || !session_.Has("UserSetLoad"))
+      throw Refused(who_, "the camera keeps no user sets", "leave user_set out");
+    const std::string asked = "user_set=" + *user_set;
+    if (const auto choices = session_.Choices("UserSetSelector");
+        std::ranges::find(choices, *user_set) == choices.end())
+      throw NoSuchChoice(who_, asked, choices);
+    RequireSetting(session_, who_, asked, "UserSetSelector", *user_set);
+    CallOrThrow(who_, "user set " + *user_set, arv_camera_execute_command, camera_, "UserSetLoad");
   }
 
   void CheckRange(const char* option, double value, double low, double high) {
     const double rounding = kRounding * std::abs(value);
     if (value < low - rounding || value > high + rounding)
-      throw Refusal(who_, "",
-                    fmt::format("{}={} is out of the camera's range, {} to {}", option, value, low, high),
-                    "");
+      throw Refused(who_,
+                    fmt::format("{}={} is out of the camera's range, {} to {}", option, value, low, high));
   }
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
     guint count = 0;
-    const char** names = CallOrThrow(who_, "pixel formats", [&](GError** e) {
-      return arv_camera_dup_available_pixel_formats_as_strings(camera_, &count, e);
-    });
+    const char** names = CallOrThrow(who_, "pixel formats", arv_camera_dup_available_pixel_formats_as_strings,
+                                     camera_, &count);
     const std::vector<std::string> offered(names, names + count);
     g_free(names);
     const std::string list = fmt::format("{}", fmt::join(offered, ", "));
     if (offered.empty() && !asked)
-      if (const auto fixed = PixelFormatByCode(
-              CallOr([&](GError** e) { return arv_camera_get_pixel_format(camera_, e); }, guint32{0})))
+      if (const auto fixed = PixelFormatByCode(TryCall(arv_camera_get_pixel_format, camera_).value_or(0)))
         return *fixed;
     const auto format = asked ? PixelFormatByName(*asked) : PreferredPixelFormat(offered);
     if (!format)
@@ -178,11 +158,11 @@ class Configurator {
       return known && known->code == format->code;
     });
     if (name == offered.end())
-      throw Refusal(who_, "", fmt::format("the camera has no pixel format {}", format->name),
+      throw Refused(who_, fmt::format("the camera has no pixel format {}", format->name),
                     fmt::format("it has {}", list));
     const std::string why = WriteSetting(session_, "PixelFormat", *name);
     if (why.empty()) return *format;
-    if (asked) throw Refusal(who_, "", fmt::format("format={}: {}", *asked, why), "leave format out");
+    if (asked) throw Refused(who_, fmt::format("format={}: {}", *asked, why), "leave format out");
     const std::optional<std::string> reads = ReadSetting(session_, "PixelFormat");
     const auto fixed = reads ? PixelFormatByName(*reads) : std::nullopt;
     if (!fixed)
@@ -197,7 +177,7 @@ class Configurator {
     if (number.Reads(value)) return;
     if (const std::string why = number.WhyFixed(); !why.empty()) {
       const std::optional<double> reads = number.Read();
-      throw Refusal(who_, "",
+      throw Refused(who_,
                     fmt::format("{}={:g}: {} {}{}", option, option_of(value), number.Feature(), why,
                                 reads ? fmt::format(" at {:g}", option_of(*reads)) : ""),
                     fmt::format("leave {} out", option));
@@ -214,7 +194,7 @@ class Configurator {
   void WriteExposure(std::optional<double> exposure_us) {
     if (!exposure_us) return;
     if (names_.exposure.empty())
-      throw Refusal(who_, "", "the camera has no exposure in a unit of time",
+      throw Refused(who_, "the camera has no exposure in a unit of time",
                     "leave exposure_us out ('ulf features' shows what it has)");
     SwitchOff(fmt::format("exposure_us={:g}", *exposure_us), "ExposureAuto");
     WriteNumber("exposure_us", Exposure(), *exposure_us);
@@ -227,17 +207,16 @@ class Configurator {
               "GainAuto");
     if (!names_.gain_of_all.empty()) Prefer(names_.gain_selector, names_.gain_of_all);
     if (options.gain_raw) {
-      if (names_.gain_raw.empty()) throw Refusal(who_, "", "the camera has no raw gain", "give gain_db");
+      if (names_.gain_raw.empty()) throw Refused(who_, "the camera has no raw gain", "give gain_db");
       return WriteNumber("gain_raw", {session_, names_.gain_raw}, *options.gain_raw);
     }
     if (names_.gain.empty())
-      throw Refusal(
-          who_, "",
+      throw Refused(
+          who_,
           fmt::format("the camera has no gain in dB{}",
                       names_.gain_raw.empty()
                           ? "; leave gain_db out"
-                          : "; it has units of its own: give gain_raw ('ulf features' shows its range)"),
-          "");
+                          : "; it has units of its own: give gain_raw ('ulf features' shows its range)"));
     const AravisNumber gain(session_, names_.gain);
     if (!names_.gain_is_factor) return WriteNumber("gain_db", gain, *options.gain_db);
     WriteNumber("gain_db", gain, FactorOf(*options.gain_db), Decibels);
@@ -246,27 +225,27 @@ class Configurator {
   void WriteBlackLevel(std::optional<double> black_level) {
     if (!black_level) return;
     if (!Can(arv_camera_is_black_level_available))
-      throw Refusal(who_, "", "the camera's black level cannot be set", "leave black_level out");
+      throw Refused(who_, "the camera's black level cannot be set", "leave black_level out");
     SwitchOff(fmt::format("black_level={:g}", *black_level), "BlackLevelAuto");
     // In the library's order, which is asked for the value.
     for (const char* name : {"Brightness", "BlackLevelRaw", "BlackLevel"})
-      if (Has(name)) return WriteNumber("black_level", {session_, name}, *black_level);
+      if (session_.Has(name)) return WriteNumber("black_level", {session_, name}, *black_level);
   }
 
   void WriteBalance(const std::optional<AravisWhiteBalance>& balance) {
     if (!balance) return;
     if (balance->by_camera) {
       if (names_.white_balance_auto.empty())
-        throw Refusal(who_, "", "the camera has no automatic white balance", "give white_balance=RED,BLUE");
+        throw Refused(who_, "the camera has no automatic white balance", "give white_balance=RED,BLUE");
       if (WordFor(session_, names_.white_balance_auto, AutomaticMode::kOnce).empty())
-        throw Refusal(who_, "",
+        throw Refused(who_,
                       fmt::format("white_balance=auto: the camera has {}",
-                                  fmt::join(Choices(names_.white_balance_auto.c_str()), ", ")),
+                                  fmt::join(session_.Choices(names_.white_balance_auto), ", ")),
                       "give white_balance=RED,BLUE");
       return;
     }
     if (names_.balance_ratio.empty())
-      throw Refusal(who_, "", "the camera has no ratios for red and blue", "leave white_balance out");
+      throw Refused(who_, "the camera has no ratios for red and blue", "leave white_balance out");
     SwitchOff(fmt::format("white_balance={:g},{:g}", balance->red, balance->blue), "BalanceWhiteAuto");
     WriteWhiteBalance(session_, who_, names_, *balance);
   }
@@ -274,12 +253,12 @@ class Configurator {
   // Enables the chunk data that the camera offers.
   void WriteChunks(bool wanted) {
     if (!Can(arv_camera_are_chunks_available)) {
-      if (wanted) throw Refusal(who_, "", "the camera adds no data to its frames", "leave chunks out");
+      if (wanted) throw Refused(who_, "the camera adds no data to its frames", "leave chunks out");
       return;
     }
     if (!wanted) return Prefer("ChunkModeActive", "false");
     RequireSetting(session_, who_, "chunks=on", "ChunkModeActive", "true");
-    for (const std::string& offered : Choices("ChunkSelector"))
+    for (const std::string& offered : session_.Choices("ChunkSelector"))
       for (const char* useful : {"ExposureTime", "Gain", "BlackLevel", "FrameID", "FrameId", "Framecounter",
                                  "Timestamp", "LineStatusAll"})
         if (offered == useful && WriteSetting(session_, "ChunkSelector", offered).empty() &&
@@ -291,12 +270,12 @@ class Configurator {
 
   void WriteFrameRate(std::optional<double> fps) {
     if (!fps) return;
-    if (Has("FPS")) return WriteListedRate(*fps);
+    if (session_.Has("FPS")) return WriteListedRate(*fps);
     const AravisNumber rate = Rate();
-    if (!rate.IsThere()) throw Refusal(who_, "", "the camera's frame rate cannot be set", "leave fps out");
+    if (!rate.IsThere()) throw Refused(who_, "the camera's frame rate cannot be set", "leave fps out");
     const std::string why = EnableRate(rate, *fps);
     if (!why.empty() && !rate.Reads(*fps) && !rate.WhyFixed().empty())
-      throw Refusal(who_, "",
+      throw Refused(who_,
                     fmt::format("fps={:g}: {} {}, because {}", *fps, rate.Feature(), rate.WhyFixed(), why),
                     "leave fps out");
     WriteNumber("fps", rate, *fps);
@@ -305,17 +284,15 @@ class Configurator {
   // The Imaging Source's, which may be a list of rates: the library knows it.
   void WriteListedRate(double fps) {
     double low = 0, high = 0;
-    CallOrThrow(who_, "frame rate",
-                [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
+    CallOrThrow(who_, "frame rate", arv_camera_get_frame_rate_bounds, camera_, &low, &high);
     CheckRange("fps", fps, low, high);
-    CallOrThrow(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, fps, e); });
+    CallOrThrow(who_, "frame rate", arv_camera_set_frame_rate, camera_, fps);
   }
 
   // Also one that is not available at this moment: its switch may be off.
   AravisNumber Rate() {
     for (const char* name : {"AcquisitionFrameRate", "AcquisitionFrameRateAbs"})
-      if (CallOr([&](GError** e) { return arv_camera_is_feature_implemented(camera_, name, e); }, false))
-        return {session_, name};
+      if (TryCall(arv_camera_is_feature_implemented, camera_, name).value_or(false)) return {session_, name};
     return {};
   }
 
@@ -343,16 +320,13 @@ class Configurator {
         ReductionOf(session_, "BinningHorizontal") * ReductionOf(session_, "DecimationHorizontal");
     window.binning_y = ReductionOf(session_, "BinningVertical") * ReductionOf(session_, "DecimationVertical");
     gint x = 0, y = 0;
-    CallOrThrow(who_, "region", [&](GError** e) {
-      arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
-    });
+    CallOrThrow(who_, "region", arv_camera_get_region, camera_, &x, &y, &configured_.width,
+                &configured_.height);
     // A camera that does not report its sensor's size reports the largest image, which tells nothing where it
     // is the present one: its size may be fixed.
     const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int end, int limit) {
       const auto read = [&](const char* feature) {
-        return Has(feature) ? CallOr([&](GError** e) { return arv_camera_get_integer(camera_, feature, e); },
-                                     gint64{0})
-                            : 0;
+        return session_.Has(feature) ? TryCall(arv_camera_get_integer, camera_, feature).value_or(0) : 0;
       };
       const auto sensor = static_cast<int>(read(of_sensor)), image = static_cast<int>(read(of_image));
       return sensor > 0 ? sensor : binning * (image > end ? image : std::max(end, limit));
@@ -370,8 +344,8 @@ class Configurator {
   // A share of the pixel format's full scale, or a percentage where the camera gives that unit.
   void ReadBlackLevel() {
     if (!Can(arv_camera_is_black_level_available)) return;
-    const double value = CallOr([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0);
-    ArvGcNode* node = arv_device_get_feature(session_.Device(), "BlackLevel");
+    const double value = TryCall(arv_camera_get_black_level, camera_).value_or(0.0);
+    ArvGcNode* node = session_.Node("BlackLevel");
     const bool percent = ARV_IS_GC_FLOAT(node) &&
                          Text(arv_gc_float_get_unit(ARV_GC_FLOAT(node))).find('%') != std::string::npos;
     configured_.black_level = value / (percent ? 100 : std::pow(2.0, configured_.format.bits) - 1);
@@ -416,9 +390,8 @@ class Configurator {
 
   // A camera that mirrors or crops its image may shift the mosaic and then change the format's name.
   void ReadFormat() {
-    const auto now = PixelFormatByName(
-        Text(CallOr([&](GError** e) { return arv_camera_get_pixel_format_as_string(camera_, e); },
-                    static_cast<const char*>(nullptr))));
+    const auto now =
+        PixelFormatByName(Text(TryCall(arv_camera_get_pixel_format_as_string, camera_).value_or(nullptr)));
     if (!now || now->code == configured_.format.code) return;
     configured_.notes.push_back(fmt::format("sends {} in place of {}", now->name, configured_.format.name));
     configured_.format = *now;
@@ -430,8 +403,7 @@ class Configurator {
     ReadLight();
     Note(ReadPayload(session_, configured_));
     const double exposure_s = ReadExposureSeconds();
-    const double fps = Rate().Read().value_or(
-        CallOr([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0));
+    const double fps = Rate().Read().value_or(TryCall(arv_camera_get_frame_rate, camera_).value_or(0.0));
     configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
     const bool is_switched_off =
         std::any_of(kRateSwitches.begin(), kRateSwitches.end(), [&](const auto& each) {
@@ -445,9 +417,8 @@ class Configurator {
     if (options.gain_raw)
       Compare("gain_raw", *options.gain_raw, AravisNumber(session_, names_.gain_raw).Read().value_or(0), 0);
     if (options.black_level)
-      Compare("black_level", *options.black_level,
-              CallOr([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0),
-              AravisNumber(session_, Has("BlackLevel") ? "BlackLevel" : "").Step());
+      Compare("black_level", *options.black_level, TryCall(arv_camera_get_black_level, camera_).value_or(0.0),
+              AravisNumber(session_, session_.Has("BlackLevel") ? "BlackLevel" : "").Step());
     if (options.white_balance && !options.white_balance->by_camera)
       CompareWhiteBalance(*options.white_balance);
     const SensorWindow& window = configured_.window;

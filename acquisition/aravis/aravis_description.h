@@ -6,8 +6,11 @@
 
 namespace ulf::acquisition {
 
-// kNone: a category, a port, a bare register.
-NodeKind KindOf(ArvGcNode* node);
+// Returns none for a category, a port, a bare register.
+std::optional<FeatureType> KindOf(ArvGcNode* node);
+// Returns the value as text ("Off", "true", "512"), empty where an enumeration's register has none of its
+// numbers; none: the camera does not return it, or the node has none.
+std::optional<std::string> ValueOf(ArvGcNode* node);
 // Returns what the description names, whether or not a camera has it at this moment: it is not asked, and
 // need not be there.
 NamedFeatures FeaturesOf(ArvGc* description);

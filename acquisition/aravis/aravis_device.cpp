@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <thread>
 #include <utility>
 
 #include "acquisition/aravis/aravis_automatics.h"
@@ -20,13 +19,9 @@
 #include "acquisition/aravis/aravis_watch.h"
 #include "acquisition/aravis/aravis_white_balance.h"
 #include "acquisition/device/background_closer.h"
-#include "acquisition/device/event_log.h"
-#include "acquisition/device/frame_queue.h"
-#include "acquisition/device/stream_statistics.h"
+#include "acquisition/device/live_driver.h"
 #include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/host_time.h"
-#include "core/base/mutex.h"
-#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -44,7 +39,7 @@ constexpr int kBrokenByChunks = 3;
 // A software trigger without a frame is fired again after at least so many seconds. Guessed.
 constexpr double kTriggerPatienceS = 1;
 
-class AravisDevice : public Device {
+class AravisDevice : public LiveDriver {
  public:
   explicit AravisDevice(const DeviceUri& uri) : options_(AravisOptionsOf(uri)) {
     const std::string open_by = ResolveAravis(uri.Text(), uri.path);
@@ -73,8 +68,6 @@ class AravisDevice : public Device {
     if (!held_uri_.empty()) info.uri = held_uri_;
     return info;
   }
-  bool IsLive() const override { return true; }
-  FrameSource Source() const override { return FrameSource::kSettableCamera; }
   HeldAutomatics Held() const override {
     if (some_stay_on_) return {};
     const auto held = [](const std::optional<bool>& asked_on) { return !asked_on.value_or(false); };
@@ -96,8 +89,6 @@ class AravisDevice : public Device {
   std::optional<Frame> Next(milliseconds timeout) override;
   void Stop() override;
 
-  DeviceState State() const override { return state_; }
-
   DeviceStatistics Statistics() const override {
     DeviceStatistics statistics = statistics_.Now();
     {
@@ -110,8 +101,6 @@ class AravisDevice : public Device {
          statistics.seconds > 0 ? 1e-6 * static_cast<double>(statistics.bytes) / statistics.seconds : 0});
     return statistics;
   }
-
-  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
   void Open(const std::string& open_by);
@@ -160,10 +149,7 @@ class AravisDevice : public Device {
   std::unique_ptr<AravisStream> stream_;
   std::unique_ptr<AravisFrames> frames_;
   std::unique_ptr<AravisExposures> exposures_;
-  std::unique_ptr<FrameQueue> queue_;
-  std::thread thread_;
   std::atomic<bool> stop_{false};
-  std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::atomic<bool> running_{false};
 
   // A software trigger is open: set by Next(), cleared when its frame arrives.
@@ -177,12 +163,8 @@ class AravisDevice : public Device {
   bool said_incomplete_ = false;
   std::optional<Clock::time_point> settled_at_;  // frames until then are discarded; none: none are
 
-  EventLog events_;
-  StreamStatistics statistics_;
   std::atomic<bool> some_stay_on_{false};  // automatics that could not be switched off
 
-  mutable Mutex mutex_;
-  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   TransportFigures transport_ ULF_GUARDED_BY(mutex_);  // as they were remembered last
   std::uint64_t wrong_packet_ids_ ULF_GUARDED_BY(mutex_) = 0;
   // Returns the URI with the values that the automatics had reached; empty: uri_.
@@ -221,11 +203,9 @@ void AravisDevice::Start() {
     if (options_.Triggered() || options_.settle_s == 0)
       Freeze();
     else
-      settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                       std::chrono::duration<double>(options_.settle_s));
+      settled_at_ = Clock::now() + DurationOf(options_.settle_s);
   }
-  CallOrThrow(uri_, "start of acquisition",
-              [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+  CallOrThrow(uri_, "start of acquisition", arv_camera_start_acquisition, session_->Camera());
   if (options_.white_balance && options_.white_balance->by_camera) BalanceWhiteOnce(*session_, uri_);
   stop_ = false;
   state_ = DeviceState::kStreaming;
@@ -235,11 +215,8 @@ void AravisDevice::Start() {
 }
 
 std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
-  if (!queue_) return std::nullopt;
   if (options_.SoftwareTriggered() && state_ == DeviceState::kStreaming && queue_->Size() == 0) Fire();
-  std::optional<Frame> frame = queue_->Pop(timeout);
-  if (frame && frame->status == FrameStatus::kComplete) statistics_.Delivered(*frame);
-  return frame;
+  return LiveDriver::Next(timeout);
 }
 
 // From then on Info().uri has the values that they reached, so that a camera opened by it takes the same
@@ -264,11 +241,8 @@ void AravisDevice::Fire() {
   if (trigger_out_ && SecondsSince(triggered_at_) < overdue_s) return;
   triggered_at_ = Clock::now();
   trigger_out_ = true;
-  GError* error = nullptr;
-  arv_camera_software_trigger(session_->Camera(), &error);
-  if (!error) return;
-  spdlog::debug("{}: software trigger: {}", uri_, error->message);  // the watch finds the cause
-  g_clear_error(&error);
+  if (const auto failure = FailureOf(arv_camera_software_trigger, session_->Camera()))
+    spdlog::debug("{}: software trigger: {}", uri_, *failure);  // the watch finds the cause
 }
 
 void AravisDevice::Stop() {
@@ -290,7 +264,7 @@ void AravisDevice::Stop() {
     CloseInBackground(std::move(session_));
     return;
   }
-  CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  FailureOf(arv_camera_stop_acquisition, session_->Camera());
   session_->ReleaseStream();
   if (state_ == DeviceState::kLost)
     session_.reset();  // the camera answers: returns control at once
@@ -311,8 +285,7 @@ void AravisDevice::Capture() {
       frozen = true;
       Freeze();
       // Frames that were exposed before the automatics were off still arrive.
-      settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                                       configured_.period_s + configured_.exposure_s));
+      settled_at_ = Clock::now() + DurationOf(configured_.period_s + configured_.exposure_s);
     }
     if (frozen && settled_at_ && Clock::now() >= *settled_at_) settled_at_.reset();
     exposures_->Step();
@@ -360,7 +333,7 @@ void AravisDevice::GiveUpChunks() {
       "sends none. They are switched off, and exposure, gain and time are taken from the settings and "
       "the stream (chunks=off says so from the start)",
       broken_));
-  CallIgnoringErrors([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  FailureOf(arv_camera_stop_acquisition, session_->Camera());
   frames_.reset();
   stream_.reset();
   session_->ReleaseStream();
@@ -370,17 +343,12 @@ void AravisDevice::GiveUpChunks() {
   exposures_->LookAgain(TellsExposures());
   statistics_.NumbersRestart();
   first_of_stream_ = true;
-  CallOrThrow(uri_, "start of acquisition",
-              [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
+  CallOrThrow(uri_, "start of acquisition", arv_camera_start_acquisition, session_->Camera());
 }
 
 void AravisDevice::Lose(const std::string& problem) {
   events_.Say(DeviceEventKind::kFaulted, problem);
-  {
-    const MutexLock lock(mutex_);
-    info_.available = false;
-    info_.problem = problem;
-  }
+  DescribeLoss(problem);
   state_ = DeviceState::kLost;
   queue_->Close();
 }

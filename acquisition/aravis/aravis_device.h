@@ -4,35 +4,7 @@
 // Vendor-Model-Serial) or a hardware address, each found by discovery, which takes a second; empty: the first
 // camera found.
 //
-//   user_set           the camera's own settings loaded first: Default, UserSet1, ...    else: none
-//   exposure_us        exposure time; auto exposure is switched off           else: as the camera is
-//   gain_db            gain; auto gain is switched off                        else: as the camera is
-//   gain_raw           the same for a camera that counts in units of its own
-//   black_level        in the camera's unit; its automatic is switched off    else: as the camera is
-//   white_balance      RED,BLUE as ratios to green, or auto: by the camera, once at each start
-//   auto_exposure, auto_gain, auto_white_balance, auto_black_level
-//                      on: continuous; off: at once    else: what is on settles, then is switched off and
-//                      held
-//   settle             seconds that automatics get for that                   else: 1
-//   fps                frame rate                                             else: as the camera is
-//   format             PFNC name                        else: the best supported one (pixel_format.h)
-//   binning            2x2                                                    else: none
-//   roi                WxH+X+Y in pixels of the image, after binning, in the camera's steps, of a mosaic
-//                      with even offsets                                      else: the whole sensor
-//   trigger            software, or the camera's name for a line (Line0)      else: free, without one
-//   chunks             on: exposure, gain, number and time of each frame from the camera itself, if offered
-//   ptp                on: IEEE 1588 sets the camera's clock, and opening waits for that    else: as it is
-//   ptp_wait_s         how long                                               else: 30
-//   packet_size        GigE Vision bytes a packet                 else: negotiated; 7800 on this computer
-//   packet_delay_ns    pause between packets: several cameras on one link     else: 0
-//   throughput_limit   bytes a second that the camera sends at most         else: as the camera is
-//   resend             on, off: ask again for packets that did not come       else: on
-//   packet_timeout_ms  before a packet is asked for again                     else: the library's
-//   frame_retention_ms after the last packet, before a frame is given up      else: the library's
-//   socket_buffer      bytes that the system may hold         else: two frames, at least two megabytes
-//   buffers            frames the library may fill at once                    else: 4 to 24, by size
-//   priority           high, realtime: of the receiving thread, if the system lets us    else: normal
-//   queue              frames that may wait for the reader                    else: 4
+// The options, with their units and defaults, are those of docs/devices.md#options-of-aravis.
 //
 // A camera keeps the settings of the last program, so opening writes the whole configuration. Exposure, gain
 // and black level are read back and stand in every frame: gain is linear, 10^(dB/20), and 1 where the camera

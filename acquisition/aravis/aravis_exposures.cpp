@@ -19,11 +19,6 @@ constexpr double kPatienceS = 3;                    // beside the exposure itsel
 
 bool AreTheSame(double a_s, double b_s) { return std::abs(a_s - b_s) <= kSameShare * b_s + kSameS; }
 
-bool Has(ArvDevice* device, const char* feature) {
-  return CallOr([&](GError** e) { return arv_device_is_feature_available(device, feature, e); }, FALSE) !=
-         FALSE;
-}
-
 // Returns 0 and 0 when the camera does not tell.
 std::pair<double, double> BoundsOf(const AravisNumber& number) {
   try {
@@ -38,39 +33,27 @@ class FeatureWrites {
  public:
   explicit FeatureWrites(const AravisSession& session) : session_(session) {}
   FeatureWrites& Text(const char* feature, const std::string& value) {
-    if (!ok_) return *this;
-    why_ = WriteSetting(session_, feature, value);
-    ok_ = why_.empty();
+    if (ok()) why_ = WriteSetting(session_, feature, value);
     return *this;
   }
   FeatureWrites& Whole(const char* feature, gint64 value) { return Text(feature, fmt::format("{}", value)); }
   FeatureWrites& Number(const AravisNumber& number, double value) {
-    if (!ok_) return *this;
     try {
-      number.Write("the camera", value);
+      if (ok()) number.Write("the camera", value);
     } catch (const Error& error) {
-      ok_ = false;
       why_ = error.what();
     }
     return *this;
   }
   FeatureWrites& Do(const char* command) {
-    if (!ok_) return *this;
-    GError* error = nullptr;
-    arv_device_execute_command(session_.Device(), command, &error);
-    if (error) {
-      ok_ = false;
-      why_ = error->message;
-      g_clear_error(&error);
-    }
+    if (ok()) why_ = FailureOf(arv_device_execute_command, session_.Device(), command).value_or("");
     return *this;
   }
-  bool ok() const { return ok_; }
+  bool ok() const { return why_.empty(); }
   const std::string& why() const { return why_; }
 
  private:
   const AravisSession& session_;
-  bool ok_ = true;
   std::string why_;
 };
 
@@ -82,18 +65,16 @@ AravisExposures::AravisExposures(const AravisSession& session, bool frames_tell,
 }
 
 void AravisExposures::LookAgain() {
-  ArvCamera* camera = session_.Camera();
-  ArvDevice* device = session_.Device();
   const bool is_automatic = IsAutomaticOn(session_, "ExposureAuto");
-  const FeatureNames names = FindFeatureNames(FeaturesOf(camera));
+  const FeatureNames names = FindFeatureNames(FeaturesOf(session_.Camera()));
   exposure_ = {session_, names.exposure, names.exposure_us};
   if (is_automatic || !exposure_.Read() || IsReadOnly(session_, exposure_.Feature())) {
     kind_ = ExposureRequests::kNone;
     return;
   }
-  const bool has_sequencer = frames_tell_ && Has(device, "SequencerMode") &&
-                             Has(device, "SequencerConfigurationMode") &&
-                             Has(device, "SequencerSetSelector") && Has(device, "SequencerSetNext");
+  const bool has_sequencer = frames_tell_ && session_.Has("SequencerMode") &&
+                             session_.Has("SequencerConfigurationMode") &&
+                             session_.Has("SequencerSetSelector") && session_.Has("SequencerSetNext");
   kind_ = has_sequencer ? ExposureRequests::kSequencer : ExposureRequests::kSetTime;
 }
 
@@ -119,7 +100,6 @@ bool AravisExposures::SetTime(double exposure_s) {
 
 // Set k is exposure k; the last leads to the first again, so that a frame that was lost comes once more.
 bool AravisExposures::StartSequencer() {
-  ArvDevice* device = session_.Device();
   FeatureWrites writes(session_);
   writes.Text("SequencerMode", "Off").Text("SequencerConfigurationMode", "On");
   const auto sets = static_cast<gint64>(wanted_.size()) - 1;  // without the exposure before
@@ -127,11 +107,11 @@ bool AravisExposures::StartSequencer() {
     writes.Whole("SequencerSetSelector", set);
     const double exposure_s = wanted_[static_cast<std::size_t>(set)].exposure_s;
     writes.Number(exposure_, 1e6 * exposure_s);
-    if (Has(device, "SequencerPathSelector")) writes.Whole("SequencerPathSelector", 0);
-    if (Has(device, "SequencerTriggerSource")) writes.Text("SequencerTriggerSource", "FrameStart");
+    if (session_.Has("SequencerPathSelector")) writes.Whole("SequencerPathSelector", 0);
+    if (session_.Has("SequencerTriggerSource")) writes.Text("SequencerTriggerSource", "FrameStart");
     writes.Whole("SequencerSetNext", (set + 1) % sets).Do("SequencerSetSave");
   }
-  if (Has(device, "SequencerSetStart")) writes.Whole("SequencerSetStart", 0);
+  if (session_.Has("SequencerSetStart")) writes.Whole("SequencerSetStart", 0);
   writes.Text("SequencerConfigurationMode", "Off").Text("SequencerMode", "On");
   if (writes.ok()) {
     set_at_ = Clock::now();

@@ -12,7 +12,6 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>

@@ -6,8 +6,10 @@
 #include <cstdlib>
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_description.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_setting.h"
 #include "core/base/error.h"
@@ -18,24 +20,10 @@ namespace {
 
 constexpr double kUnlimitedFps = 1e9;  // a limit of this or more is the library's, not the camera's
 
-std::optional<FeatureType> TypeOf(ArvGcNode* node) {
-  if (ARV_IS_GC_ENUMERATION(node)) return FeatureType::kEnumeration;
-  if (ARV_IS_GC_COMMAND(node)) return FeatureType::kCommand;
-  if (ARV_IS_GC_BOOLEAN(node)) return FeatureType::kBoolean;
-  if (ARV_IS_GC_FLOAT(node)) return FeatureType::kFloat;
-  if (ARV_IS_GC_INTEGER(node)) return FeatureType::kInteger;
-  if (ARV_IS_GC_STRING(node)) return FeatureType::kString;
-  return std::nullopt;  // a category, a bare register, a port
-}
-
 std::string SquashSpace(const std::string& text) {
+  std::istringstream words(text);
   std::string squashed;
-  for (const char c : text) {
-    const bool space = c == ' ' || c == '\n' || c == '\t' || c == '\r';
-    if (space && (squashed.empty() || squashed.back() == ' ')) continue;
-    squashed += space ? ' ' : c;
-  }
-  if (!squashed.empty() && squashed.back() == ' ') squashed.pop_back();
+  for (std::string word; words >> word;) squashed += (squashed.empty() ? "" : " ") + word;
   return squashed;
 }
 
@@ -76,8 +64,7 @@ class AravisFeatures : public FeatureAccess {
  public:
   explicit AravisFeatures(const DeviceUri& uri) {
     if (!uri.options.empty())
-      throw Refusal(fmt::format("'{}'", uri.Text()), "", "ulf features sets features by name",
-                    "leave the options after '?' out");
+      throw Refused(uri, "ulf features sets features by name", "leave the options after '?' out");
     info_.uri = uri.Text();
     session_ =
         AravisSession::Open(info_.uri, ResolveAravis(info_.uri, uri.path), AravisSession::Wanted::kReading);
@@ -98,7 +85,7 @@ class AravisFeatures : public FeatureAccess {
     // With the present binning. Offsets reduce the limit of Width, but not WidthMax.
     const auto largest = [&](const char* of_image, void (*bounds)(ArvCamera*, gint*, gint*, GError**)) {
       gint low = 0, high = 0;
-      CallIgnoringErrors([&](GError** e) { bounds(camera, &low, &high, e); });
+      FailureOf(bounds, camera, &low, &high);
       const auto feature = Read(of_image, "");
       return feature && feature->readable ? std::max(high, std::atoi(feature->value.c_str())) : high;
     };
@@ -106,15 +93,12 @@ class AravisFeatures : public FeatureAccess {
                          .height = largest("HeightMax", arv_camera_get_height_bounds),
                          .any_size = true};
     double slowest = 0, fastest = 0;
-    if (CallOr([&](GError** e) { return arv_camera_is_frame_rate_available(camera, e); }, false))
-      CallIgnoringErrors(
-          [&](GError** e) { arv_camera_get_frame_rate_bounds(camera, &slowest, &fastest, e); });
+    if (TryCall(arv_camera_is_frame_rate_available, camera).value_or(false))
+      FailureOf(arv_camera_get_frame_rate_bounds, camera, &slowest, &fastest);
     common.any_fps = fastest > 0 && fastest < kUnlimitedFps;
     if (common.any_fps) common.fps = {slowest, fastest};
     std::vector<OfferedFormat> formats;
-    for (const std::string& name : CallForNames([&](guint*count, GError**e) {
-           return arv_camera_dup_available_pixel_formats_as_strings(camera, count, e);
-         })) {
+    for (const std::string& name : CallForNames(arv_camera_dup_available_pixel_formats_as_strings, camera)) {
       formats.push_back(common);
       formats.back().name = name;
       formats.back().supported = PixelFormatByName(name).has_value();
@@ -137,21 +121,17 @@ class AravisFeatures : public FeatureAccess {
 
   void Set(const std::string& name, const std::string& text) override {
     const auto feature = Find(name);
-    if (!feature) throw Refusal(info_.uri, "", fmt::format("has no feature '{}'", name), "");
+    if (!feature) throw Refused(info_.uri, fmt::format("has no feature '{}'", name));
     if (!session_->IsController())
       throw Error("{}: {} cannot be written: {}", info_.uri, name, session_->WhoControls());
     if (!feature->writable) {
       if (feature->readable && SameValue(*feature, feature->value, text)) return;
-      throw Refusal(info_.uri, "",
-                    fmt::format("{} is read-only, or locked by another setting{}", name,
-                                feature->readable ? ", at " + feature->value : ""),
-                    "");
+      throw Refused(info_.uri, fmt::format("{} is read-only, or locked by another setting{}", name,
+                                           feature->readable ? ", at " + feature->value : ""));
     }
     const std::string value = CheckedValue(info_.uri, *feature, text);
     if (feature->type == FeatureType::kCommand)
-      return CallOrThrow(info_.uri, name, [&](GError** e) {
-        return arv_device_execute_command(session_->Device(), name.c_str(), e);
-      });
+      return CallOrThrow(info_.uri, name, arv_device_execute_command, session_->Device(), name.c_str());
     if (const std::string why = WriteSetting(*session_, name, value); !why.empty())
       throw Error("{}: {}={}: {}", info_.uri, name, value, why);
   }
@@ -161,7 +141,7 @@ class AravisFeatures : public FeatureAccess {
     ArvGcNode* node = arv_gc_get_node(genicam_, name.c_str());
     if (!node || !walked_.insert(name).second) return;
     if (!ARV_IS_GC_CATEGORY(node)) {
-      if (TypeOf(node)) tree_.emplace_back(name, category);
+      if (KindOf(node)) tree_.emplace_back(name, category);
       return;
     }
     const std::string inner = name == "Root" ? "" : category.empty() ? name : category + "/" + name;
@@ -183,11 +163,10 @@ class AravisFeatures : public FeatureAccess {
 
   std::optional<CameraFeature> Read(const std::string& name, const std::string& category) {
     ArvGcNode* node = arv_gc_get_node(genicam_, name.c_str());
-    const auto type = node ? TypeOf(node) : std::nullopt;
+    const auto type = KindOf(node);
     if (!type) return std::nullopt;
     ArvGcFeatureNode* feature_node = ARV_GC_FEATURE_NODE(node);
-    if (!CallOr([&](GError** e) { return arv_gc_feature_node_is_implemented(feature_node, e); }, true))
-      return std::nullopt;
+    if (!TryCall(arv_gc_feature_node_is_implemented, feature_node).value_or(true)) return std::nullopt;
     CameraFeature feature;
     feature.name = name;
     feature.category = category;
@@ -197,17 +176,17 @@ class AravisFeatures : public FeatureAccess {
       feature.description = SquashSpace(Text(arv_gc_feature_node_get_tooltip(feature_node)));
     feature.visibility = VisibilityOf(node);
     feature.streamable = StreamableOf(node).value_or(!description_marks_streamable_);
-    const bool available =
-        CallOr([&](GError** e) { return arv_gc_feature_node_is_available(feature_node, e); }, true);
+    const bool available = TryCall(arv_gc_feature_node_is_available, feature_node).value_or(true);
     // The library's access mode does not include the lock.
-    const bool locked =
-        CallOr([&](GError** e) { return arv_gc_feature_node_is_locked(feature_node, e); }, false);
+    const bool locked = TryCall(arv_gc_feature_node_is_locked, feature_node).value_or(false);
     const ArvGcAccessMode access = arv_gc_feature_node_get_actual_access_mode(feature_node);
     feature.readable = available && access != ARV_GC_ACCESS_MODE_WO && *type != FeatureType::kCommand;
     feature.writable = available && !locked && access != ARV_GC_ACCESS_MODE_RO;
     feature.read_only = access == ARV_GC_ACCESS_MODE_RO;
     if (available) ReadRange(node, feature);
-    if (feature.readable) ReadValue(node, feature);
+    const auto value = feature.readable ? ValueOf(node) : std::nullopt;
+    feature.readable = value.has_value();
+    feature.value = value.value_or("");
     if (ARV_IS_GC_SELECTOR(node))
       for (const GSList* entry = arv_gc_selector_get_selected_features(ARV_GC_SELECTOR(node)); entry;
            entry = entry->next)
@@ -222,57 +201,26 @@ class AravisFeatures : public FeatureAccess {
       constexpr gint64 kLeast = std::numeric_limits<gint64>::min(),
                        kMost = std::numeric_limits<gint64>::max();
       ArvGcInteger* integer = ARV_GC_INTEGER(node);
-      const gint64 low = CallOr([&](GError** e) { return arv_gc_integer_get_min(integer, e); }, kLeast);
-      const gint64 high = CallOr([&](GError** e) { return arv_gc_integer_get_max(integer, e); }, kMost);
-      const gint64 step = CallOr([&](GError** e) { return arv_gc_integer_get_inc(integer, e); }, gint64{1});
+      const gint64 low = TryCall(arv_gc_integer_get_min, integer).value_or(kLeast);
+      const gint64 high = TryCall(arv_gc_integer_get_max, integer).value_or(kMost);
+      const gint64 step = TryCall(arv_gc_integer_get_inc, integer).value_or(1);
       if (low != kLeast) feature.min = static_cast<double>(low);
       if (high != kMost) feature.max = static_cast<double>(high);
       if (step > 0) feature.step = static_cast<double>(step);
       feature.unit = Text(arv_gc_integer_get_unit(integer));
     } else if (feature.type == FeatureType::kFloat) {
       ArvGcFloat* real = ARV_GC_FLOAT(node);
-      const double low = CallOr([&](GError** e) { return arv_gc_float_get_min(real, e); }, -DBL_MAX);
-      const double high = CallOr([&](GError** e) { return arv_gc_float_get_max(real, e); }, DBL_MAX);
-      const double step = CallOr([&](GError** e) { return arv_gc_float_get_inc(real, e); }, 0.0);
+      const double low = TryCall(arv_gc_float_get_min, real).value_or(-DBL_MAX);
+      const double high = TryCall(arv_gc_float_get_max, real).value_or(DBL_MAX);
+      const double step = TryCall(arv_gc_float_get_inc, real).value_or(0.0);
       if (std::isfinite(low) && low > -DBL_MAX) feature.min = low;
       if (std::isfinite(high) && high < DBL_MAX) feature.max = high;
       if (std::isfinite(step) && step > 2 * DBL_MIN) feature.step = step;
       feature.unit = Text(arv_gc_float_get_unit(real));
     } else if (feature.type == FeatureType::kEnumeration) {
-      feature.choices = CallForNames([&](guint* count, GError** e) {
-        return arv_gc_enumeration_dup_available_string_values(ARV_GC_ENUMERATION(node), count, e);
-      });
+      feature.choices =
+          CallForNames(arv_gc_enumeration_dup_available_string_values, ARV_GC_ENUMERATION(node));
     }
-  }
-
-  // Lists a feature as not readable where the camera does not return its value.
-  void ReadValue(ArvGcNode* node, CameraFeature& feature) {
-    GError* error = nullptr;
-    // Where the camera does not return its value, the library's is memory that nothing ends.
-    const auto text = [&error](const char* value) { return error ? std::string() : Text(value); };
-    switch (feature.type) {
-      case FeatureType::kInteger:
-        feature.value = fmt::format("{}", arv_gc_integer_get_value(ARV_GC_INTEGER(node), &error));
-        break;
-      case FeatureType::kFloat:
-        feature.value = fmt::format("{}", arv_gc_float_get_value(ARV_GC_FLOAT(node), &error));
-        break;
-      case FeatureType::kBoolean:
-        feature.value = arv_gc_boolean_get_value(ARV_GC_BOOLEAN(node), &error) ? "true" : "false";
-        break;
-      case FeatureType::kEnumeration:
-        feature.value = text(arv_gc_enumeration_get_string_value(ARV_GC_ENUMERATION(node), &error));
-        break;
-      case FeatureType::kString:
-        feature.value = text(arv_gc_string_get_value(ARV_GC_STRING(node), &error));
-        break;
-      case FeatureType::kCommand:
-        break;
-    }
-    if (!error) return;
-    g_clear_error(&error);
-    feature.readable = false;
-    feature.value.clear();
   }
 
   DeviceInfo info_;

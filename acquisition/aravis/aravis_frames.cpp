@@ -39,11 +39,8 @@ AravisFrames::AravisFrames(const AravisSession& session, AravisConfigured config
   chunk_gain_is_known_ = gain_in_decibels || !names.gain.empty();
   // Cameras of GigE Vision 1.x count ticks of their own.
   if (!ARV_IS_GV_DEVICE(session.Device())) return;
-  const guint64 ticks_per_s = CallOr(
-      [&](GError** e) {
-        return arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(session.Device()), e);
-      },
-      guint64{0});
+  const guint64 ticks_per_s =
+      TryCall(arv_gv_device_get_timestamp_tick_frequency, ARV_GV_DEVICE(session.Device())).value_or(0);
   if (ticks_per_s > 0) tick_s_ = 1.0 / static_cast<double>(ticks_per_s);
 }
 
@@ -116,12 +113,10 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
     return;
   }
   const auto real = [&](const char* name) {
-    return CallOr([&](GError** e) { return arv_chunk_parser_get_float_value(chunks_, buffer, name, e); },
-                  std::nan(""));
+    return TryCall(arv_chunk_parser_get_float_value, chunks_, buffer, name).value_or(std::nan(""));
   };
   const auto whole = [&](const char* name) {
-    return CallOr([&](GError** e) { return arv_chunk_parser_get_integer_value(chunks_, buffer, name, e); },
-                  gint64{-1});
+    return TryCall(arv_chunk_parser_get_integer_value, chunks_, buffer, name).value_or(gint64{-1});
   };
   const auto has = [&](const char* chunk) {
     return std::find(configured_.chunks.begin(), configured_.chunks.end(), chunk) != configured_.chunks.end();

@@ -21,19 +21,15 @@ constexpr int kLocalPacketSize = 7800;
 bool NegotiatePacketSize(ArvCamera* camera) {
   constexpr gint64 kSafePacketSize = 576;  // every IPv4 network passes it
   gint64 low = 0, high = 0;
-  CallIgnoringErrors(
-      [&](GError** e) { arv_camera_get_integer_bounds(camera, "GevSCPSPacketSize", &low, &high, e); });
-  const auto read = [&] {
-    return CallOr([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0});
-  };
+  FailureOf(arv_camera_get_integer_bounds, camera, "GevSCPSPacketSize", &low, &high);
+  const auto read = [&] { return TryCall(arv_camera_gv_get_packet_size, camera).value_or(0); };
   const auto write = [&](gint64 size) {
-    CallIgnoringErrors(
-        [&](GError** e) { arv_camera_gv_set_packet_size(camera, static_cast<gint>(size), e); });
+    FailureOf(arv_camera_gv_set_packet_size, camera, static_cast<gint>(size));
   };
   const guint own = read();
   write(std::max(kSafePacketSize, low));
   const guint smallest = read();
-  CallIgnoringErrors([&](GError** e) { arv_camera_gv_auto_packet_size(camera, e); });
+  FailureOf(arv_camera_gv_auto_packet_size, camera);
   const bool found = read() > smallest;
   if (!found) write(own);
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
@@ -47,18 +43,15 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
   std::optional<int> packet_size = options.packet_size;
   if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
   const auto own = [&] {
-    return static_cast<int>(
-        CallOr([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0}));
+    return static_cast<int>(TryCall(arv_camera_gv_get_packet_size, camera).value_or(0));
   };
   if (packet_size) {
     arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
-    GError* error = nullptr;
-    if (own() != *packet_size) arv_camera_gv_set_packet_size(camera, *packet_size, &error);
-    const std::string reason = error ? Text(error->message) : "";
-    g_clear_error(&error);
-    if (options.packet_size && !reason.empty())
-      throw Refusal(who, "",
-                    fmt::format("packet_size={}: the camera keeps {}: {}", *packet_size, own(), reason),
+    std::optional<std::string> failure;
+    if (own() != *packet_size) failure = FailureOf(arv_camera_gv_set_packet_size, camera, *packet_size);
+    if (options.packet_size && failure)
+      throw Refused(who,
+                    fmt::format("packet_size={}: the camera keeps {}: {}", *packet_size, own(), *failure),
                     "leave packet_size out");
   } else {
     link.packet_size_negotiated = NegotiatePacketSize(camera);
@@ -73,21 +66,11 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
     notes.push_back(fmt::format("changed packet_size={} to {}", *packet_size, link.packet_size));
   // The register is optional.
   const gint64 delay_ns = options.packet_delay_ns.value_or(0);
-  const auto reads_delay = [&](gint64 otherwise) {
-    return CallOr([&](GError** e) { return arv_camera_gv_get_packet_delay(camera, e); }, otherwise);
-  };
-  const bool taken =
-      reads_delay(-1) == delay_ns ||
-      CallOr([&](GError** e) { return arv_camera_gv_set_packet_delay(camera, delay_ns, e), true; }, false);
-  link.packet_delay_ns = reads_delay(0);
+  const bool taken = TryCall(arv_camera_gv_get_packet_delay, camera) == delay_ns ||
+                     !FailureOf(arv_camera_gv_set_packet_delay, camera, delay_ns);
+  link.packet_delay_ns = TryCall(arv_camera_gv_get_packet_delay, camera).value_or(0);
   if (options.packet_delay_ns && (!taken || std::abs(link.packet_delay_ns - delay_ns) > delay_ns / 10))
     notes.push_back(fmt::format("changed packet_delay_ns={} to {}", delay_ns, link.packet_delay_ns));
-}
-
-std::string SwitchOf(const AravisSession& session, const FeatureNames& names) {
-  return Text(CallOr(
-      [&](GError** e) { return arv_camera_get_string(session.Camera(), names.throughput_mode.c_str(), e); },
-      static_cast<const char*>(nullptr)));
 }
 
 AravisNumber LimitOf(const AravisSession& session, const FeatureNames& names) {
@@ -97,10 +80,10 @@ AravisNumber LimitOf(const AravisSession& session, const FeatureNames& names) {
 void WriteThroughputLimit(const AravisSession& session, const std::string& who, const FeatureNames& names,
                           double limit) {
   if (names.throughput_limit.empty())
-    throw Refusal(who, "", "the camera does not limit its own throughput", "leave throughput_limit out");
+    throw Refused(who, "the camera does not limit its own throughput", "leave throughput_limit out");
   if (names.throughput_bytes == 0)
-    throw Refusal(
-        who, "", fmt::format("the camera counts {} in a unit that ulf does not know", names.throughput_limit),
+    throw Refused(
+        who, fmt::format("the camera counts {} in a unit that ulf does not know", names.throughput_limit),
         "leave throughput_limit out and set it by 'ulf features'");
   // Before the limit: some cameras have none while the switch is off.
   const std::string asked = fmt::format("throughput_limit={:.0f}", limit);
@@ -108,24 +91,26 @@ void WriteThroughputLimit(const AravisSession& session, const std::string& who, 
   const AravisNumber number = LimitOf(session, names);
   if (number.Reads(limit)) return;
   if (const std::string why = number.WhyFixed(); !why.empty())
-    throw Refusal(who, "",
+    throw Refused(who,
                   fmt::format("{}: {} {} at {:.0f} bytes a second", asked, number.Feature(), why,
                               number.Read().value_or(0)),
                   "leave throughput_limit out");
   const auto [low, high] = number.Bounds(who);
   if (limit < low || limit > high)
-    throw Refusal(
-        who, "",
+    throw Refused(
+        who,
         fmt::format("throughput_limit={:.0f} is out of the camera's range, {:.0f} to {:.0f} bytes a second",
-                    limit, low, high),
-        "");
+                    limit, low, high));
   const double step = number.Step();
   number.Write(who, step > 0 ? std::min(high, low + std::ceil((limit - low) / step) * step) : limit);
 }
 
 std::optional<double> ThroughputLimitOf(const AravisSession& session, const FeatureNames& names) {
   if (names.throughput_limit.empty() || names.throughput_bytes == 0) return std::nullopt;
-  if (!names.throughput_mode.empty() && SwitchOf(session, names) != "On") return std::nullopt;
+  if (!names.throughput_mode.empty() &&
+      Text(TryCall(arv_camera_get_string, session.Camera(), names.throughput_mode.c_str())
+               .value_or(nullptr)) != "On")
+    return std::nullopt;
   const std::optional<double> limit = LimitOf(session, names).Read();
   return limit && *limit > 0 ? limit : std::nullopt;
 }

@@ -8,11 +8,10 @@
 namespace ulf::acquisition {
 namespace {
 
-bool OnOrOff(const DeviceUri& uri, const std::string& key, bool otherwise) {
+std::optional<bool> OnOrOff(const DeviceUri& uri, const std::string& key) {
   const auto text = uri.Option(key);
-  if (!text) return otherwise;
-  if (*text != "on" && *text != "off")
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("{} must be on or off", key), "");
+  if (!text) return std::nullopt;
+  if (*text != "on" && *text != "off") throw Refused(uri, fmt::format("{} must be on or off", key));
   return *text == "on";
 }
 
@@ -22,8 +21,7 @@ AravisRegion ParseRegion(const DeviceUri& uri, const std::string& text) {
   if (std::sscanf(text.c_str(), "%dx%d+%d+%d%c", &region.width, &region.height, &region.x, &region.y,
                   &rest) != 4 ||
       region.width < 1 || region.height < 1 || region.x < 0 || region.y < 0)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", "roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0",
-                  "");
+    throw Refused(uri, "roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0");
   return region;
 }
 
@@ -32,7 +30,7 @@ AravisBinning ParseBinning(const DeviceUri& uri, const std::string& text) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%dx%d%c", &binning.x, &binning.y, &rest) != 2 || binning.x < 1 ||
       binning.y < 1)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", "binning must read 2x2", "");
+    throw Refused(uri, "binning must read 2x2");
   return binning;
 }
 
@@ -45,8 +43,7 @@ AravisWhiteBalance ParseWhiteBalance(const DeviceUri& uri, const std::string& te
   char rest = 0;
   if (std::sscanf(text.c_str(), "%lf,%lf%c", &balance.red, &balance.blue, &rest) != 2 ||
       !(balance.red > 0 && balance.blue > 0))
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  "white_balance must read RED,BLUE, ratios to green such as 1.6,2.1, or auto", "");
+    throw Refused(uri, "white_balance must read RED,BLUE, ratios to green such as 1.6,2.1, or auto");
   return balance;
 }
 
@@ -54,18 +51,16 @@ ThreadPriority ParsePriority(const DeviceUri& uri, const std::string& text) {
   if (text == "normal") return ThreadPriority::kNormal;
   if (text == "high") return ThreadPriority::kHigh;
   if (text == "realtime") return ThreadPriority::kRealtime;
-  throw Refusal(fmt::format("'{}'", uri.Text()), "", "priority must be normal, high or realtime", "");
+  throw Refused(uri, "priority must be normal, high or realtime");
 }
 
 // Throws Refusal where the automatic is on and an option sets a value that it controls (`controls`).
 std::optional<bool> ParseAutomatic(const DeviceUri& uri, const std::string& key,
                                    std::initializer_list<const char*> controls) {
-  if (!uri.Option(key)) return std::nullopt;
-  const bool on = OnOrOff(uri, key, false);
+  const std::optional<bool> on = OnOrOff(uri, key);
   for (const char* value : controls)
-    if (on && uri.Option(value))
-      throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                    fmt::format("{}=on would change {} again", key, value), "give only one of them");
+    if (on == true && uri.Option(value))
+      throw Refused(uri, fmt::format("{}=on would change {} again", key, value), "give only one of them");
   return on;
 }
 
@@ -107,14 +102,12 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.gain_db = uri.Number("gain_db");
   options.gain_raw = uri.Whole("gain_raw", 0, 1'000'000);
   if (options.gain_db && options.gain_raw)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", "gain_db and gain_raw both set the gain",
-                  "give only one of them");
+    throw Refused(uri, "gain_db and gain_raw both set the gain", "give only one of them");
   options.black_level = uri.Number("black_level");
   options.fps = uri.Number("fps");
   options.format = uri.Option("format");
   if (options.format && !PixelFormatByName(*options.format))
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  fmt::format("the pixel format {} is not supported", *options.format),
+    throw Refused(uri, fmt::format("the pixel format {} is not supported", *options.format),
                   fmt::format("supported are {}", SupportedPixelFormats()));
   if (const auto text = uri.Option("roi")) options.region = ParseRegion(uri, *text);
   if (const auto text = uri.Option("binning")) options.binning = ParseBinning(uri, *text);
@@ -125,14 +118,14 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.auto_black_level = ParseAutomatic(uri, "auto_black_level", {"black_level"});
   options.settle_s = uri.Number("settle", options.settle_s, 0, 60);
   if (const auto text = uri.Option("trigger")) options.trigger = *text;
-  options.chunks = OnOrOff(uri, "chunks", false);
-  if (uri.Option("ptp")) options.ptp = OnOrOff(uri, "ptp", false);
+  options.chunks = OnOrOff(uri, "chunks").value_or(false);
+  options.ptp = OnOrOff(uri, "ptp");
   options.ptp_wait_s = uri.Number("ptp_wait_s", options.ptp_wait_s, 0, 600);
 
   options.packet_size = uri.Whole("packet_size", 1, 1'000'000);
   options.packet_delay_ns = uri.Whole("packet_delay_ns", 0, 1'000'000'000);
   options.throughput_limit = uri.Number("throughput_limit");
-  options.resend = OnOrOff(uri, "resend", true);
+  options.resend = OnOrOff(uri, "resend").value_or(true);
   options.packet_timeout_ms = uri.Whole("packet_timeout_ms", 1, 10'000);
   options.frame_retention_ms = uri.Whole("frame_retention_ms", 1, 10'000);
   options.socket_buffer_bytes = uri.Whole("socket_buffer", 1, 1 << 30);

@@ -1,4 +1,4 @@
-// Reads the options of an `aravis:` URI (aravis_device.h lists them) before any camera is opened.
+// Reads the options of an `aravis:` URI (docs/devices.md#options-of-aravis) before any camera is opened.
 #pragma once
 
 #include <optional>
@@ -27,8 +27,9 @@ enum class ThreadPriority { kNormal, kHigh, kRealtime };
 
 struct AravisOptions {
   std::optional<std::string> user_set;
-  std::optional<double> exposure_us, gain_db, black_level, fps;
-  std::optional<int> gain_raw;
+  std::optional<double> exposure_us, gain_db, fps;
+  std::optional<double> black_level;  // in the camera's unit
+  std::optional<int> gain_raw;        // in the camera's unit
   std::optional<std::string> format;
   std::optional<AravisRegion> region;
   AravisBinning binning;

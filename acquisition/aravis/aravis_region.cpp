@@ -33,10 +33,8 @@ Steps StepsOf(const AravisSession& session, const std::string& who, const char* 
     if (const std::optional<double> now = AravisNumber(session, feature).Read())
       return {std::llround(*now), std::llround(*now), 1, fmt::format("{} is read-only", feature)};
   gint64 low = 0, high = 0;
-  CallOrThrow(who, feature,
-              [&](GError** e) { arv_camera_get_integer_bounds(session.Camera(), feature, &low, &high, e); });
-  const gint64 step = CallOr(
-      [&](GError** e) { return arv_camera_get_integer_increment(session.Camera(), feature, e); }, gint64{1});
+  CallOrThrow(who, feature, arv_camera_get_integer_bounds, session.Camera(), feature, &low, &high);
+  const gint64 step = TryCall(arv_camera_get_integer_increment, session.Camera(), feature).value_or(1);
   // A description without limits has those of its registers.
   return {std::max<std::int64_t>(low, -kUntold), std::min<std::int64_t>(high, kUntold),
           std::max<gint64>(1, step)};
@@ -99,13 +97,8 @@ std::string Text(const Steps& steps) {
                      steps.step > 1 ? fmt::format(" in steps of {}", steps.step) : "");
 }
 
-bool IsThere(const AravisSession& session, const char* feature) {
-  return CallOr([&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature, e); },
-                false);
-}
-
 bool IsChoice(const AravisSession& session, const char* feature) {
-  return KindOf(arv_device_get_feature(session.Device(), feature)) == NodeKind::kChoice;
+  return KindOf(session.Node(feature)) == FeatureType::kEnumeration;
 }
 
 // "BinningHorizontal2": 2; "Off": 1; none: the name has no number.
@@ -123,35 +116,25 @@ void WriteReduction(const AravisSession& session, const std::string& who, const 
   if (!IsChoice(session, feature)) {
     const Steps steps = StepsOf(session, who, feature);
     if (factor < steps.low || factor > steps.high)
-      throw Refusal(who, "", fmt::format("binning={} is out of the camera's range, {}", factor, Text(steps)),
-                    "");
+      throw Refused(who, fmt::format("binning={} is out of the camera's range, {}", factor, Text(steps)));
     return RequireSetting(session, who, asked, feature, fmt::format("{}", factor));
   }
-  const std::vector<std::string> choices = CallForNames([&](guint* count, GError** e) {
-    return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature, count, e);
-  });
+  const std::vector<std::string> choices = session.Choices(feature);
   const auto choice = std::find_if(choices.begin(), choices.end(),
                                    [&](const std::string& name) { return ReductionIn(name) == factor; });
-  if (choice == choices.end())
-    throw Refusal(who, "",
-                  fmt::format("binning={}: the camera has {}", factor,
-                              choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", "))),
-                  "");
+  if (choice == choices.end()) throw NoSuchChoice(who, asked, choices);
   RequireSetting(session, who, asked, feature, *choice);
 }
 
 }  // namespace
 
 int ReductionOf(const AravisSession& session, const char* feature) {
-  if (!IsThere(session, feature)) return 1;
+  if (!session.Has(feature)) return 1;
   if (IsChoice(session, feature))
-    return ReductionIn(
-               Text(CallOr([&](GError** e) { return arv_camera_get_string(session.Camera(), feature, e); },
-                           static_cast<const char*>(nullptr))))
+    return ReductionIn(Text(TryCall(arv_camera_get_string, session.Camera(), feature).value_or(nullptr)))
         .value_or(1);
-  return static_cast<int>(std::max(
-      gint64{1},
-      CallOr([&](GError** e) { return arv_camera_get_integer(session.Camera(), feature, e); }, gint64{1})));
+  return static_cast<int>(
+      std::max(gint64{1}, TryCall(arv_camera_get_integer, session.Camera(), feature).value_or(1)));
 }
 
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked) {
@@ -159,7 +142,7 @@ void WriteAravisBinning(const AravisSession& session, const std::string& who, co
        {std::pair("BinningHorizontal", asked.x), std::pair("BinningVertical", asked.y)}) {
     if (factor == ReductionOf(session, feature)) continue;
     if (factor != 1) {
-      if (!IsThere(session, feature)) throw Refusal(who, "", "the camera cannot bin", "leave binning out");
+      if (!session.Has(feature)) throw Refused(who, "the camera cannot bin", "leave binning out");
       WriteReduction(session, who, feature, factor);
     } else {
       try {
@@ -173,8 +156,7 @@ void WriteAravisBinning(const AravisSession& session, const std::string& who, co
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
                                     const std::optional<AravisRegion>& asked, bool is_mosaic,
                                     std::vector<std::string>& notes) {
-  const bool has_offsets =
-      CallOr([&](GError** e) { return arv_camera_is_region_offset_available(session.Camera(), e); }, false);
+  const bool has_offsets = TryCall(arv_camera_is_region_offset_available, session.Camera()).value_or(false);
   // The offsets must be zero first, because they limit the sizes.
   if (has_offsets)
     for (const char* offset : {"OffsetX", "OffsetY"})
@@ -208,8 +190,8 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
     nearest.y = static_cast<int>(ys.Nearest(asked->y));
   }
   const auto refuse = [&](const AravisRegion& instead) {
-    throw Refusal(
-        who, "", fmt::format("the camera cannot send roi={}", Text(*asked)),
+    throw Refused(
+        who, fmt::format("the camera cannot send roi={}", Text(*asked)),
         fmt::format("nearest is roi={} (width {}, height {}, offsets {} and {}{})", Text(instead),
                     Text(widths), Text(heights), Text(xs), Text(ys),
                     is_mosaic

@@ -90,7 +90,7 @@ std::unique_ptr<AravisSession> AravisSession::Open(const std::string& who, const
   try {
     return std::make_unique<AravisSession>(CallOrThrow(
         who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
-        [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));
+        arv_camera_new, open_by.c_str()));
   } catch (const Error& error) {
     const std::string hint = UsbOpenHint(error.what(), UsbCameraPlaces());
     if (hint.empty()) throw;
@@ -118,6 +118,19 @@ void AravisSession::OnControlLost(ArvDevice* /*device*/, gpointer self) {
   --session->inside_handler_;
 }
 
+ArvGcNode* AravisSession::Node(const std::string& feature) const {
+  return feature.empty() ? nullptr : arv_device_get_feature(Device(), feature.c_str());
+}
+
+bool AravisSession::Has(const std::string& feature) const {
+  return !feature.empty() &&
+         TryCall(arv_camera_is_feature_available, camera_, feature.c_str()).value_or(false);
+}
+
+std::vector<std::string> AravisSession::Choices(const std::string& enumeration) const {
+  return CallForNames(arv_camera_dup_available_enumerations_as_strings, camera_, enumeration.c_str());
+}
+
 bool AravisSession::IsController() const {
   return !ARV_IS_GV_DEVICE(Device()) || arv_gv_device_is_controller(ARV_GV_DEVICE(Device()));
 }
@@ -128,7 +141,7 @@ bool AravisSession::IsUsb() const { return ARV_IS_UV_DEVICE(Device()); }
 
 bool AravisSession::UsbAnswers() const {
   guint32 version = 0;
-  return CallOr([&](GError** e) { return arv_device_read_register(Device(), 0, &version, e); }, FALSE);
+  return TryCall(arv_device_read_register, Device(), 0, &version).value_or(false);
 }
 
 std::string AravisSession::GigeAddress() const {
@@ -141,9 +154,9 @@ std::string AravisSession::GigeAddress() const {
 }
 
 void AravisSession::Describe(DeviceInfo& info) const {
-  info.maker = Text(CallOr([&](GError** e) { return arv_camera_get_vendor_name(camera_, e); }, ""));
-  info.model = Text(CallOr([&](GError** e) { return arv_camera_get_model_name(camera_, e); }, ""));
-  info.serial = Text(CallOr([&](GError** e) { return arv_camera_get_device_serial_number(camera_, e); }, ""));
+  info.maker = Text(TryCall(arv_camera_get_vendor_name, camera_).value_or(""));
+  info.model = Text(TryCall(arv_camera_get_model_name, camera_).value_or(""));
+  info.serial = Text(TryCall(arv_camera_get_device_serial_number, camera_).value_or(""));
   info.address = GigeAddress();
   info.bus = ARV_IS_GV_DEVICE(Device()) ? "GigEVision" : ARV_IS_UV_DEVICE(Device()) ? "USB3Vision" : "";
 }

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/device/device.h"
@@ -40,6 +41,12 @@ class AravisSession {
     g_clear_object(&stream_);
     beyond_stream_.reset();
   }
+  // Returns null for a feature that the camera does not have; an empty name is none.
+  ArvGcNode* Node(const std::string& feature) const;
+  // Returns whether the camera has the feature, and it is available now.
+  bool Has(const std::string& feature) const;
+  // Returns the choices of an enumeration that are available now.
+  std::vector<std::string> Choices(const std::string& enumeration) const;
   bool ControlLost() const { return control_lost_.load(); }
   bool IsController() const;
   // Returns "another program controls this camera, from 192.0.2.5; close it ...", for error messages.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_session.h"
@@ -25,6 +26,9 @@ std::string WriteSetting(const AravisSession& session, const std::string& featur
 // names the feature, its value, and the way out.
 void RequireSetting(const AravisSession& session, const std::string& who, const std::string& asked,
                     const std::string& feature, const std::string& value);
+// Returns the refusal of a value, `asked`: "trigger=Line0", that is none of the choices.
+Refusal NoSuchChoice(const std::string& who, const std::string& asked,
+                     const std::vector<std::string>& choices);
 
 // A number of a camera, an integer on some and a float on others, in ulf's unit.
 class AravisNumber {
@@ -48,9 +52,6 @@ class AravisNumber {
   double Step() const;
 
  private:
-  template <typename Set>
-  void Put(const std::string& who, double wanted, Set&& set) const;
-
   const AravisSession* session_ = nullptr;
   ArvCamera* camera_ = nullptr;
   std::string feature_;

@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <filesystem>
 
-#include "acquisition/gige_vision/bound_sockets.h"
 #include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
@@ -47,10 +48,21 @@ constexpr std::array kCounters{
     Counter{"n_ignored_bytes", TransportFigure::kBytesIgnored},
 };
 
-// The library does not expose its socket.
+// The library does not expose its socket, so it is found among the descriptors of this process. -1: none.
 int SocketAtUdpPort(int port) {
-  for (const BoundSocket& socket : BoundUdpSockets())
-    if (socket.Port() == port) return socket.fd;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry("/proc/self/fd", error), end; !error && entry != end;
+       entry.increment(error)) {
+    const int fd = std::atoi(entry->path().filename().c_str());
+    sockaddr_in at{};
+    socklen_t size = sizeof at;
+    int type = 0;
+    socklen_t type_size = sizeof type;
+    if (getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) == 0 && at.sin_family == AF_INET &&
+        ntohs(at.sin_port) == port && getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &type_size) == 0 &&
+        type == SOCK_DGRAM)
+      return fd;
+  }
   return -1;
 }
 
@@ -60,8 +72,8 @@ void CheckUsbStream(ArvDevice* device, const std::string& who) {
   constexpr guint64 kSbrmAddress = 0x1d8, kSirmAddressInSbrm = 0x20;
   constexpr unsigned kMostAlignmentBits = 20;  // the library's transfers have 2^20 bytes
   const auto read = [&](guint64 address, auto value) {
-    CallOrThrow(who, "the camera no longer answers; check power and cable",
-                [&](GError** e) { arv_device_read_memory(device, address, sizeof value, &value, e); });
+    CallOrThrow(who, "the camera no longer answers; check power and cable", arv_device_read_memory, device,
+                address, sizeof value, &value);
     return value;
   };
   const guint64 sirm = read(read(kSbrmAddress, guint64{0}) + kSirmAddressInSbrm, guint64{0});
@@ -80,11 +92,10 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
     : session_(session), options_(options), configured_(configured), thread_(std::make_shared<Thread>()) {
   thread_->wanted = options.priority;
   if (session.IsUsb()) CheckUsbStream(session.Device(), who);
-  session.TakeStream(CallOrThrow(who, "stream (does another program control this camera?)", [&](GError** e) {
-    return arv_camera_create_stream_full(
-        session.Camera(), &AravisStream::OnStream, new std::shared_ptr<Thread>(thread_),
-        [](void* thread) { delete static_cast<std::shared_ptr<Thread>*>(thread); }, e);
-  }));
+  session.TakeStream(CallOrThrow(who, "stream (does another program control this camera?)",
+                                 arv_camera_create_stream_full, session.Camera(), &AravisStream::OnStream,
+                                 new std::shared_ptr<Thread>(thread_),
+                                 [](void* thread) { delete static_cast<std::shared_ptr<Thread>*>(thread); }));
   ArvStream* stream = session.Stream();
   if (ARV_IS_GV_STREAM(stream)) {
     // The library's automatic size is one frame, which is too little for small frames.
@@ -119,11 +130,10 @@ void AravisStream::Guard() {
   ArvStream* stream = session_.Stream();
   try {
     if (socket_ < 0) throw Error("the stream's socket was not found");
-    const auto packet_bytes = static_cast<std::size_t>(
-        CallOr([&](GError** e) { return arv_camera_gv_get_packet_size(session_.Camera(), e); }, guint{0}));
-    const auto port = CallOr(
-        [&](GError** e) { return arv_device_get_integer_feature_value(session_.Device(), "ArvGevSCSP", e); },
-        gint64{0});
+    const auto packet_bytes =
+        static_cast<std::size_t>(TryCall(arv_camera_gv_get_packet_size, session_.Camera()).value_or(0));
+    const auto port =
+        TryCall(arv_device_get_integer_feature_value, session_.Device(), "ArvGevSCSP").value_or(0);
     arv_stream_stop_thread(stream, FALSE);
     try {
       guard_ =

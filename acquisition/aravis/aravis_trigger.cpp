@@ -12,12 +12,6 @@
 namespace ulf::acquisition {
 namespace {
 
-std::vector<std::string> ChoicesOf(const AravisSession& session, const std::string& feature) {
-  return CallForNames([&](guint* count, GError** e) {
-    return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature.c_str(), count, e);
-  });
-}
-
 bool Has(const std::vector<std::string>& choices, const std::string& choice) {
   return std::find(choices.begin(), choices.end(), choice) != choices.end();
 }
@@ -32,7 +26,7 @@ std::string WriteSource(const AravisSession& session, const std::string& feature
   if (why.empty() || !IsReadOnly(session, feature)) return why;
   ArvCamera* camera = session.Camera();
   arv_camera_set_access_check_policy(camera, ARV_ACCESS_CHECK_POLICY_DISABLE);
-  CallIgnoringErrors([&](GError** e) { arv_camera_set_string(camera, feature.c_str(), source.c_str(), e); });
+  FailureOf(arv_camera_set_string, camera, feature.c_str(), source.c_str());
   arv_camera_set_access_check_policy(camera, ARV_ACCESS_CHECK_POLICY_ENABLE);
   if (ReadSetting(session, feature) != source) return why + ", and a write all the same was not taken";
   notes.push_back(fmt::format("took {}={} although its description calls that read-only", feature, source));
@@ -47,7 +41,7 @@ void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names
     WriteSetting(session, names.trigger_mode, "Off");
     return;
   }
-  for (const std::string& trigger : ChoicesOf(session, names.trigger_selector)) {
+  for (const std::string& trigger : session.Choices(names.trigger_selector)) {
     WriteSetting(session, names.trigger_selector, trigger);
     WriteSetting(session, names.trigger_mode, "Off");
   }
@@ -57,17 +51,13 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
                                             const FeatureNames& names, const AravisOptions& options) {
   std::vector<std::string> notes;
   if (!options.Triggered()) return notes;
-  if (!names.CanTrigger()) throw Refusal(who, "", "the camera cannot be triggered", "leave trigger out");
-  const std::vector<std::string> sources = ChoicesOf(session, names.trigger_source);
+  if (!names.CanTrigger()) throw Refused(who, "the camera cannot be triggered", "leave trigger out");
+  const std::vector<std::string> sources = session.Choices(names.trigger_source);
   if (options.SoftwareTriggered() && names.software_source.empty())
-    throw Refusal(who, "", "the camera has no software trigger",
+    throw Refused(who, "the camera has no software trigger",
                   fmt::format("give one of its lines ({}), or leave trigger out", fmt::join(sources, ", ")));
   const std::string source = options.SoftwareTriggered() ? names.software_source : options.trigger;
-  if (!Has(sources, source))
-    throw Refusal(who, "",
-                  fmt::format("trigger={}: the camera has {}", source,
-                              sources.empty() ? "none" : fmt::format("{}", fmt::join(sources, ", "))),
-                  "");
+  if (!Has(sources, source)) throw NoSuchChoice(who, "trigger=" + source, sources);
   const std::string asked = "trigger=" + options.trigger;
   // A rate of its own would leave out triggers that come faster.
   for (const char* own_rate : {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"})
@@ -75,9 +65,9 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
   ClearAravisTriggers(session, names);
   if (WhyFixed(session, names.trigger_selector).empty()) {
     if (names.frame_trigger.empty())
-      throw Refusal(who, "",
+      throw Refused(who,
                     fmt::format("none of the camera's triggers ({}) starts a frame",
-                                fmt::join(ChoicesOf(session, names.trigger_selector), ", ")),
+                                fmt::join(session.Choices(names.trigger_selector), ", ")),
                     "leave trigger out");
     RequireSetting(session, who, asked, names.trigger_selector, names.frame_trigger);
   }
@@ -90,8 +80,8 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
     why = WriteSource(session, names.trigger_source, source, notes);
     if (is_off) RequireSetting(session, who, asked, names.trigger_mode, "On");
   }
-  if (!why.empty()) throw Refusal(who, "", fmt::format("{}: {}", asked, why), "leave trigger out");
-  const std::vector<std::string> edges = ChoicesOf(session, "TriggerActivation");
+  if (!why.empty()) throw Refused(who, fmt::format("{}: {}", asked, why), "leave trigger out");
+  const std::vector<std::string> edges = session.Choices("TriggerActivation");
   for (const char* edge : {"RisingEdge", "RisingEdgeOrHighLevel"})
     if (Has(edges, edge)) {
       // Nobody asked for an edge by name.

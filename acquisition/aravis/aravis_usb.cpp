@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -29,9 +28,8 @@ std::string Line(const std::filesystem::path& file) {
 }
 
 int MegabitsOf(const std::filesystem::path& device) {
-  const std::string speed = Line(device / "speed");
   int megabits = 0;
-  std::from_chars(speed.data(), speed.data() + speed.size(), megabits);
+  std::ifstream(device / "speed") >> megabits;
   return megabits;
 }
 

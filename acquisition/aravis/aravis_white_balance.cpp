@@ -66,15 +66,14 @@ void WriteWhiteBalance(const AravisSession& session, const std::string& who, con
     Select(session, who, names.balance_selector, colour);
     if (ratio.Reads(value)) continue;
     if (const std::string why = ratio.WhyFixed(); !why.empty())
-      throw Refusal(who, "",
+      throw Refused(who,
                     fmt::format("white_balance={:g} ({}): {} {} at {:g}", value, colour, ratio.Feature(), why,
                                 ratio.Read().value_or(0)),
                     "leave white_balance out");
     const auto [low, high] = ratio.Bounds(who);
     if (value < low || value > high)
-      throw Refusal(who, "",
-                    fmt::format("white_balance={} is out of the camera's range, {} to {}", value, low, high),
-                    "");
+      throw Refused(who,
+                    fmt::format("white_balance={} is out of the camera's range, {} to {}", value, low, high));
     ratio.Write(who, value);
   }
 }

@@ -8,10 +8,11 @@ namespace ulf::acquisition {
 namespace {
 
 using Names = std::initializer_list<const char*>;
-using Kinds = std::initializer_list<NodeKind>;
+using Kinds = std::initializer_list<FeatureType>;
 using Units = std::initializer_list<std::pair<const char*, double>>;
 
-constexpr auto kInteger = NodeKind::kInteger, kReal = NodeKind::kReal, kChoice = NodeKind::kChoice;
+constexpr auto kInteger = FeatureType::kInteger, kReal = FeatureType::kFloat,
+               kChoice = FeatureType::kEnumeration;
 
 // Returns the first of the names that is of one of the kinds and suits; available ones come first.
 template <typename Suits>
@@ -74,7 +75,7 @@ void FindGain(const NamedFeatures& camera, FeatureNames& found) {
 void FindTrigger(const NamedFeatures& camera, FeatureNames& found) {
   found.trigger_mode = FirstOfKinds(camera, {kChoice}, {"TriggerMode"});
   found.trigger_source = FirstOfKinds(camera, {kChoice}, {"TriggerSource"});
-  found.trigger_software = FirstOfKinds(camera, {NodeKind::kCommand}, {"TriggerSoftware"});
+  found.trigger_software = FirstOfKinds(camera, {FeatureType::kCommand}, {"TriggerSoftware"});
   found.software_source =
       FirstChoice(camera, found.trigger_source, {"Software", "SoftTrigger", "SoftwareTrigger"});
   found.trigger_selector = FirstOfKinds(camera, {kChoice}, {"TriggerSelector"});

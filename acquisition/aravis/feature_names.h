@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-namespace ulf::acquisition {
+#include "acquisition/device/features.h"
 
-enum class NodeKind { kNone, kInteger, kReal, kChoice, kBoolean, kCommand, kText };
+namespace ulf::acquisition {
 
 // Queries on a camera's GenICam description, by the name of a feature.
 struct NamedFeatures {
-  std::function<NodeKind(const std::string& name)> kind_of;  // kNone: no such feature
+  std::function<std::optional<FeatureType>(const std::string& name)> kind_of;  // none: no such feature
   std::function<bool(const std::string& name)>
       is_available;  // at this moment: another setting may change that
   std::function<std::vector<std::string>(const std::string& name)>
@@ -48,7 +48,6 @@ struct FeatureNames {
   std::string throughput_mode = {};  // the switch that enables the limit
 
   bool CanTrigger() const { return !trigger_source.empty(); }
-  bool CanBalance() const { return !white_balance_auto.empty() || !balance_ratio.empty(); }
 };
 FeatureNames FindFeatureNames(const NamedFeatures& camera);
 

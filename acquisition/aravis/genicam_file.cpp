@@ -12,7 +12,7 @@ std::size_t CountFeatures(ArvDomNode* node) {
   std::size_t count = 0;
   for (ArvDomNode* child = arv_dom_node_get_first_child(node); child;
        child = arv_dom_node_get_next_sibling(child)) {
-    if (ARV_IS_GC_NODE(child) && KindOf(ARV_GC_NODE(child)) != NodeKind::kNone) ++count;
+    if (ARV_IS_GC_NODE(child) && KindOf(ARV_GC_NODE(child))) ++count;
     count += CountFeatures(child);
   }
   return count;

@@ -10,7 +10,6 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "core/base/name_order.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
 
@@ -142,7 +141,7 @@ std::string Finding(ViewVerdict verdict, const CalibrationGuide& guide) {
 bool WantsStills(const Device& device, const CalibrationCaptureOptions& options) {
   if (options.mode != "still") return false;
   if (!device.TakesStills())
-    throw Refusal(device.Info().uri, "", "takes no photographs besides its live frames",
+    throw Refused(device.Info().uri, "takes no photographs besides its live frames",
                   fmt::format("leave {} still out", Parameter("mode")));
   return true;
 }

@@ -125,7 +125,7 @@ CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std
   if (first == std::string::npos) throw Error("{}: the calibration file is empty; calibrate again", where);
   const auto require_no_choice = [&] {
     if (!camera.empty())
-      throw Refusal(where, "", "contains only one camera", fmt::format("'{}' must be left out", camera));
+      throw Refused(where, "contains only one camera", fmt::format("'{}' must be left out", camera));
   };
   if (text[first] == '{')
     if (auto ours = OursFromJson(text, where)) {

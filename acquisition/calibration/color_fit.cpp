@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "core/base/quantile.h"
 #include "core/image/color_difference.h"

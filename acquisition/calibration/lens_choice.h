@@ -14,7 +14,6 @@
 #pragma once
 
 #include <array>
-#include <string>
 #include <vector>
 
 #include "acquisition/calibration/lens_fit.h"

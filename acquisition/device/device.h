@@ -20,10 +20,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquisition/device/transport_figures.h"
 #include "core/base/device_uri.h"
+#include "core/base/error.h"
 #include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/sensor_window.h"
@@ -154,6 +156,19 @@ class Device {
   virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
+
+inline std::chrono::steady_clock::duration DurationOf(double seconds) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(seconds));
+}
+
+// Return a refusal without a value, "WHAT: WHY; REMEDY", of a device or of what its URI asks for.
+inline Refusal Refused(std::string what, std::string why, std::string remedy = "") {
+  return {std::move(what), "", std::move(why), std::move(remedy)};
+}
+inline Refusal Refused(const DeviceUri& uri, std::string why, std::string remedy = "") {
+  return Refused(fmt::format("'{}'", uri.Text()), std::move(why), std::move(remedy));
+}
 
 // Throws Error where no live frames will ever come, with the alternative: photographs, and poses afterwards.
 void RequireLiveFrames(const Device& device);

@@ -46,9 +46,4 @@ std::shared_ptr<DriverSearch> SearchDriver(const Reconnection& how, const Device
 std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
                                   std::string* refused);
 
-inline std::chrono::steady_clock::duration DurationOf(double seconds) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(seconds));
-}
-
 }  // namespace ulf::acquisition

@@ -71,7 +71,7 @@ void CheckRange(const std::string& who, const CameraFeature& feature, double num
                 const std::string& value) {
   const double slack = kRangeRounding * std::abs(number);
   if ((feature.min && number < *feature.min - slack) || (feature.max && number > *feature.max + slack))
-    throw Refusal(who, "", fmt::format("{}={} is out of range", feature.name, value),
+    throw Refused(who, fmt::format("{}={} is out of range", feature.name, value),
                   fmt::format("it takes {}", RangeText(feature)));
 }
 
@@ -132,7 +132,7 @@ std::vector<std::string> NearestNames(const std::string& wrong, const std::vecto
 
 std::string CheckedValue(const std::string& who, const CameraFeature& feature, const std::string& value) {
   const auto refuse = [&] {
-    throw Refusal(who, "",
+    throw Refused(who,
                   fmt::format("{}={} is not {} {}", feature.name, value,
                               feature.type == FeatureType::kEnumeration ? "a choice of this" : "of type",
                               Name(feature.type)),
@@ -146,7 +146,7 @@ std::string CheckedValue(const std::string& who, const CameraFeature& feature, c
       const auto step = static_cast<long long>(feature.step.value_or(1));
       const auto from = static_cast<long long>(feature.min.value_or(0));
       if (step > 1 && (*number - from) % step != 0)
-        throw Refusal(who, "", fmt::format("{}={} is between two steps", feature.name, value),
+        throw Refused(who, fmt::format("{}={} is between two steps", feature.name, value),
                       fmt::format("it takes {}, such as {}", RangeText(feature),
                                   from + (*number - from) / step * step));
       return fmt::format("{}", *number);

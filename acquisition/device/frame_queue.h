@@ -1,6 +1,9 @@
 // Defines a bounded queue between threads. When it is full, Push() drops the oldest item and counts it,
-// because a live camera does not wait. Any number of threads may push and pop. After Close() Push() fails and
-// Pop() returns what is left.
+// because a live camera does not wait. Photographs are never dropped, and taken before live frames. Any
+// number of threads may push and pop. After Close() Push() fails and Pop() returns what is left.
+//
+// A tethered camera's frames are queued encoded; the reader decodes them, so that a dropped frame costs no
+// decoding.
 #pragma once
 
 #include <chrono>
@@ -14,6 +17,13 @@
 #include "core/frames/frame.h"
 
 namespace ulf::acquisition {
+
+// Returns whether the queue must keep the item.
+template <typename T>
+bool MustBeKept(const T& /*item*/) {
+  return false;
+}
+inline bool MustBeKept(const Frame& frame) { return frame.kind == FrameKind::kStill; }
 
 template <typename T>
 class BoundedQueue {
@@ -29,12 +39,13 @@ class BoundedQueue {
   bool Push(T item, std::optional<T>* dropped = nullptr) {
     MutexLock lock(mutex_);
     if (closed_) return false;
-    if (items_.size() == capacity_) {
+    std::deque<T>& items = MustBeKept(item) ? kept_ : items_;
+    if (&items == &items_ && items_.size() == capacity_) {
       if (dropped) *dropped = std::move(items_.front());
       items_.pop_front();
       ++dropped_;
     }
-    items_.push_back(std::move(item));
+    items.push_back(std::move(item));
     lock.unlock();
     arrived_.notify_one();
     return true;
@@ -43,10 +54,12 @@ class BoundedQueue {
   // Returns the oldest item; none if no item within the timeout, or the queue is closed and empty.
   std::optional<T> Pop(std::chrono::milliseconds timeout) {
     MutexLock lock(mutex_);
-    arrived_.wait_for(lock, timeout, [this]() ULF_REQUIRES(mutex_) { return closed_ || !items_.empty(); });
-    if (items_.empty()) return std::nullopt;
-    std::optional<T> item(std::move(items_.front()));
-    items_.pop_front();
+    arrived_.wait_for(lock, timeout,
+                      [this]() ULF_REQUIRES(mutex_) { return closed_ || !kept_.empty() || !items_.empty(); });
+    std::deque<T>& from = kept_.empty() ? items_ : kept_;
+    if (from.empty()) return std::nullopt;
+    std::optional<T> item(std::move(from.front()));
+    from.pop_front();
     return item;
   }
 
@@ -64,7 +77,7 @@ class BoundedQueue {
   }
   std::size_t Size() const {
     const MutexLock lock(mutex_);
-    return items_.size();
+    return kept_.size() + items_.size();
   }
   // Items that were dropped for newer ones.
   std::uint64_t Dropped() const {
@@ -76,7 +89,7 @@ class BoundedQueue {
   const std::size_t capacity_;
   mutable Mutex mutex_;
   ConditionVariable arrived_;
-  std::deque<T> items_ ULF_GUARDED_BY(mutex_);
+  std::deque<T> kept_ ULF_GUARDED_BY(mutex_), items_ ULF_GUARDED_BY(mutex_);
   std::uint64_t dropped_ ULF_GUARDED_BY(mutex_) = 0;
   bool closed_ ULF_GUARDED_BY(mutex_) = false;
 };

@@ -7,7 +7,6 @@
 
 #include "acquisition/device/background_closer.h"
 #include "acquisition/device/event_log.h"
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 

@@ -6,7 +6,7 @@
 #include <exception>
 #include <thread>
 
-#include "acquisition/device/photograph_inbox.h"
+#include "acquisition/device/frame_queue.h"
 #include "acquisition/device/replay_source.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -108,14 +108,13 @@ ReplayOptions OptionsOf(const DeviceUri& uri) {
                         .transfer = {},
                         .speed = uri.Number("speed").value_or(0)};
   if (options.speed < 0)
-    throw Refusal(options.uri, "",
-                  "speed must be 0 (as fast as frames are read) or a factor (1: as recorded)", "");
+    throw Refused(options.uri, "speed must be 0 (as fast as frames are read) or a factor (1: as recorded)");
   if (uri.path.empty())
     throw Refusal("", "", "'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD", "");
-  if (options.fps && *options.fps <= 0) throw Refusal(options.uri, "", "fps must be positive", "");
+  if (options.fps && *options.fps <= 0) throw Refused(options.uri, "fps must be positive");
   if (const auto transfer = uri.Option("transfer")) {
     if (*transfer != "linear" && *transfer != "srgb")
-      throw Refusal(options.uri, "", "transfer must be 'linear' or 'srgb'", "");
+      throw Refused(options.uri, "transfer must be 'linear' or 'srgb'");
     options.transfer = *transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
   }
   return options;
@@ -155,7 +154,7 @@ class PacedDevice : public Device {
   void Start() override {
     if (thread_.joinable()) return;
     recording_->Start();
-    queue_ = std::make_unique<PhotographInbox>(kWaitingFrames);
+    queue_ = std::make_unique<FrameQueue>(kWaitingFrames);
     delivered_ = bytes_ = 0;
     {
       const MutexLock lock(mutex_);
@@ -195,7 +194,7 @@ class PacedDevice : public Device {
   DeviceState State() const override {
     if (!started_) return DeviceState::kConnected;
     // After a failure the state must not say that the recording ended: Next() throws the failure.
-    return over_ && !failure_ && queue_->IsEmpty() ? DeviceState::kEnded : DeviceState::kStreaming;
+    return over_ && !failure_ && queue_->Size() == 0 ? DeviceState::kEnded : DeviceState::kStreaming;
   }
 
   DeviceStatistics Statistics() const override {
@@ -219,8 +218,7 @@ class PacedDevice : public Device {
           first_s = frame->device_time_s;
           began = Clock::now();
         }
-        const auto due = began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                                     (frame->device_time_s - *first_s) / speed_));
+        const auto due = began + DurationOf((frame->device_time_s - *first_s) / speed_);
         {
           MutexLock lock(mutex_);
           if (wake_.wait_until(lock, due, [this]() ULF_REQUIRES(mutex_) { return stop_; })) break;
@@ -246,7 +244,7 @@ class PacedDevice : public Device {
   mutable Mutex recording_mutex_;
   const std::unique_ptr<Device> recording_;
   const double speed_;
-  std::unique_ptr<PhotographInbox> queue_;
+  std::unique_ptr<FrameQueue> queue_;
   std::atomic<std::uint64_t> delivered_{0}, bytes_{0};
   std::atomic<double> share_done_{0};
   std::atomic<bool> over_{false};

@@ -4,11 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
 #include <fstream>
 #include <map>
-#include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -426,7 +423,7 @@ std::unique_ptr<ReplaySource> OpenReplaySource(const ReplayOptions& options) {
     throw Error("{}: there is no file or folder '{}'; check the path", options.uri, options.path.string());
   if (!fs::is_directory(options.path)) {
     if (options.glob)
-      throw Refusal(options.uri, "", "glob chooses files of a folder, but this is a file", "leave it out");
+      throw Refused(options.uri, "glob chooses files of a folder, but this is a file", "leave it out");
     return std::make_unique<VideoSource>(options);
   }
   if (!options.glob && IsFrameRecording(options.path)) return std::make_unique<RecordedSource>(options);

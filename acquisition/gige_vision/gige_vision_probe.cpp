@@ -7,38 +7,32 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <memory>
 #include <thread>
 
+#include "acquisition/gige_vision/gvcp.h"
 #include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
+
+using namespace gvcp;
+
 namespace {
 
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
-
-constexpr std::uint32_t kControlChannelPrivilege = 0x0A00, kPrimaryApplicationPort = 0x0A04,
-                        kPrimaryApplicationAddress = 0x0A14;
-// A discovery answer contains the first registers, with these offsets.
-constexpr std::size_t kHeaderBytes = 8, kAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48,
-                      kModelAt = 0x68, kSerialAt = 0xD8, kDiscoveryBytes = 0xF8;
 
 FileDescriptor UdpSocket() { return FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)); }
 
 constexpr milliseconds kRefusedPause(10);  // before a refused request is sent again; guessed
 
 std::optional<sockaddr_in> GvcpPortOf(const std::string& ipv4_address) {
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(kGvcpPort);
-  if (inet_pton(AF_INET, ipv4_address.c_str(), &at.sin_addr) != 1) return std::nullopt;
-  return at;
+  const auto address = Ipv4(ipv4_address);
+  if (!address) return std::nullopt;
+  return SocketAddress(*address, kGvcpPort);
 }
 
 std::string AddressText(std::uint32_t host_order) {
@@ -46,10 +40,7 @@ std::string AddressText(std::uint32_t host_order) {
                      host_order & 0xFF);
 }
 
-std::uint32_t AddressNumber(const std::string& text) {
-  in_addr address{};
-  return inet_pton(AF_INET, text.c_str(), &address) == 1 ? ntohl(address.s_addr) : 0;
-}
+std::uint32_t AddressNumber(const std::string& text) { return Ipv4(text).value_or(0); }
 
 // Key, flags (acknowledge, the answer may be broadcast), DISCOVERY, no payload, request id.
 constexpr std::array<std::uint8_t, 8> kDiscover{0x42, 0x11, 0x00, 0x02, 0x00, 0x00, 0x00, 0x2A};
@@ -62,20 +53,30 @@ std::optional<GigeAnswer> ReceiveGigeAnswer(int socket) {
 
 }  // namespace
 
+std::optional<std::uint32_t> Ipv4(const std::string& text) {
+  in_addr parsed{};
+  if (inet_pton(AF_INET, text.c_str(), &parsed) != 1) return std::nullopt;
+  return ntohl(parsed.s_addr);
+}
+
+sockaddr_in SocketAddress(std::uint32_t ipv4, int port) {
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_port = htons(static_cast<std::uint16_t>(port));
+  at.sin_addr.s_addr = htonl(ipv4);
+  return at;
+}
+
 std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet) {
-  if (packet.size() < kHeaderBytes + kDiscoveryBytes || packet[2] != 0x00 || packet[3] != 0x03)
+  if (packet.size() < kHeaderBytes + kDiscoveryBytes || Half(&packet[2]) != kDiscoveryAck)
     return std::nullopt;
   const std::uint8_t* registers = packet.data() + kHeaderBytes;
-  const auto address = [&](std::size_t at) {
-    std::uint32_t number = 0;
-    std::memcpy(&number, registers + at, 4);
-    return AddressText(ntohl(number));
-  };
+  const auto address = [&](std::size_t at) { return AddressText(Word(registers + at)); };
   const auto text = [&](std::size_t at, std::size_t length) {
     const char* begin = reinterpret_cast<const char*>(registers + at);
     return std::string(begin, strnlen(begin, length));
   };
-  return GigeAnswer{.address = address(kAddressAt),
+  return GigeAnswer{.address = address(kCurrentAddressAt),
                     .netmask = address(kNetmaskAt),
                     .maker = text(kMakerAt, 32),
                     .model = text(kModelAt, 32),
@@ -91,8 +92,7 @@ std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, s
     return std::nullopt;
   // Key, "acknowledge", READREG, four bytes of payload, request id, register address; all big-endian.
   std::array<std::uint8_t, 12> request = {0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0xCA, 0x11};
-  for (int i = 0; i < 4; ++i)
-    request[static_cast<std::size_t>(8 + i)] = static_cast<std::uint8_t>(register_address >> (24 - 8 * i));
+  PutWord(&request[kHeaderBytes], register_address);
   for (int attempt = 0; attempt < 2; ++attempt) {
     const auto give_up = Clock::now() + timeout;
     if (send(socket.Number(), request.data(), request.size(), 0) < 0) {
@@ -112,24 +112,22 @@ std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, s
           size >= 8 && answer[2] == 0x00 && answer[3] == 0x81 && answer[6] == 0xCA && answer[7] == 0x11;
       if (!is_ours) continue;
       if (size < 12 || answer[0] != 0 || answer[1] != 0) return std::nullopt;
-      std::uint32_t value = 0;
-      std::memcpy(&value, answer.data() + 8, 4);
-      return ntohl(value);
+      return Word(&answer[kHeaderBytes]);
     }
   }
   return std::nullopt;
 }
 
 GigeControl QueryGigeControl(const std::string& ipv4_address, milliseconds timeout) {
-  const auto privilege = ReadGigeRegister(ipv4_address, kControlChannelPrivilege, timeout);
+  const auto privilege = ReadGigeRegister(ipv4_address, kControlPrivilegeAt, timeout);
   if (!privilege) return GigeControl::kNoAnswer;
   return *privilege & 0x03 ? GigeControl::kControlled : GigeControl::kFree;  // exclusive or shared control
 }
 
 std::string QueryGigeController(const std::string& ipv4_address) {
-  const std::uint32_t address = ReadGigeRegister(ipv4_address, kPrimaryApplicationAddress).value_or(0);
+  const std::uint32_t address = ReadGigeRegister(ipv4_address, kControllerAddressAt).value_or(0);
   if (address == 0) return "";
-  const std::uint32_t port = ReadGigeRegister(ipv4_address, kPrimaryApplicationPort).value_or(0) & 0xFFFF;
+  const std::uint32_t port = ReadGigeRegister(ipv4_address, kControllerPortAt).value_or(0) & 0xFFFF;
   std::string text = AddressText(address);
   for (const NetworkInterface& own : NetworkInterfaces())
     if (own.address == text) text += ", this computer";
@@ -153,9 +151,7 @@ std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
   std::vector<pollfd> waiting;
   for (const NetworkInterface& interface : NetworkInterfaces()) {
     FileDescriptor socket = UdpSocket();
-    sockaddr_in own{};
-    own.sin_family = AF_INET;
-    inet_pton(AF_INET, interface.address.c_str(), &own.sin_addr);
+    const sockaddr_in own = SocketAddress(AddressNumber(interface.address), 0);
     const int yes = 1;
     setsockopt(socket.Number(), SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
     if (bind(socket.Number(), reinterpret_cast<const sockaddr*>(&own), sizeof(own)) != 0) continue;
@@ -164,9 +160,9 @@ std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
                static_cast<socklen_t>(interface.name.size() + 1));
     const std::uint32_t mask = AddressNumber(interface.netmask);
     for (const std::uint32_t to : {0xFFFFFFFFu, AddressNumber(interface.address) | ~mask}) {
-      const auto everyone = GvcpPortOf(AddressText(to));
+      const sockaddr_in everyone = SocketAddress(to, kGvcpPort);
       sendto(socket.Number(), kDiscover.data(), kDiscover.size(), 0,
-             reinterpret_cast<const sockaddr*>(&*everyone), sizeof(*everyone));
+             reinterpret_cast<const sockaddr*>(&everyone), sizeof everyone);
     }
     waiting.push_back({socket.Number(), POLLIN, 0});
     sockets.push_back(std::move(socket));

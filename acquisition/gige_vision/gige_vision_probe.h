@@ -4,6 +4,8 @@
 // those of the standard's bootstrap registers.
 #pragma once
 
+#include <netinet/in.h>
+
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -14,6 +16,10 @@
 namespace ulf::acquisition {
 
 inline constexpr int kGvcpPort = 3956;
+
+// An IPv4 address in host order; none where the text is not one.
+std::optional<std::uint32_t> Ipv4(const std::string& text);
+sockaddr_in SocketAddress(std::uint32_t ipv4, int port);
 
 enum class GigeControl {
   kFree,

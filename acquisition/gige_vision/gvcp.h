@@ -22,6 +22,13 @@ enum Command : std::uint16_t {
   kWriteMemory = 0x86
 };
 
+// Addresses of the standard's bootstrap registers. A discovery answer holds the first ones.
+inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48, kModelAt = 0x68,
+                               kVersionAt = 0x88, kInfoAt = 0xA8, kSerialAt = 0xD8, kUserNameAt = 0xE8,
+                               kDiscoveryBytes = 0xF8, kHeartbeatTimeoutAt = 0x938,
+                               kControlPrivilegeAt = 0xA00, kControllerPortAt = 0xA04,
+                               kControllerAddressAt = 0xA14;
+
 inline std::uint16_t Half(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
 inline std::uint32_t Word(const std::uint8_t* at) {
   return static_cast<std::uint32_t>(Half(at)) << 16 | Half(at + 2);

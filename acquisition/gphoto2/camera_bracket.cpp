@@ -16,7 +16,7 @@ namespace ulf::acquisition {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Lookup = std::function<std::optional<GphotoSetting>(const std::string&)>;
+using Lookup = std::function<std::optional<CameraFeature>(const std::string&)>;
 
 constexpr double kSameStep = 0.05;  // stops: cameras write 0.3 and 1/3 for the same
 // Between two tries to write a setting; doubled each time. Guessed, as the tries before the thread ends.
@@ -71,15 +71,15 @@ class Plan {
     if (!setting) return false;
     if (fits(setting->value)) return true;
     const auto choice = std::ranges::find_if(setting->choices, fits);
-    if (choice == setting->choices.end() || setting->read_only) return false;
+    if (choice == setting->choices.end() || !setting->writable) return false;
     values_.emplace_back(name, *choice);
     return true;
   }
   bool Count(const std::string& name, int count) {
     const auto setting = lookup_(name);
-    if (!setting || setting->type != GphotoSettingType::kRange) return false;
+    if (!setting || setting->type != FeatureType::kFloat) return false;
     if (std::atof(setting->value.c_str()) == count) return true;
-    if (setting->read_only || count < setting->min || count > setting->max) return false;
+    if (!setting->writable || count < *setting->min || count > *setting->max) return false;
     values_.emplace_back(name, fmt::format("{}", count));
     return true;
   }

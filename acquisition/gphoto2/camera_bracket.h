@@ -36,7 +36,7 @@ struct CameraBracketPlan {
 // `setting` returns the camera's setting of a name.
 std::optional<CameraBracketPlan> PlanCameraBracket(
     const std::vector<double>& stops,
-    const std::function<std::optional<GphotoSetting>(const std::string&)>& setting);
+    const std::function<std::optional<CameraFeature>(const std::string&)>& setting);
 
 // Belongs to the camera's thread. A busy camera is asked again in later rounds, until its time is over.
 class CameraBracket {

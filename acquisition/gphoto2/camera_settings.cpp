@@ -157,7 +157,7 @@ bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bo
     });
   const auto wanted = wants_card ? card : ram;
   if (to_card && !wanted)
-    throw Refusal(uri, "", fmt::format("this camera does not offer target={}", wants_card ? "card" : "ram"),
+    throw Refused(uri, fmt::format("this camera does not offer target={}", wants_card ? "card" : "ram"),
                   "leave it out");
   if (wanted && target->value != *wanted) {
     const GphotoResult result = camera.Set("capturetarget", *wanted);
@@ -184,7 +184,7 @@ CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : c
 void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
   const auto known = known_.find(setting);
   if (known == known_.end())
-    throw Refusal(uri_, "", fmt::format("this camera has no setting for {}", Name(setting)),
+    throw Refused(uri_, fmt::format("this camera has no setting for {}", Name(setting)),
                   fmt::format("leave {}= out and set it on the camera", Name(setting)));
   const auto now = camera_.Setting(known->second.name);
   const std::vector<std::string> choices = now ? now->choices : std::vector<std::string>{};
@@ -193,13 +193,13 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
                                           : ChoiceFor(choices, value);
   if (!wanted && choices.empty()) wanted = value;
   if (!wanted)
-    throw Refusal(uri_, "", fmt::format("the camera does not offer {}={} now", Name(setting), value),
+    throw Refused(uri_, fmt::format("the camera does not offer {}={} now", Name(setting), value),
                   fmt::format("it offers {}", fmt::join(choices, ", ")));
   GphotoResult result;
   std::string kept = now ? now->value : "";
   for (int i = 0; i < kWriteTries && !IsSameSetting(kept, *wanted); ++i) {
     if (i > 0) std::this_thread::sleep_for(kWritePause);
-    if (now && now->read_only) break;
+    if (now && !now->writable) break;
     result = camera_.Set(known->second.name, *wanted);
     if (const auto read = camera_.Setting(known->second.name)) kept = read->value;
   }
@@ -216,7 +216,7 @@ std::vector<std::string> CameraSettings::LockRemaining(const std::vector<ShotSet
   if (const auto program = known_.find(ShotSetting::kProgram); program != known_.end()) {
     const auto now = camera_.Setting(program->second.name);
     const auto manual = now ? ManualChoice(now->choices) : std::nullopt;
-    if (manual && now->value != *manual && !now->read_only) camera_.Set(program->second.name, *manual);
+    if (manual && now->value != *manual && now->writable) camera_.Set(program->second.name, *manual);
     if (const auto read = camera_.Setting(program->second.name)) program->second.value = read->value;
     if (manual && program->second.value != *manual)
       automatic.push_back(
@@ -253,7 +253,7 @@ std::vector<std::string> CameraSettings::Choices(ShotSetting setting) const {
   const auto known = known_.find(setting);
   if (known == known_.end()) return {};
   const auto now = camera_.Setting(known->second.name);
-  return now && !now->read_only ? now->choices : std::vector<std::string>{};
+  return now && now->writable ? now->choices : std::vector<std::string>{};
 }
 
 std::string CameraSettings::Value(ShotSetting setting) const {

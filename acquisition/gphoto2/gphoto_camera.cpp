@@ -4,7 +4,6 @@
 #include <gphoto2/gphoto2-port-log.h>
 #include <gphoto2/gphoto2.h>
 #include <signal.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -91,99 +90,103 @@ Ports NewPorts() {
   return Ports(list);
 }
 
-GphotoSettingType TypeOf(CameraWidgetType type) {
+FeatureType TypeOf(CameraWidgetType type) {
   switch (type) {
     case GP_WIDGET_RADIO:
     case GP_WIDGET_MENU:
-      return GphotoSettingType::kChoice;
+      return FeatureType::kEnumeration;
     case GP_WIDGET_RANGE:
-      return GphotoSettingType::kRange;
+      return FeatureType::kFloat;
     case GP_WIDGET_TOGGLE:
-      return GphotoSettingType::kToggle;
+      return FeatureType::kBoolean;
     case GP_WIDGET_DATE:
-      return GphotoSettingType::kDate;
+      return FeatureType::kInteger;
     case GP_WIDGET_BUTTON:
-      return GphotoSettingType::kButton;
+      return FeatureType::kCommand;
     default:
-      return GphotoSettingType::kText;
+      return FeatureType::kString;
   }
 }
 
 std::string Text(const char* text) { return text ? text : ""; }
 
-GphotoSetting SettingOf(CameraWidget* widget, const std::string& category) {
-  GphotoSetting setting;
+CameraFeature SettingOf(CameraWidget* widget, const std::string& category) {
+  CameraFeature setting;
   setting.category = category;
   const char* text = nullptr;
   gp_widget_get_name(widget, &text);
   setting.name = Text(text);
   text = nullptr;
   gp_widget_get_label(widget, &text);
-  setting.label = Text(text);
+  setting.description = Text(text);
   CameraWidgetType type = GP_WIDGET_TEXT;
   gp_widget_get_type(widget, &type);
   setting.type = TypeOf(type);
   int read_only = 0;
   gp_widget_get_readonly(widget, &read_only);
-  setting.read_only = read_only != 0;
+  // libgphoto2 runs buttons by its own callbacks, so they cannot be written.
+  setting.read_only = type == GP_WIDGET_BUTTON;
+  setting.readable = !setting.read_only;
+  setting.writable = read_only == 0 && !setting.read_only;
+  if (type == GP_WIDGET_DATE) setting.unit = "s since 1970";
   switch (setting.type) {
-    case GphotoSettingType::kChoice:
+    case FeatureType::kEnumeration:
       for (int i = 0; i < gp_widget_count_choices(widget); ++i) {
         const char* choice = nullptr;
         gp_widget_get_choice(widget, i, &choice);
         setting.choices.push_back(Text(choice));
       }
       [[fallthrough]];
-    case GphotoSettingType::kText: {
+    case FeatureType::kString: {
       const char* value = nullptr;
       gp_widget_get_value(widget, &value);
       setting.value = Text(value);
       break;
     }
-    case GphotoSettingType::kRange: {
+    case FeatureType::kFloat: {
       float value = 0, min = 0, max = 0, step = 0;
       gp_widget_get_value(widget, &value);
       gp_widget_get_range(widget, &min, &max, &step);
       setting.min = min;
       setting.max = max;
-      setting.step = step;
+      if (step > 0) setting.step = step;
       setting.value = fmt::format("{}", value);
       break;
     }
-    case GphotoSettingType::kToggle:
-    case GphotoSettingType::kDate: {
+    case FeatureType::kBoolean:
+    case FeatureType::kInteger: {
       int value = 0;
       gp_widget_get_value(widget, &value);
       setting.value = std::to_string(value);
       break;
     }
-    case GphotoSettingType::kButton:
+    case FeatureType::kCommand:
       break;
   }
   return setting;
 }
 
-bool Write(CameraWidget* widget, GphotoSettingType type, const std::string& value) {
+bool Write(CameraWidget* widget, FeatureType type, const std::string& value) {
   switch (type) {
-    case GphotoSettingType::kChoice:
-    case GphotoSettingType::kText:
+    case FeatureType::kEnumeration:
+    case FeatureType::kString:
       return gp_widget_set_value(widget, value.c_str()) == GP_OK;
-    case GphotoSettingType::kRange: {
+    case FeatureType::kFloat: {
       const float number = std::strtof(value.c_str(), nullptr);
       return gp_widget_set_value(widget, &number) == GP_OK;
     }
-    case GphotoSettingType::kToggle:
-    case GphotoSettingType::kDate: {
+    case FeatureType::kBoolean:
+    case FeatureType::kInteger: {
       const int number = std::atoi(value.c_str());
       return gp_widget_set_value(widget, &number) == GP_OK;
     }
-    case GphotoSettingType::kButton:
+    case FeatureType::kCommand:
       return false;
   }
   return false;
 }
 
-void Collect(CameraWidget* widget, const std::string& category, std::vector<GphotoSetting>& settings) {
+void Collect(CameraWidget* widget, const std::string& category, std::vector<CameraFeature>& settings) {
   CameraWidgetType type = GP_WIDGET_TEXT;
   gp_widget_get_type(widget, &type);
   if (type != GP_WIDGET_WINDOW && type != GP_WIDGET_SECTION) {
@@ -348,7 +351,7 @@ GphotoCamera::~GphotoCamera() = default;
 
 bool GphotoCamera::OutOfStep() const { return state_->out_of_step; }
 
-std::optional<GphotoSetting> GphotoCamera::Setting(const std::string& name) {
+std::optional<CameraFeature> GphotoCamera::Setting(const std::string& name) {
   CameraWidget* raw = nullptr;
   const GphotoResult result = state_->Do([&](Camera* camera, GPContext* context) {
     return gp_camera_get_single_config(camera, name.c_str(), &raw, context);
@@ -358,9 +361,9 @@ std::optional<GphotoSetting> GphotoCamera::Setting(const std::string& name) {
   return SettingOf(widget.get(), "");
 }
 
-std::vector<GphotoSetting> GphotoCamera::Settings() {
+std::vector<CameraFeature> GphotoCamera::Settings() {
   CameraWidget* raw = nullptr;
-  std::vector<GphotoSetting> settings;
+  std::vector<CameraFeature> settings;
   state_->Do([&](Camera* camera, GPContext* context) { return gp_camera_get_config(camera, &raw, context); });
   const Widget root(raw);
   if (root) Collect(root.get(), "", settings);

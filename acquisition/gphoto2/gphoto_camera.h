@@ -8,11 +8,12 @@
 // with the remedy.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "acquisition/device/features.h"
 
 namespace ulf::acquisition {
 
@@ -27,21 +28,9 @@ struct GphotoResult {
   bool LinkIsGone() const;  // by the code alone
 };
 
-enum class GphotoSettingType { kChoice, kText, kRange, kToggle, kDate, kButton };
-
-struct GphotoSetting {
-  std::string name;      // "shutterspeed"
-  std::string category;  // "capturesettings"
-  std::string label;
-  GphotoSettingType type = GphotoSettingType::kText;
-  std::string value;  // toggles: "0", "1", or "2" if unknown; dates: seconds since the epoch
-  std::vector<std::string> choices;
-  double min = 0, max = 0, step = 0;  // of a range
-  bool read_only = false;
-};
-
 struct GphotoFile {
   std::string folder, name;
+  std::string Path() const { return folder + "/" + name; }
 };
 
 enum class GphotoEventKind { kNothing, kFileAdded, kOther };
@@ -73,8 +62,11 @@ class GphotoCamera {
   GphotoCamera(const GphotoCamera&) = delete;
   GphotoCamera& operator=(const GphotoCamera&) = delete;
 
-  std::optional<GphotoSetting> Setting(const std::string& name);  // none: the camera has none of that name
-  std::vector<GphotoSetting> Settings();                          // the whole tree; a second or more
+  // Return a setting ("shutterspeed"), none where the camera has none of that name, and the whole tree, which
+  // takes a second or more. A toggle's value is "0", "1", or "2" if unknown; a date's the seconds since the
+  // epoch, as an integer.
+  std::optional<CameraFeature> Setting(const std::string& name);
+  std::vector<CameraFeature> Settings();
   GphotoResult Set(const std::string& name, const std::string& value);
 
   GphotoResult LiveView(std::string& jpeg);

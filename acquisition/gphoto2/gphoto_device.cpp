@@ -1,7 +1,5 @@
 #include "acquisition/gphoto2/gphoto_device.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -9,9 +7,7 @@
 #include <thread>
 #include <utility>
 
-#include "acquisition/device/event_log.h"
-#include "acquisition/device/photograph_inbox.h"
-#include "acquisition/device/stream_statistics.h"
+#include "acquisition/device/live_driver.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/camera_watch.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
@@ -22,9 +18,7 @@
 #include "acquisition/gphoto2/photograph_requests.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "core/base/mutex.h"
 #include "core/base/quantile.h"
-#include "core/base/stop_signal.h"
 #include "core/image/files/exif.h"
 #include "core/image/files/jpeg_codec.h"
 #include "core/image/files/raw_file.h"
@@ -52,7 +46,7 @@ double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epo
 
 milliseconds Milliseconds(double seconds) { return milliseconds(static_cast<int>(1000 * seconds)); }
 
-class GphotoDevice : public Device {
+class GphotoDevice : public LiveDriver {
  public:
   GphotoDevice(const DeviceUri& uri, std::shared_ptr<UnfetchedPhotographs> left)
       : left_(left ? std::move(left) : std::make_shared<UnfetchedPhotographs>()),
@@ -84,12 +78,6 @@ class GphotoDevice : public Device {
 
   ~GphotoDevice() override { Stop(); }
 
-  DeviceInfo Info() const override {
-    const MutexLock lock(mutex_);
-    return info_;
-  }
-  bool IsLive() const override { return true; }
-  FrameSource Source() const override { return FrameSource::kSettableCamera; }
   bool HasLiveFrames() const override { return has_live_view_; }
   bool TakesStills() const override { return true; }
 
@@ -108,7 +96,7 @@ class GphotoDevice : public Device {
   void Start() override {
     if (thread_.joinable()) return;
     if (!camera_) throw Error("{}: {}; open the device again", uri_, Info().problem);
-    inbox_ = std::make_unique<PhotographInbox>(options_.queue);
+    queue_ = std::make_unique<FrameQueue>(options_.queue);
     statistics_.Begin();
     stop_ = false;
     stopping_since_.reset();
@@ -127,8 +115,8 @@ class GphotoDevice : public Device {
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
-    if (!inbox_) return std::nullopt;
-    std::optional<Frame> frame = inbox_->Pop(timeout);
+    if (!queue_) return std::nullopt;
+    std::optional<Frame> frame = queue_->Pop(timeout);
     if (!frame) return std::nullopt;
     if (frame->encoded)
       frame->image = {DecodeJpeg(*frame->encoded->bytes), Transfer::kSrgb};
@@ -145,7 +133,7 @@ class GphotoDevice : public Device {
     stop_ = true;
     thread_.join();
     statistics_.End();
-    inbox_->Close();
+    queue_->Close();
     if (state_ == DeviceState::kLost) {
       camera_.reset();
       return;
@@ -156,13 +144,13 @@ class GphotoDevice : public Device {
 
   DeviceState State() const override {
     // The reader can still take photographs that were downloaded before the loss.
-    if (state_ == DeviceState::kLost && inbox_ && !inbox_->IsEmpty()) return DeviceState::kStreaming;
+    if (state_ == DeviceState::kLost && queue_ && queue_->Size() > 0) return DeviceState::kStreaming;
     return state_;
   }
 
   DeviceStatistics Statistics() const override {
     DeviceStatistics statistics = statistics_.Now();
-    statistics.dropped = inbox_ ? inbox_->Dropped() : 0;
+    statistics.dropped = queue_ ? queue_->Dropped() : 0;
     const MutexLock lock(mutex_);
     statistics.transport = {{TransportFigure::kPhotographs, photographs_},
                             {TransportFigure::kNotDownloaded, not_downloaded_},
@@ -173,12 +161,9 @@ class GphotoDevice : public Device {
     return statistics;
   }
 
-  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
-
  private:
   void Loop() {
-    const auto period = std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(1 / options_.live_view_fps));
+    const auto period = DurationOf(1 / options_.live_view_fps);
     Clock::time_point next_live = Clock::now();
     next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
     recovery_.Begin();
@@ -224,7 +209,7 @@ class GphotoDevice : public Device {
     std::ranges::move(files, std::back_inserter(left.waiting));
     if (requests_.AwaitsAnnouncement()) left.released_s = requests_.ReleasedHostS();
     left_->Lost(std::move(left));
-    inbox_->Close();
+    queue_->Close();
     state_ = DeviceState::kLost;
   }
 
@@ -260,7 +245,7 @@ class GphotoDevice : public Device {
       frame.id = ++next_id_;
       frame.device_time_s = frame.host_time_s = host_time_s;
       frame.encoded = EncodedImage{".jpg", std::make_shared<const std::string>(std::move(jpeg))};
-      inbox_->Push(std::move(frame));
+      queue_->Push(std::move(frame));
       return;
     }
     {
@@ -367,7 +352,7 @@ class GphotoDevice : public Device {
       }
       requests_.TellExposure(frame, exif.exposure_s);
       requests_.Came(frame.requested_s.value_or(0));
-      inbox_->Push(std::move(frame));
+      queue_->Push(std::move(frame));
     }
   }
 
@@ -423,19 +408,13 @@ class GphotoDevice : public Device {
   }
 
   void Lose(const std::string& problem) {
-    {
-      const MutexLock lock(mutex_);
-      info_.available = false;
-      info_.problem = problem;
-    }
+    DescribeLoss(problem);
     requests_.ReleaseNoMore();
     lost_ = true;
   }
 
   void Notice(const std::string& text) { events_.Notice(text); }
 
-  EventLog events_;
-  StreamStatistics statistics_;
   const std::shared_ptr<UnfetchedPhotographs> left_;
   const GphotoOptions options_;
   const std::string uri_;
@@ -459,15 +438,10 @@ class GphotoDevice : public Device {
 
   // Shared.
   std::atomic<bool> stop_{false}, has_live_view_{true};
-  std::atomic<DeviceState> state_{DeviceState::kConnected};
-  std::unique_ptr<PhotographInbox> inbox_;
-  mutable Mutex mutex_;
-  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   double photographs_ ULF_GUARDED_BY(mutex_) = 0;
   double live_view_refused_ ULF_GUARDED_BY(mutex_) = 0;
   double not_downloaded_ ULF_GUARDED_BY(mutex_) = 0;
   std::vector<double> release_to_announcement_s_ ULF_GUARDED_BY(mutex_);
-  std::thread thread_;
 };
 
 }  // namespace

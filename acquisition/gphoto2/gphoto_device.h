@@ -1,11 +1,7 @@
 // Opens a tethered camera, with live view and photographs: `gphoto2:ID`.
 //
-//   gphoto2:                          the first camera at a USB port
-//   gphoto2:usb:001,005               the one at this port ('ulf devices' lists them)
-//   gphoto2:ptpip:192.168.1.9         over the network (PTP/IP; with another port: ptpip:ADDRESS:PORT)
-//   gphoto2:NAME                      by model, or by serial number
-//   ?shutter=1/125&iso=200&aperture=8&focus=manual&imageformat=...&target=card|ram&liveview_fps=15
-//    &shutter_lag_ms=120&queue=4
+// ID names a port, an address in the network, a model or a serial number. What it may be, and the options,
+// are those of docs/devices.md#tethered-cameras-gphoto2.
 //
 // Live view is delivered as FrameKind::kLive; the newest `queue` frames (default 4) wait for the reader,
 // older ones are dropped and counted. A photograph is delivered as FrameKind::kStill after its download,

@@ -1,7 +1,6 @@
 #include "acquisition/gphoto2/gphoto_options.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
@@ -24,12 +23,10 @@ GphotoAddress NetworkAddress(const DeviceUri& uri) {
                         std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
     port = digits ? std::stoi(text) : 0;
     if (port < 1 || port > 65535)
-      throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("'{}' is not a port", text),
+      throw Refused(uri, fmt::format("'{}' is not a port", text),
                     "write ptpip:ADDRESS or ptpip:ADDRESS:PORT");
   }
-  if (host.empty())
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", "give the camera's address: gphoto2:ptpip:192.168.1.9",
-                  "");
+  if (host.empty()) throw Refused(uri, "give the camera's address: gphoto2:ptpip:192.168.1.9");
   return {kNetworkDriver, fmt::format("ptpip:{}:{}:{}", host, port, port)};
 }
 
@@ -63,8 +60,7 @@ GphotoOptions GphotoOptions::Of(const DeviceUri& uri) {
     if (const auto value = uri.Option(Name(setting))) options.settings.emplace_back(setting, *value);
   if (const auto target = uri.Option("target")) {
     if (*target != "card" && *target != "ram")
-      throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                    fmt::format("target must be card or ram, not '{}'", *target), "");
+      throw Refused(uri, fmt::format("target must be card or ram, not '{}'", *target));
     options.to_card = *target == "card";
   }
   options.live_view_fps = uri.Number("liveview_fps", options.live_view_fps, 0.1, 120);

@@ -18,8 +18,6 @@ constexpr int kTries = 6;
 constexpr double kFirstPauseS = 0.2, kFirstBusyPauseS = 0.1, kLongestBusyPauseS = 1.6;
 constexpr double kBusyPatienceS = 20;
 
-std::string PathOf(const GphotoFile& file) { return file.folder + "/" + file.name; }
-
 }  // namespace
 
 void PhotographDownloads::Announced(const GphotoFile& where, DownloadedFile file, double now_s) {
@@ -43,7 +41,7 @@ PhotographDownloads::Outcome PhotographDownloads::Work(double now_s) {
     const GphotoResult result = camera_.Download(waiting.where, waiting.file.bytes);
     bool done = true;
     if (result.ok()) {
-      spdlog::debug("{}, {} bytes in {:.3f} s", PathOf(waiting.where), waiting.file.bytes.size(),
+      spdlog::debug("{}, {} bytes in {:.3f} s", waiting.where.Path(), waiting.file.bytes.size(),
                     SecondsSince(began));
       outcome.downloaded.emplace_back(waiting.where, std::move(waiting.file));
     } else {
@@ -69,7 +67,7 @@ bool PhotographDownloads::GivesUp(const GphotoResult& result, double now_s, Wait
     waiting.again_s = now_s + waiting.busy_pause_s;
     return false;
   }
-  const std::string path = PathOf(waiting.where);
+  const std::string path = waiting.where.Path();
   if (!result.Busy() && !result.NoSuchFile() && ++waiting.failures < kTries) {
     waiting.again_s = now_s + std::ldexp(kFirstPauseS, waiting.failures - 1);
     if (waiting.failures == 1)

@@ -18,8 +18,7 @@ constexpr int kBusyListings = 100;
 
 std::string NamesOf(const std::vector<FileInCamera>& files) {
   std::string names;
-  for (const auto& [where, file] : files)
-    names += (names.empty() ? "" : ", ") + where.folder + "/" + where.name;
+  for (const auto& [where, file] : files) names += (names.empty() ? "" : ", ") + where.Path();
   return names;
 }
 

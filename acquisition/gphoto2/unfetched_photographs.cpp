@@ -6,15 +6,10 @@
 #include "core/image/files/picture_kind.h"
 
 namespace ulf::acquisition {
-namespace {
-
-std::string PathInCamera(const GphotoFile& file) { return file.folder + "/" + file.name; }
-
-}  // namespace
 
 void UnfetchedPhotographs::Announced(const GphotoFile& file) {
   const MutexLock lock(mutex_);
-  announced_.insert(PathInCamera(file));
+  announced_.insert(file.Path());
   last_ = file;
 }
 
@@ -38,7 +33,7 @@ std::vector<GphotoFile> UnfetchedPhotographs::PhotographsAfter(const Unfetched& 
   const std::string last = StemOf(left.last->name);
   std::erase_if(names, [&](const std::string& name) ULF_REQUIRES(mutex_) {
     return !(ExtensionOf(name) == ".jpg" || IsRawFile(name)) || NameOrder(StemOf(name), last) ||
-           announced_.contains(PathInCamera({left.last->folder, name}));
+           announced_.contains(GphotoFile{left.last->folder, name}.Path());
   });
   std::ranges::sort(names, NameOrder);
   std::vector<GphotoFile> files;
@@ -71,14 +66,14 @@ std::vector<FileInCamera> UnfetchedPhotographs::CameSince(const Unfetched& left,
 
 void UnfetchedPhotographs::Fetched(const GphotoFile& file) {
   const MutexLock lock(mutex_);
-  announced_.insert(PathInCamera(file));
-  fetched_.insert(PathInCamera(file));
+  announced_.insert(file.Path());
+  fetched_.insert(file.Path());
   last_ = file;
 }
 
 bool UnfetchedPhotographs::WasFetched(const GphotoFile& file) const {
   const MutexLock lock(mutex_);
-  return fetched_.contains(PathInCamera(file));
+  return fetched_.contains(file.Path());
 }
 
 }  // namespace ulf::acquisition

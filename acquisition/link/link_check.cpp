@@ -32,8 +32,7 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   for (const auto& [option, value] : DeviceUri::Parse(with.scheme + ":?" + settings).options)
     with.Set(option, value);
   if (with.scheme == "replay")
-    throw Refusal(uri, "", "is no camera",
-                  "a link is checked with one that streams, such as aravis:192.0.2.7");
+    throw Refused(uri, "is no camera", "a link is checked with one that streams, such as aravis:192.0.2.7");
   const std::unique_ptr<Device> device = OpenDevice(with.Text());
   Streamed streamed;
   streamed.camera = device->Info();

@@ -38,9 +38,7 @@ std::string FirstRealCamera() {
 // Removes the option `reconnect_s`, which no driver knows, and returns its value.
 double ExtractPatience(DeviceUri& uri) {
   const double patience_s = uri.Number("reconnect_s").value_or(Reconnection{}.patience_s);
-  if (patience_s < 0)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  "reconnect_s must be 0 (do not search) or a number of seconds", "");
+  if (patience_s < 0) throw Refused(uri, "reconnect_s must be 0 (do not search) or a number of seconds");
   std::erase_if(uri.options, [](const auto& option) { return option.first == "reconnect_s"; });
   return patience_s;
 }
@@ -51,8 +49,7 @@ std::unique_ptr<Device> OpenDriver(const DeviceUri& uri, const std::shared_ptr<U
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
   if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri, left);
-  throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                fmt::format("there is no kind of device called '{}'", uri.scheme),
+  throw Refused(uri, fmt::format("there is no kind of device called '{}'", uri.scheme),
                 fmt::format("there are {}", kDeviceKinds));
 }
 
@@ -100,7 +97,7 @@ std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& text) {
   if (uri.scheme == "aravis") return OpenAravisFeatures(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Features(uri);
   if (uri.scheme == "gphoto2") return OpenGphotoFeatures(uri);
-  throw Refusal(fmt::format("'{}'", text), "",
+  throw Refused(fmt::format("'{}'", text),
                 "only cameras have features (aravis:ID, v4l2:/dev/video0, gphoto2:ID)",
                 "'ulf devices' lists those in reach");
 }

@@ -204,10 +204,7 @@ Rigid3 Hand::CamFromWorld(double time_s) const {
     yaw += share * glance.yaw;
     pitch += share * glance.pitch;
   }
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(waves_[kRoll].At(time_s), Vector3d::UnitZ()) *
-                                  Eigen::AngleAxisd(pitch, Vector3d::UnitX()) *
-                                  Eigen::AngleAxisd(yaw, Vector3d::UnitY());
-  return Rigid3{turn, Vector3d::Zero()} * aimed;
+  return Turned(aimed, yaw, pitch, waves_[kRoll].At(time_s));
 }
 
 Vector2d Hand::CapAngles(const Vector3d& center_in_world) const {
@@ -216,12 +213,19 @@ Vector2d Hand::CapAngles(const Vector3d& center_in_world) const {
           std::asin(std::clamp(direction.dot(up_), -1.0, 1.0))};
 }
 
+Rigid3 Turned(const Rigid3& cam_from_world, double yaw, double pitch, double roll) {
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(roll, Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(pitch, Vector3d::UnitX()) *
+                                  Eigen::AngleAxisd(yaw, Vector3d::UnitY());
+  return Rigid3{turn, Vector3d::Zero()} * cam_from_world;
+}
+
 Waves::Waves(std::uint64_t seed, int stream, int count, double low_hz, double high_hz, double height) {
   std::mt19937_64 random(seed * 1000003u + static_cast<std::uint64_t>(stream));
-  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
   for (int i = 0; i < count; ++i) {
-    const double share = (i + uniform()) / count;
-    parts_.push_back({height / count, low_hz * std::pow(high_hz / low_hz, share), 2 * M_PI * uniform()});
+    const double share = (i + Uniform(random)) / count;
+    parts_.push_back(
+        {height / count, low_hz * std::pow(high_hz / low_hz, share), 2 * M_PI * Uniform(random)});
   }
 }
 

@@ -53,6 +53,9 @@ class Waves {
   std::vector<Wave> parts_;
 };
 
+// Returns the pose of a camera that is turned in place, radians about its own axes.
+Rigid3 Turned(const Rigid3& cam_from_world, double yaw, double pitch, double roll);
+
 struct HandOptions {
   Eigen::Vector3d subject_in_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();

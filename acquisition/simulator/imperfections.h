@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <optional>
 
 #include "core/geometry/camera_model.h"
 

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <vector>
 
@@ -172,7 +171,7 @@ std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri) {
   if (!name) return std::nullopt;
   const auto known = SensorFormatByName(*name);
   if (!known)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("there is no format '{}'", *name),
+    throw Refused(uri, fmt::format("there is no format '{}'", *name),
                   fmt::format("there are {}", SensorFormatNames()));
   return known;
 }

@@ -1,7 +1,6 @@
 #include "acquisition/simulator/simulated_board.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
@@ -83,7 +82,7 @@ CameraModel SimulatedLens(const std::string& name, int width, int height) {
     camera.distortion = Distortion::kFisheye;
     camera.coefficients = {0.03, -0.012, 0.004, -0.0004, 0};
   } else {
-    throw Refusal(fmt::format("lens '{}'", name), "", "there are pinhole, barrel, wide and fisheye", "");
+    throw Refused(fmt::format("lens '{}'", name), "there are pinhole, barrel, wide and fisheye");
   }
   return camera;
 }
@@ -230,8 +229,8 @@ SensorWindow WindowOf(const DeviceUri& uri, int width, int height) {
         std::sscanf(roi->c_str(), "%d,%d,%d,%d", &window.x, &window.y, &window.width, &window.height) == 4;
     if (!read || window.x < 0 || window.y < 0 || window.width < 32 || window.height < 32 ||
         window.x + window.width > width || window.y + window.height > height)
-      throw Refusal(uri.Text(), "",
-                    fmt::format("roi={} is not X,Y,WIDTH,HEIGHT within {}x{}", *roi, width, height), "");
+      throw Refused(uri.Text(),
+                    fmt::format("roi={} is not X,Y,WIDTH,HEIGHT within {}x{}", *roi, width, height));
   }
   return window;
 }

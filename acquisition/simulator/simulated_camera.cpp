@@ -20,8 +20,7 @@ std::uint64_t SeedOf(const DeviceUri& uri, std::uint64_t otherwise) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), seed);
   if (error != std::errc() || end != text->data() + text->size())
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  fmt::format("seed must be a whole number, 0 or more, not '{}'", *text), "");
+    throw Refused(uri, fmt::format("seed must be a whole number, 0 or more, not '{}'", *text));
   return seed;
 }
 
@@ -31,8 +30,7 @@ void ReadCap(const DeviceUri& uri, SimulationOptions& options) {
   double width_deg = 0, height_deg = 0;
   char rest = 0;
   if (std::sscanf(text->c_str(), "%lfx%lf%c", &width_deg, &height_deg, &rest) != 2)
-    throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                  fmt::format("cap must be degrees WIDTHxHEIGHT, such as 60x40, not '{}'", *text), "");
+    throw Refused(uri, fmt::format("cap must be degrees WIDTHxHEIGHT, such as 60x40, not '{}'", *text));
   options.cap_azimuth = Radians(width_deg);
   options.cap_elevation = Radians(height_deg);
 }
@@ -59,18 +57,10 @@ HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
 }
 
 std::shared_ptr<const HandMotion> MotionFor(const SimulationOptions& options, const Scene& scene) {
-  if (!scene.IsTurntable()) return std::make_shared<Hand>(HandFor(options, scene));
-  return std::make_shared<Tripod>(
-      TripodOptions{.subject_in_world = scene.subject().center_in_world,
-                    .up_in_world = scene.UpInWorld(),
-                    .first_direction = scene.FirstDirection(),
-                    .distance_m = scene.FirstDistance(),
-                    .cap_elevation = options.cap_elevation,
-                    .row_spacing = options.row_spacing,
-                    .speed = options.speed,
-                    .stands_s = options.turn_speed > 0 ? 2 * M_PI / options.turn_speed : 15,
-                    .unsteady = options.unsteady,
-                    .seed = options.seed});
+  const HandOptions hand = HandFor(options, scene);
+  if (!scene.IsTurntable()) return std::make_shared<Hand>(hand);
+  const double stands_s = options.turn_speed > 0 ? 2 * M_PI / options.turn_speed : 15;
+  return std::make_shared<Tripod>(hand, stands_s, options.unsteady);
 }
 
 // `colors`: of R G B; the radiance has B, G, R and a fourth channel.

@@ -1,16 +1,13 @@
 #include "acquisition/simulator/simulated_chart.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "acquisition/simulator/bench_device.h"
 #include "acquisition/simulator/scene/noise.h"
-#include "core/base/error.h"
 #include "core/fiducials/color_chart_patches.h"
 #include "core/geometry/angles.h"
-#include "core/geometry/sensor_window.h"
 #include "core/image/color_difference.h"
 
 namespace ulf::acquisition {

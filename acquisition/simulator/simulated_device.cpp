@@ -28,34 +28,27 @@ struct Absence {
   Clock::time_point back;
   std::uint64_t next_frame = 0;
 };
-// Keeps the disconnected cameras by URI. They outlive their device, which is closed meanwhile.
-class Absences {
- public:
-  static Absences& Instance() {
-    static Absences absences;
-    return absences;
-  }
-  void Begin(const std::string& uri, const Absence& absence) {
-    const MutexLock lock(mutex_);
-    away_[uri] = absence;
-  }
-  // Returns the number of the next frame. Throws Error while the camera is unplugged.
-  std::uint64_t End(const std::string& uri) {
-    const MutexLock lock(mutex_);
-    const auto found = away_.find(uri);
-    if (found == away_.end()) return 0;
-    const double left_s = std::chrono::duration<double>(found->second.back - Clock::now()).count();
-    if (left_s > 0)
-      throw Error("{}: the simulated cable is unplugged; it is plugged in again in {:.1f} s", uri, left_s);
-    const std::uint64_t next_frame = found->second.next_frame;
-    away_.erase(found);
-    return next_frame;
-  }
+// The disconnected cameras by URI. They outlive their device, which is closed meanwhile.
+Mutex absences_mutex;
+std::map<std::string, Absence> absences ULF_GUARDED_BY(absences_mutex);
 
- private:
-  Mutex mutex_;
-  std::map<std::string, Absence> away_ ULF_GUARDED_BY(mutex_);
-};
+void BeginAbsence(const std::string& uri, const Absence& absence) {
+  const MutexLock lock(absences_mutex);
+  absences[uri] = absence;
+}
+
+// Returns the number of the next frame. Throws Error while the camera is unplugged.
+std::uint64_t EndAbsence(const std::string& uri) {
+  const MutexLock lock(absences_mutex);
+  const auto found = absences.find(uri);
+  if (found == absences.end()) return 0;
+  const double left_s = std::chrono::duration<double>(found->second.back - Clock::now()).count();
+  if (left_s > 0)
+    throw Error("{}: the simulated cable is unplugged; it is plugged in again in {:.1f} s", uri, left_s);
+  const std::uint64_t next_frame = found->second.next_frame;
+  absences.erase(found);
+  return next_frame;
+}
 
 class SimulatedDevice : public Device {
  public:
@@ -66,10 +59,9 @@ class SimulatedDevice : public Device {
     const GigeLinkFaults& link = faults_.link;
     if (link.lost > 0 || link.doubled > 0 || link.swapped > 0 || link.late > 0 || !faults_.resends ||
         !faults_.masters_lost.empty())
-      throw Refusal(uri.Text(), "",
-                    "lost, doubled, swapped, late, resend and ptp_lost are faults of a network",
+      throw Refused(uri.Text(), "lost, doubled, swapped, late, resend and ptp_lost are faults of a network",
                     "serve the camera on one with 'ulf simulate --fault ...' and open it by aravis:");
-    next_ = Absences::Instance().End(uri.Text());
+    next_ = EndAbsence(uri.Text());
   }
 
   DeviceInfo Info() const override {
@@ -109,7 +101,7 @@ class SimulatedDevice : public Device {
     if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
     if (const FaultSpan* out = ActiveSpan(faults_.disconnects)) {
       lost_ = true;
-      Absences::Instance().Begin(uri_.Text(), {Clock::now() + Duration(out->for_s), FrameAfter(*out)});
+      BeginAbsence(uri_.Text(), {Clock::now() + DurationOf(out->for_s), FrameAfter(*out)});
       return std::nullopt;
     }
     if (const FaultSpan* frozen = ActiveSpan(faults_.freezes))
@@ -130,9 +122,6 @@ class SimulatedDevice : public Device {
 
  private:
   double Now() const { return static_cast<double>(next_) / camera_.options().fps; }
-  static Clock::duration Duration(double seconds) {
-    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  }
   const FaultSpan* ActiveSpan(const std::vector<FaultSpan>& spans) const {
     const auto found =
         std::find_if(spans.begin(), spans.end(), [&](const FaultSpan& s) { return s.Holds(Now()); });
@@ -146,7 +135,7 @@ class SimulatedDevice : public Device {
 
   // Waits for the end of a freeze, at most for the timeout; true: frames come again.
   bool WaitForEnd(const FaultSpan& frozen, std::chrono::milliseconds timeout) {
-    if (!thaw_) thaw_ = Clock::now() + Duration(frozen.for_s);
+    if (!thaw_) thaw_ = Clock::now() + DurationOf(frozen.for_s);
     std::this_thread::sleep_until(std::min(*thaw_, Clock::now() + timeout));
     if (Clock::now() < *thaw_) return false;
     thaw_.reset();
@@ -207,7 +196,7 @@ std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri, std::shared_pt
   if (uri.path == "chart" || uri.path == "grey") return OpenSimulatedChart(uri);
   const std::vector<std::string> scenes = Scene::Names();
   if (std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
-    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("there is no scene '{}'", uri.path),
+    throw Refused(uri, fmt::format("there is no scene '{}'", uri.path),
                   fmt::format("there are {}, and for calibration board, card, chart and grey",
                               fmt::join(scenes, ", ")));
   return std::make_unique<SimulatedDevice>(uri, std::move(hand));

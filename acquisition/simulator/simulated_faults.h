@@ -1,24 +1,6 @@
-// Faults of a simulated camera, each given as `name=value`; several may be combined:
-//
-//   lost=0.005         share of stream packets lost on the way               network only
-//   doubled=0.01       ... that arrive twice                                 network only
-//   swapped=0.01       ... that arrive after their successor                 network only
-//   resend=0           the camera does not resend lost packets               network only
-//   late=80:0.1        delay in milliseconds, and share of delayed frames    network only
-//   incomplete=0.05    share of frames whose lower part is missing           sim: only
-//   freeze=5:2         no frames from second 5 on, for 2 s; the camera still answers
-//   disconnect=5:2     the camera is disconnected from second 5 on, for 2 s
-//   ptp_lost=5:3      no IEEE 1588 master from second 5 on, for 3 s           network only
-//   drift=0.5          the light on the sensor grows by so many stops per minute, without being reported
-//   bluer=0.5          the lamp's blue grows, and its red falls, by so many stops per minute
-//   flicker=100:0.4    lamps that flicker, in hertz, by this share of their light
-//   defocus=3          the lens is out of focus: each point's image is a disc of this radius in pixels
-//   hunting=4:1.6      an automatic focus goes to and fro: pixels of radius at its farthest, seconds a cycle
-//   lens=0.9           the lens's focal length over that of the calibration stored for the camera
-//   dust=5             so many spots on the lens
-//   auto_exposure=told the exposure follows the picture; `untold`: without being reported    sim: only
-//
-// Seconds count from the first frame.
+// Faults of a simulated camera, each given as `name=value`; several may be combined. Their names and values
+// are those of docs/devices.md#the-simulated-camera-sim-and-ulf-simulate, which says which of them need a
+// network. Seconds count from the first frame.
 #pragma once
 
 #include <algorithm>
@@ -44,16 +26,19 @@ struct GigeLinkFaults {
   std::chrono::milliseconds late_by{0};       // ... by this time
 };
 
+// Whether the exposure follows the picture, and the frames tell it.
 enum class AutoExposure { kOff, kTold, kUntold };
 
 struct SimulatedFaults {
   GigeLinkFaults link;
-  bool resends = true;
-  double incomplete = 0;
+  bool resends = true;    // lost packets
+  double incomplete = 0;  // share of the frames whose lower part is missing
+  // No frames, although the camera answers; the cable is out; there is no IEEE 1588 master.
   std::vector<FaultSpan> freezes, disconnects, masters_lost;
+  // The light on the sensor grows, and the lamp's blue grows and its red falls, without being reported.
   double drift_stops_per_minute = 0, bluer_stops_per_minute = 0;
   LampFlicker flicker;
-  double defocus_px = 0;
+  double defocus_px = 0;  // radius of a point's image
   FocusHunt hunting;
   double focal_ratio = 1;  // of the lens that is mounted
   int dust_spots = 0;

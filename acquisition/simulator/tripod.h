@@ -4,31 +4,17 @@
 // World frame metres, time in seconds from the start.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
-#include <cstdint>
 
 #include "acquisition/simulator/hand.h"
-#include "core/geometry/angles.h"
 
 namespace ulf::acquisition {
 
-struct TripodOptions {
-  Eigen::Vector3d subject_in_world = Eigen::Vector3d::Zero();
-  Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
-  Eigen::Vector3d first_direction = -Eigen::Vector3d::UnitY();  // from the subject to the cap's middle, unit
-  double distance_m = 1;
-  double cap_elevation = Radians(40);
-  double row_spacing = Radians(2.2);
-  double speed = Radians(13);  // at which it is raised, per second
-  double stands_s = 15;        // at each height
-  double unsteady = 0;         // 1 trembles and drifts as a hand does (hand.h)
-  std::uint64_t seed = 7;
-};
-
 class Tripod : public HandMotion {
  public:
-  explicit Tripod(const TripodOptions& options);
+  // Of the options it uses the subject, directions, distance, elevation, rows, speed (at which it is raised)
+  // and seed. `stands_s`: at each height; `unsteady`: 1 trembles and drifts as a hand does.
+  Tripod(const HandOptions& options, double stands_s, double unsteady);
   Rigid3 CamFromWorld(double time_s) const override;
 
   int Heights() const { return heights_; }
@@ -36,9 +22,10 @@ class Tripod : public HandMotion {
   double Elevation(double time_s) const;
 
  private:
-  TripodOptions options_;
-  int heights_;
-  double raised_in_s_;
+  const HandOptions options_;
+  const double stands_s_;
+  const int heights_;
+  const double raised_in_s_;
   std::array<Waves, 3> shifts_, turns_;
 };
 

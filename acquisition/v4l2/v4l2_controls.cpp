@@ -162,12 +162,12 @@ int V4l2ControlValue(const std::string& who, const V4l2Control& control, const s
     std::string choices;
     for (const auto& [value, words] : control.menu)
       choices += fmt::format("{}{} ({})", choices.empty() ? "" : ", ", words, value);
-    throw Refusal(who, "", fmt::format("{} cannot be '{}'", control.name, text),
+    throw Refused(who, fmt::format("{} cannot be '{}'", control.name, text),
                   fmt::format("it takes {}", choices));
   }
   if (!is_number || number < control.min || number > control.max ||
       (control.type == V4L2_CTRL_TYPE_INTEGER && (number - control.min) % control.step != 0))
-    throw Refusal(who, "", fmt::format("{} cannot be '{}'", control.name, text),
+    throw Refused(who, fmt::format("{} cannot be '{}'", control.name, text),
                   fmt::format("it takes {} to {}{}", control.min, control.max,
                               control.step > 1 ? fmt::format(" in steps of {}", control.step) : ""));
   return static_cast<int>(number);

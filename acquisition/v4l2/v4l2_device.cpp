@@ -6,20 +6,15 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
-#include "acquisition/device/event_log.h"
-#include "acquisition/device/frame_queue.h"
-#include "acquisition/device/stream_statistics.h"
+#include "acquisition/device/live_driver.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
@@ -27,8 +22,6 @@
 #include "core/base/error.h"
 #include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
-#include "core/base/mutex.h"
-#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -56,29 +49,24 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
   V4l2Options options;
   std::set<std::string> given;
   for (const auto& [key, value] : uri.options) {
-    if (!given.insert(key).second)
-      throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("{} is given twice", key), "");
+    if (!given.insert(key).second) throw Refused(uri, fmt::format("{} is given twice", key));
     if (key == "format") {
       options.request.fourcc = FourccByName(value);
       if (!options.request.fourcc)
-        throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                      fmt::format("ulf does not read the pixel format {} from webcams", value),
+        throw Refused(uri, fmt::format("ulf does not read the pixel format {} from webcams", value),
                       "use YUYV, NV12 or MJPEG");
     } else if (key == "size") {
       int width = 0, height = 0;
       char rest = 0;
       if (std::sscanf(value.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1)
-        throw Refusal(fmt::format("'{}'", uri.Text()), "", "size must read WIDTHxHEIGHT, such as 1280x720",
-                      "");
+        throw Refused(uri, "size must read WIDTHxHEIGHT, such as 1280x720");
       options.request.size = {width, height};
     } else if (key == "fps") {
       options.request.fps = uri.Number(key);
-      if (*options.request.fps <= 0)
-        throw Refusal(fmt::format("'{}'", uri.Text()), "", "fps must be above 0", "");
+      if (*options.request.fps <= 0) throw Refused(uri, "fps must be above 0");
     } else if (key == "io") {
       if (value != "mmap" && value != "userptr")
-        throw Refusal(fmt::format("'{}'", uri.Text()), "",
-                      fmt::format("io must be mmap or userptr, not '{}'", value), "");
+        throw Refused(uri, fmt::format("io must be mmap or userptr, not '{}'", value));
       options.io = value == "mmap" ? V4l2Io::kMmap : V4l2Io::kUserPtr;
     } else if (key == "settle") {
       options.settle_s = uri.Number(key, options.settle_s, 0, 60);
@@ -91,7 +79,7 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
   return options;
 }
 
-class V4l2Device : public Device {
+class V4l2Device : public LiveDriver {
  public:
   explicit V4l2Device(const DeviceUri& uri) : options_(V4l2OptionsOf(uri)) {
     const V4l2Camera camera = ResolveV4l2Camera(uri.Text(), uri.path);
@@ -113,12 +101,6 @@ class V4l2Device : public Device {
 
   ~V4l2Device() override { Stop(); }
 
-  DeviceInfo Info() const override {
-    const MutexLock lock(mutex_);
-    return info_;
-  }
-  bool IsLive() const override { return true; }
-  FrameSource Source() const override { return FrameSource::kSettableCamera; }
   HeldAutomatics Held() const override {
     const MutexLock lock(mutex_);
     return held_;
@@ -138,13 +120,6 @@ class V4l2Device : public Device {
                             [this](const std::string& why) { Lose("reading its frames failed: " + why); });
   }
 
-  std::optional<Frame> Next(milliseconds timeout) override {
-    if (!queue_) return std::nullopt;
-    std::optional<Frame> frame = queue_->Pop(timeout);
-    if (frame && frame->status == FrameStatus::kComplete) statistics_.Delivered(*frame);
-    return frame;
-  }
-
   void Stop() override {
     if (!thread_.joinable()) return;
     const std::uint64_t one = 1;
@@ -162,8 +137,6 @@ class V4l2Device : public Device {
       state_ = DeviceState::kEnded;
   }
 
-  DeviceState State() const override { return state_; }
-
   DeviceStatistics Statistics() const override {
     DeviceStatistics statistics = statistics_.Now();
     {
@@ -173,8 +146,6 @@ class V4l2Device : public Device {
     statistics.transport.emplace_back(TransportFigure::kWhileSettling, statistics_.WhileSettlingCount());
     return statistics;
   }
-
-  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
   // Throws Refusal for an invalid name or value of the URI's controls, before anything is written.
@@ -189,7 +160,7 @@ class V4l2Device : public Device {
                       fmt::format("known are: {}", list));
       }
       if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
-        throw Refusal(fmt::format("'{}'", uri_), "", fmt::format("the control {} is read-only", name), "");
+        throw Refused(fmt::format("'{}'", uri_), fmt::format("the control {} is read-only", name));
       V4l2ControlValue(uri_, *control, value);
     }
   }
@@ -289,11 +260,7 @@ class V4l2Device : public Device {
   }
 
   void Lose(const std::string& problem) {
-    {
-      const MutexLock lock(mutex_);
-      info_.available = false;
-      info_.problem = problem;
-    }
+    DescribeLoss(problem);
     statistics_.End();
     state_ = DeviceState::kLost;
     queue_->Close();
@@ -363,19 +330,12 @@ class V4l2Device : public Device {
   V4l2Configured configured_;
   std::vector<V4l2Control> controls_;
   std::unique_ptr<V4l2Stream> stream_;
-  std::unique_ptr<FrameQueue> queue_;
   const FileDescriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
-  std::thread thread_;
-  std::atomic<DeviceState> state_{DeviceState::kConnected};
   // Used by the capture thread.
   double exposure_s_ = 0;
   Clock::time_point settled_at_;
   bool said_incomplete_ = false;
 
-  EventLog events_;
-  StreamStatistics statistics_;
-  mutable Mutex mutex_;
-  DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   HeldAutomatics held_ ULF_GUARDED_BY(mutex_);
 };
 

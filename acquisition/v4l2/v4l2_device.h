@@ -3,17 +3,7 @@
 // ID: a node (/dev/video0), a USB serial number, a bus path (usb-0000:00:14.0-1) or the camera's name; empty:
 // the first camera that can be opened.
 //
-//   format   YUYV, UYVY, NV12, MJPEG, RGB8, Mono8, BayerRG8, ..., or a V4L2 four-character code
-//            else: chosen
-//   size     WxH in pixels                                                 else: chosen
-//   fps      frames per second                                             else: the fastest at that size
-//   io       mmap, or userptr: who owns the buffers, the driver or ulf     else: mmap
-//   settle   seconds that the automatics get before they are switched off  else: 1
-//   queue    frames that may wait for the reader                           else: 4
-//   NAME     any control (v4l2_controls.h): exposure, gain, white_balance, focus, sharpness, ...
-//
-// Chosen: the largest picture up to 1920x1080 at 24 frames per second or more; uncompressed preferred to
-// JPEG.
+// The options, and what is chosen without them, are those of docs/devices.md#webcams-and-frame-grabbers-v4l2.
 //
 // The pictures of a light field may differ by viewpoint only. Auto exposure, gain, white balance and focus
 // run for `settle` seconds; frames until then are discarded. Then the device switches the automatics off, and

@@ -33,8 +33,7 @@ class V4l2Features : public FeatureAccess {
   explicit V4l2Features(const DeviceUri& uri)
       : camera_(ResolveV4l2Camera(uri.Text(), uri.path)), node_(camera_.node) {
     if (!uri.options.empty())
-      throw Refusal(fmt::format("'{}'", uri.Text()), "", "ulf features sets features by name",
-                    "leave the options after '?' out");
+      throw Refused(uri, "ulf features sets features by name", "leave the options after '?' out");
   }
 
   DeviceInfo Info() const override { return camera_.info; }
@@ -71,11 +70,11 @@ class V4l2Features : public FeatureAccess {
       std::vector<std::string> names;
       for (const V4l2Control& known : V4l2Controls(node_))
         if (!(known.flags & V4L2_CTRL_FLAG_READ_ONLY)) names.push_back(known.name);
-      throw Refusal(camera_.info.uri, "", fmt::format("there is no control '{}'", name),
+      throw Refused(camera_.info.uri, fmt::format("there is no control '{}'", name),
                     fmt::format("the nearest are {}", fmt::join(NearestNames(name, names), ", ")));
     }
     if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
-      throw Refusal(camera_.info.uri, "", fmt::format("{} is read-only", name), "");
+      throw Refused(camera_.info.uri, fmt::format("{} is read-only", name));
     const bool is_button = control->type == V4L2_CTRL_TYPE_BUTTON;
     const int number = is_button ? 1 : V4l2ControlValue(camera_.info.uri, *control, value);
     if (const int error = SetV4l2Control(node_, control->id, number); error != 0)

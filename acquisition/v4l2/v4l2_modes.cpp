@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <set>
 
@@ -209,19 +208,19 @@ V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all
     return is_size(mode) && (!request.fps || mode.Offers(*request.fps));
   };
   if (std::none_of(all.begin(), all.end(), is_format))
-    throw Refusal(uri, "", fmt::format("the camera does not send {}", FourccText(*request.fourcc)),
+    throw Refused(uri, fmt::format("the camera does not send {}", FourccText(*request.fourcc)),
                   fmt::format("it sends {}", ListOf(all, any, [](const V4l2Mode& mode) {
                                 return std::string(mode.format.name);
                               })));
   if (std::none_of(all.begin(), all.end(), is_size))
-    throw Refusal(uri, "",
+    throw Refused(uri,
                   fmt::format("the camera does not send {}x{}{}", request.size->first, request.size->second,
                               request.fourcc ? " as " + FourccText(*request.fourcc) : ""),
                   fmt::format("it sends {}", ListOf(all, is_format, [](const V4l2Mode& mode) {
                                 return fmt::format("{}x{}", mode.width, mode.height);
                               })));
   if (std::none_of(all.begin(), all.end(), is_rate))
-    throw Refusal(uri, "",
+    throw Refused(uri,
                   fmt::format("the camera does not send {:g} frames a second in this mode", *request.fps),
                   fmt::format("it sends {}", ListOf(all, is_size, [](const V4l2Mode& mode) {
                                 return fmt::format("{} {}x{} at {}", mode.format.name, mode.width,

@@ -19,32 +19,6 @@
 namespace ulf::acquisition {
 namespace {
 
-struct LensProgram {
-  const char* name;
-  // Null: what has no tree is looked for elsewhere.
-  bool (*is)(const LensNode& top) = nullptr;
-  Lens (*read)(const LensNode& top, const std::string& where, const std::string& wanted) = nullptr;
-};
-
-// In the order in which they are looked for.
-constexpr std::array kLensPrograms = {
-    LensProgram{"ulf"},
-    LensProgram{"COLMAP"},
-    LensProgram{"nerfstudio"},
-    LensProgram{"Gyroflow", IsGyroflowLens, ReadGyroflowLens},
-    LensProgram{"Basalt", IsBasaltLens, ReadBasaltLens},
-    LensProgram{"calib.io", IsCalibIoLens, ReadCalibIoLens},
-    LensProgram{"Metashape", IsMetashapeLens, ReadMetashapeLens},
-    LensProgram{"maplab", IsMaplabLens, ReadMaplabLens},
-    LensProgram{"Kalibr", IsKalibrLens, ReadKalibrLens},
-    LensProgram{"EuRoC", IsEurocLens, ReadEurocLens},
-    LensProgram{"okvis", IsOkvisLens, ReadOkvisLens},
-    LensProgram{"ORB-SLAM", IsOrbSlamLens, ReadOrbSlamLens},
-    LensProgram{"VINS", IsVinsLens, ReadVinsLens},
-    LensProgram{"ROS"},
-    LensProgram{"OpenCV"},
-};
-
 // Returns whether damaged text has words of a lens file: else it is of something else, which no message
 // should tell to mend.
 bool HasLensWords(const std::string& text) {
@@ -285,8 +259,8 @@ std::optional<ReadLens> ReadLensText(const std::string& text, const std::string&
   if (!trees || trees->empty()) return std::nullopt;
   const LensNode& top = trees->front();
   if (IsTransformsLens(top)) return checked(ReadTransformsLens(text, where, camera), "nerfstudio");
-  for (const LensProgram& program : kLensPrograms)
-    if (program.is && program.is(top)) return ReadLens{program.read(top, where, camera), program.name};
+  for (const LensProgram& program : LensPrograms())
+    if (program.is(top)) return ReadLens{program.read(top, where, camera), program.name};
   if (const auto other = OtherLensTree(top)) refuse(*other);
   if (std::ranges::any_of(*trees,
                           [](const LensNode& tree) { return HasCameraMatrix(WithCameraMatrices(tree)); })) {
@@ -313,8 +287,9 @@ std::string ReadableLensFiles() {
 }
 
 std::vector<std::string> ReadableLensPrograms() {
-  std::vector<std::string> names;
-  for (const LensProgram& program : kLensPrograms) names.emplace_back(program.name);
+  std::vector<std::string> names{"ulf", "COLMAP", "nerfstudio"};
+  for (const LensProgram& program : LensPrograms()) names.emplace_back(program.name);
+  names.insert(names.end(), {"ROS", "OpenCV"});
   return names;
 }
 

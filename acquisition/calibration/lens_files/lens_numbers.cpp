@@ -250,10 +250,7 @@ void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::
   if (k.size() != 9 || !is_square)
     throw Error("{}: '{}' is no 3x3 camera matrix: it has {} x {} values", where, key, matrix.rows,
                 matrix.cols);
-  for (const double value : k)
-    if (!std::isfinite(value))
-      throw Error("{}: '{}' has a value that is not finite ({}); calibrate again or correct the file", where,
-                  key, value);
+  RequireFinite(k, key, where);
   if (AreZeroFrom(k, 0))
     throw Error(
         "{}: all values of '{}' are zero: the camera is not calibrated (ROS publishes such messages until it "
@@ -281,6 +278,13 @@ void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::
   numbers.fy = k[4];
   numbers.cx = k[2];
   numbers.cy = k[5];
+}
+
+void RequireFinite(const std::vector<double>& values, const std::string& key, const std::string& where) {
+  for (const double value : values)
+    if (!std::isfinite(value))
+      throw Error("{}: '{}' has a value that is not finite ({}); calibrate again or correct the file", where,
+                  key, value);
 }
 
 std::string WarningOfNoCoefficients(const std::string& where) {

@@ -24,6 +24,7 @@ struct LensNumbers {
   bool from_corner = false;
   std::vector<double> coefficients = {};  // in OpenCV's order
   std::optional<NamedLensModel> named = {};
+  bool IsFisheye() const { return named && named->model == LensModel::kFisheye; }
   bool is_ros = false;                                           // no word is plumb_bob there
   std::string size_keys = "image_width: W and image_height: H";  // lines to add where the size is missing
   std::vector<std::string> warnings = {};
@@ -33,6 +34,9 @@ struct LensNumbers {
 // empty; one with its columns first, as MATLAB and Open3D write it, is turned, with a warning.
 void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::string& key,
                      const std::string& where);
+
+// Throws Error that names the value.
+void RequireFinite(const std::vector<double>& values, const std::string& key, const std::string& where);
 
 // Returns a warning about a file without coefficients, which may be complete without them.
 std::string WarningOfNoCoefficients(const std::string& where);

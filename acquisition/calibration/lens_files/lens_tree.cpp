@@ -1,6 +1,5 @@
 #include "acquisition/calibration/lens_files/lens_tree.h"
 
-#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -38,8 +37,7 @@ void AddLensKey(LensNode& map, std::unordered_map<std::string, std::size_t>& at,
     if (map.items[found->second] == value) return;
     throw Error("{}: the key '{}' is there twice with different values; delete the wrong one", where, key);
   }
-  map.keys.push_back(key);
-  map.items.push_back(std::move(value));
+  map.Add(key, std::move(value));
 }
 
 // ---- YAML ----
@@ -155,10 +153,7 @@ LensNode FromJsonValue(const nlohmann::json& json, LensTreeSize& size, int level
   LensNode made;
   if (json.is_object()) {
     made.kind = LensNode::Kind::kMap;
-    for (const auto& [key, value] : json.items()) {
-      made.keys.push_back(key);
-      made.items.push_back(FromJsonValue(value, size, level + 1));
-    }
+    for (const auto& [key, value] : json.items()) made.Add(key, FromJsonValue(value, size, level + 1));
   } else if (json.is_array()) {
     made.kind = LensNode::Kind::kList;
     for (const auto& item : json) made.items.push_back(FromJsonValue(item, size, level + 1));
@@ -173,8 +168,7 @@ LensNode FromJsonValue(const nlohmann::json& json, LensTreeSize& size, int level
 void AddXmlAttributes(const XmlElement& element, LensNode& map) {
   for (const std::string& name : element.AttributeNames()) {
     map.kind = LensNode::Kind::kMap;
-    map.keys.push_back(name);
-    map.items.push_back({.kind = LensNode::Kind::kText, .text = *element.Attribute(name.c_str())});
+    map.Add(name, {.kind = LensNode::Kind::kText, .text = *element.Attribute(name.c_str())});
   }
 }
 
@@ -214,8 +208,7 @@ LensNode FromXmlText(const std::string& text, const std::string& where) {
   LensNode inner = FromXml(top, is_storage, size, 0);
   if (is_storage) return inner;
   LensNode outer{.kind = LensNode::Kind::kMap};
-  outer.keys.push_back(top.Name());
-  outer.items.push_back(std::move(inner));
+  outer.Add(top.Name(), std::move(inner));
   return outer;
 }
 
@@ -286,8 +279,7 @@ LensNode FromSections(const std::string& text, const std::string& where) {
       }
       if (top.Has(name))
         throw Error("{}: the section [{}] is there twice; delete the wrong one", where, name);
-      top.keys.push_back(name);
-      top.items.push_back(image);
+      top.Add(name, image);
       section = &top.items.back();
       continue;
     }
@@ -298,15 +290,13 @@ LensNode FromSections(const std::string& text, const std::string& where) {
       size.Add(1);
       LensNode& map = section ? *section : top;
       if (map.Has(key)) throw Error("{}: the key '{}' is there twice; delete the wrong one", where, key);
-      map.keys.push_back(key);
-      map.items.push_back(AssignedValue(WithoutBlanksAround(line.substr(line.find('=') + 1)), size));
+      map.Add(key, AssignedValue(WithoutBlanksAround(line.substr(line.find('=') + 1)), size));
       continue;
     }
     if (!section) continue;
     const LensNode numbers{.kind = LensNode::Kind::kText, .text = line};
     if (!LensNumbersIn(numbers)) {
-      section->keys.push_back(line);
-      section->items.push_back({.kind = LensNode::Kind::kText});
+      section->Add(line, {.kind = LensNode::Kind::kText});
     } else if (!section->items.empty()) {
       std::string& known = section->items.back().text;
       known += (known.empty() ? "" : " ") + line;

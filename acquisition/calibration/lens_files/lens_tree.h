@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace ulf::acquisition {
@@ -28,6 +29,11 @@ struct LensNode {
   const LensNode* Find(std::string_view key) const;
   const LensNode* FindPath(std::initializer_list<std::string_view> keys) const;
   bool Has(std::string_view key) const { return Find(key) != nullptr; }
+  // Adds to a map, whatever keys it has.
+  void Add(std::string key, LensNode value) {
+    keys.push_back(std::move(key));
+    items.push_back(std::move(value));
+  }
 
   bool operator==(const LensNode&) const = default;
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <initializer_list>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -73,9 +74,14 @@ struct LensMention {
   bool is_name = false;
 };
 
-bool IsSwitch(std::string_view text, std::initializer_list<std::string_view> words) {
+// Reads 1, true, yes, on and their opposites; none for another word.
+std::optional<bool> SwitchOf(const std::string& text) {
   const std::string word = LensWord(text);
-  return std::find(words.begin(), words.end(), word) != words.end();
+  for (const std::string_view yes : {"1", "10", "true", "yes", "on"})
+    if (word == yes) return true;
+  for (const std::string_view no : {"0", "00", "false", "no", "off"})
+    if (word == no) return false;
+  return std::nullopt;
 }
 
 // Returns whether numbers below the key are a lens's, and not, say, the pose of a camera with this name.
@@ -99,8 +105,7 @@ void FindMentions(const LensNode& node, const std::string& key, std::vector<Lens
       return;
     }
     const bool is_numbers = LensNumbersIn(node) && LensNumbersIn(node)->size() > 1;
-    if (by_key != MentionedLens::kNone &&
-        (IsSwitch(node.text, {"1", "10", "true", "yes", "on"}) || is_numbers))
+    if (by_key != MentionedLens::kNone && (SwitchOf(node.text) == true || is_numbers))
       mentions.push_back({named, by_key, is_numbers ? !AreNumbersOfLens(key, node) : IsNameOrPlace(key, "")});
     return;
   }
@@ -123,54 +128,23 @@ namespace {
 
 enum class WordMeaning { kProjectionOnly, kModel, kOther, kUnknown };
 
-using LensWords = std::pair<std::string_view, LensModel>;
-
 // The words are written as LensWord() makes them.
+constexpr auto kNoDistortionWords = LensWordsIn<4>("none nodistortion undistorted rectified");
+constexpr auto kRadialTangentialWords = LensWordsIn<12>(
+    "plumbbob radtan radtan4 radtan5 pinholeradtan radialtangential opencvstandard brown "
+    "brownconrady opencv opencv4 opencv5");
+constexpr auto kRationalWords = LensWordsIn<8>(
+    "rational rationalpolynomial radtan8 radialtangential8 pinholeradtan8 opencv8 fullopencv "
+    "pinholefull");
+constexpr auto kFisheyeWords = LensWordsIn<20>(
+    "equidistant equidistant4 equi equidist pinholeequi pinholeequidistant equidistantfisheye "
+    "fisheyeequidistant fisheye fisheye4 cvfisheye opencvfisheye fisheyeopencv pinholefisheye "
+    "kannalabrandt kannalabrandt4 kannalabrandt8 kb kb4 kb8");
 constexpr std::array kModelWords = {
-    LensWords{"none", LensModel::kNone},
-    LensWords{"nodistortion", LensModel::kNone},
-    LensWords{"undistorted", LensModel::kNone},
-    LensWords{"rectified", LensModel::kNone},
-    LensWords{"plumbbob", LensModel::kRadialTangential},
-    LensWords{"radtan", LensModel::kRadialTangential},
-    LensWords{"radtan4", LensModel::kRadialTangential},
-    LensWords{"radtan5", LensModel::kRadialTangential},
-    LensWords{"pinholeradtan", LensModel::kRadialTangential},
-    LensWords{"radialtangential", LensModel::kRadialTangential},
-    LensWords{"opencvstandard", LensModel::kRadialTangential},
-    LensWords{"brown", LensModel::kRadialTangential},
-    LensWords{"brownconrady", LensModel::kRadialTangential},
-    LensWords{"opencv", LensModel::kRadialTangential},
-    LensWords{"opencv4", LensModel::kRadialTangential},
-    LensWords{"opencv5", LensModel::kRadialTangential},
-    LensWords{"rational", LensModel::kRational},
-    LensWords{"rationalpolynomial", LensModel::kRational},
-    LensWords{"radtan8", LensModel::kRational},
-    LensWords{"radialtangential8", LensModel::kRational},
-    LensWords{"pinholeradtan8", LensModel::kRational},
-    LensWords{"opencv8", LensModel::kRational},
-    LensWords{"fullopencv", LensModel::kRational},
-    LensWords{"pinholefull", LensModel::kRational},
-    LensWords{"equidistant", LensModel::kFisheye},
-    LensWords{"equidistant4", LensModel::kFisheye},
-    LensWords{"equi", LensModel::kFisheye},
-    LensWords{"equidist", LensModel::kFisheye},
-    LensWords{"pinholeequi", LensModel::kFisheye},
-    LensWords{"pinholeequidistant", LensModel::kFisheye},
-    LensWords{"equidistantfisheye", LensModel::kFisheye},
-    LensWords{"fisheyeequidistant", LensModel::kFisheye},
-    LensWords{"fisheye", LensModel::kFisheye},
-    LensWords{"fisheye4", LensModel::kFisheye},
-    LensWords{"cvfisheye", LensModel::kFisheye},
-    LensWords{"opencvfisheye", LensModel::kFisheye},
-    LensWords{"fisheyeopencv", LensModel::kFisheye},
-    LensWords{"pinholefisheye", LensModel::kFisheye},
-    LensWords{"kannalabrandt", LensModel::kFisheye},
-    LensWords{"kannalabrandt4", LensModel::kFisheye},
-    LensWords{"kannalabrandt8", LensModel::kFisheye},
-    LensWords{"kb", LensModel::kFisheye},
-    LensWords{"kb4", LensModel::kFisheye},
-    LensWords{"kb8", LensModel::kFisheye},
+    std::pair{LensModel::kNone, std::span<const std::string_view>(kNoDistortionWords)},
+    std::pair{LensModel::kRadialTangential, std::span<const std::string_view>(kRadialTangentialWords)},
+    std::pair{LensModel::kRational, std::span<const std::string_view>(kRationalWords)},
+    std::pair{LensModel::kFisheye, std::span<const std::string_view>(kFisheyeWords)},
 };
 
 constexpr std::array<std::string_view, 6> kProjectionWords = {"pinhole",     "perspective", "frame",
@@ -187,11 +161,11 @@ constexpr auto kOtherModels = LensWordsIn<42>(
 WordMeaning MeaningOf(std::string_view word, LensModel& model) {
   if (std::ranges::find(kProjectionWords, word) != kProjectionWords.end())
     return WordMeaning::kProjectionOnly;
-  if (const auto found = std::ranges::find(kModelWords, word, &LensWords::first);
-      found != kModelWords.end()) {
-    model = found->second;
-    return WordMeaning::kModel;
-  }
+  for (const auto& [known, words] : kModelWords)
+    if (std::ranges::find(words, word) != words.end()) {
+      model = known;
+      return WordMeaning::kModel;
+    }
   return std::ranges::find(kOtherModels, word) != kOtherModels.end() ? WordMeaning::kOther
                                                                      : WordMeaning::kUnknown;
 }
@@ -209,16 +183,6 @@ constexpr std::array<std::string_view, 6> kFisheyeSwitches = {
 template <std::size_t kCount>
 bool IsOneOf(const std::array<std::string_view, kCount>& keys, std::string_view key) {
   return std::ranges::find(keys, key) != keys.end();
-}
-
-// Reads 1, true, yes, on and their opposites; none for another word.
-std::optional<bool> SwitchOf(const std::string& text) {
-  const std::string word = LensWord(text);
-  for (const std::string_view yes : {"1", "10", "true", "yes", "on"})
-    if (word == yes) return true;
-  for (const std::string_view no : {"0", "00", "false", "no", "off"})
-    if (word == no) return false;
-  return std::nullopt;
 }
 
 bool IsSame(LensModel a, LensModel b) {

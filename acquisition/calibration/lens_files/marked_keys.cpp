@@ -1,7 +1,6 @@
 #include "acquisition/calibration/lens_files/marked_keys.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 #include "core/base/error.h"

@@ -1,7 +1,6 @@
 #include "acquisition/calibration/lens_files/matrix_files.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -110,10 +109,7 @@ std::vector<double> LensCoefficients(const FoundLens& found, const LensNode& of_
   if (std::min(matrix.rows, matrix.cols) > 1)
     throw Error("{}: '{}' has {} x {} values; distortion coefficients are one row or one column", where, key,
                 matrix.rows, matrix.cols);
-  for (const double value : matrix.numbers)
-    if (!std::isfinite(value))
-      throw Error("{}: '{}' has a value that is not finite ({}); calibrate again or correct the file", where,
-                  key, value);
+  RequireFinite(matrix.numbers, key, where);
   return matrix.numbers;
 }
 
@@ -129,7 +125,7 @@ void CheckFlags(const FoundLens& found, const LensNumbers& numbers, const std::s
   const auto flags = static_cast<unsigned>(*value);
   const std::vector<double>& d = numbers.coefficients;
   constexpr unsigned kNoTangential = 8, kRational = 16384, kThinPrism = 32768, kTilted = 262144;
-  if (numbers.named && numbers.named->model == LensModel::kFisheye) return;
+  if (numbers.IsFisheye()) return;
   if ((flags & kNoTangential) != 0 && d.size() >= 4 && (d[2] != 0 || d[3] != 0))
     throw Error(
         "{}: '{}: {}' is without tangential distortion (CALIB_ZERO_TANGENT_DIST), but the third and fourth "
@@ -177,8 +173,7 @@ LensNode WordsOfLens(const LensNode& map, const std::string& mark) {
     const auto marked = MarkedAs(map.keys[i], kWords);
     const bool has_mark = marked && !marked->mark.empty();
     if (has_mark && marked->mark != mark) continue;
-    words.keys.push_back(has_mark ? std::string(marked->base) : map.keys[i]);
-    words.items.push_back(map.items[i]);
+    words.Add(has_mark ? std::string(marked->base) : map.keys[i], map.items[i]);
   }
   return words;
 }
@@ -203,13 +198,11 @@ LensNode PartOfLens(const FoundLens& found) {
       const bool is_of_other =
           std::ranges::any_of(others, [&](const std::string& mark) { return IsOfMark(key, mark); });
       if (is_of_other || HasCameraMatrix(map->items[i])) continue;
-      part.keys.push_back(key);
-      part.items.push_back(map->items[i]);
+      part.Add(key, map->items[i]);
     }
   // The camera's own name: of a map that is called fisheye, this is the word.
   const bool is_word = LensWord(found.name) == "fisheye" || LensWord(found.name) == "equidistant";
-  part.keys.emplace_back(is_word ? "camera" : "camera name");
-  part.items.push_back({.kind = LensNode::Kind::kText, .text = found.name});
+  part.Add(is_word ? "camera" : "camera name", {.kind = LensNode::Kind::kText, .text = found.name});
   return part;
 }
 
@@ -385,8 +378,7 @@ LensNode WithCameraMatrices(const LensNode& top) {
   for (const std::string& text : {pinhole[0], std::string("0"), pinhole[2], std::string("0"), pinhole[1],
                                   pinhole[3], std::string("0"), std::string("0"), std::string("1")})
     matrix.items.push_back({.kind = LensNode::Kind::kText, .text = text});
-  made.keys.emplace_back(kPlainMatrixKey);
-  made.items.push_back(std::move(matrix));
+  made.Add(kPlainMatrixKey, std::move(matrix));
   return made;
 }
 
@@ -395,7 +387,7 @@ std::optional<std::vector<double>> PlainCoefficients(const LensNode& map, const 
   constexpr std::array<std::string_view, 8> kRadialTangential = {"k1", "k2", "p1", "p2",
                                                                  "k3", "k4", "k5", "k6"};
   constexpr std::array<std::string_view, 8> kFisheye = {"k1", "k2", "k3", "k4", "p1", "p2", "k5", "k6"};
-  const bool is_fisheye = numbers.named && numbers.named->model == LensModel::kFisheye;
+  const bool is_fisheye = numbers.IsFisheye();
   std::vector<double> found;
   std::size_t count = 0;
   bool are_zero = true;

@@ -99,8 +99,8 @@ std::vector<double> MaplabColumn(const LensNode& map, std::string_view key, cons
   return column.numbers;
 }
 
-}  // namespace
-
+// Gyroflow's lens profile holds OpenCV's fisheye, unless its distortion_model says otherwise; camera_model
+// names the camera.
 bool IsGyroflowLens(const LensNode& top) {
   const LensNode* parameters = top.Find("fisheye_params");
   return parameters && parameters->Has("camera_matrix") && parameters->Has("distortion_coeffs");
@@ -131,6 +131,7 @@ Lens ReadGyroflowLens(const LensNode& top, const std::string& where, const std::
   return FinishedLens(numbers, where);
 }
 
+// okvis and okvis2 describe cameras by lists for focal length, principal point and size.
 bool IsOkvisLens(const LensNode& top) {
   const LensNode* cameras = top.Find("cameras");
   return cameras && cameras->IsList() && std::ranges::any_of(cameras->items, [](const LensNode& camera) {
@@ -141,10 +142,8 @@ bool IsOkvisLens(const LensNode& top) {
 
 Lens ReadOkvisLens(const LensNode& top, const std::string& where, const std::string& wanted) {
   LensNode cameras{.kind = LensNode::Kind::kMap};
-  for (const LensNode& camera : top.Find("cameras")->items) {
-    cameras.keys.push_back(std::to_string(cameras.keys.size()));
-    cameras.items.push_back(camera);
-  }
+  for (const LensNode& camera : top.Find("cameras")->items)
+    cameras.Add(std::to_string(cameras.keys.size()), camera);
   return ReadMatrixLens({cameras}, where, wanted);
 }
 
@@ -164,6 +163,7 @@ Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::st
   return LensOfLists(*top.Find(name), place);
 }
 
+// EuRoC's sensor.yaml describes one camera as Kalibr does, at the top level.
 bool IsEurocLens(const LensNode& top) { return IsLensOfLists(top); }
 
 Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::string& wanted) {
@@ -171,6 +171,8 @@ Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::str
   return LensOfLists(top, where);
 }
 
+// maplab and aslam_cv2 describe a camera, or the cameras of a rig: intrinsics of four numbers as a matrix,
+// distortion with a type and parameters. Their "fisheye" is the field-of-view model.
 bool IsMaplabLens(const LensNode& top) { return !MaplabCameras(top).empty(); }
 
 Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::string& wanted) {
@@ -225,6 +227,7 @@ Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::st
   return FinishedLens(numbers, place);
 }
 
+// ORB-SLAM2 and 3 and stella_vslam have settings such as Camera.fx or Camera1.fx.
 bool IsOrbSlamLens(const LensNode& top) {
   for (const char* key : {"Camera.fx", "Camera1.fx", "Camera.type", "Camera.model"})
     if (top.Has(key)) return true;
@@ -235,10 +238,8 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
   // stella_vslam has a map of its own where ORB-SLAM has names with a dot.
   LensNode top = settings;
   if (const LensNode* nested = settings.Find("Camera"))
-    for (std::size_t i = 0; i < nested->keys.size(); ++i) {
-      top.keys.push_back("Camera." + nested->keys[i]);
-      top.items.push_back(nested->items[i]);
-    }
+    for (std::size_t i = 0; i < nested->keys.size(); ++i)
+      top.Add("Camera." + nested->keys[i], nested->items[i]);
   std::vector<std::string> names;
   for (const char* name : {"Camera", "Camera1", "Camera2"})
     if (top.Has(std::string(name) + ".fx")) names.push_back(name);
@@ -251,20 +252,15 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
   LensNumbers numbers{.size_keys = "Camera.width: W and Camera.height: H"};
   LensNode words{.kind = LensNode::Kind::kMap};
   for (const char* key : {"Camera.type", "Camera.model"})
-    if (const LensNode* word = top.Find(key)) {
-      words.keys.push_back(words.keys.empty() ? "cameramodel" : "modeltype");
-      words.items.push_back(*word);
-    }
+    if (const LensNode* word = top.Find(key))
+      words.Add(words.keys.empty() ? "cameramodel" : "modeltype", *word);
   const std::string type = words.items.empty() ? "PinHole" : words.items[0].text;
   numbers.named = NamedLensModelOf(words, where);
   // PinHole is a word for k1 k2 p1 p2 here; what stands elsewhere counts where there is no word.
   if (words.items.empty()) {
     LensNode part{.kind = LensNode::Kind::kMap};
     for (std::size_t i = 0; i < settings.keys.size(); ++i)
-      if (settings.keys[i].starts_with("Camera")) {
-        part.keys.push_back(settings.keys[i]);
-        part.items.push_back(settings.items[i]);
-      }
+      if (settings.keys[i].starts_with("Camera")) part.Add(settings.keys[i], settings.items[i]);
     CheckLensMentions(part, numbers.named, "Camera.type: \"KannalaBrandt8\", or Camera.type: \"PinHole\"",
                       place, numbers.warnings);
   }
@@ -273,7 +269,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
     return required || top.Has(full) ? RequiredLensNumber(top, full, where) : 0.0;
   };
   SetPinhole(numbers, {number("fx", true), number("fy", true), number("cx", true), number("cy", true)});
-  const bool is_fisheye = numbers.named && numbers.named->model == LensModel::kFisheye;
+  const bool is_fisheye = numbers.IsFisheye();
   if (is_fisheye) {
     numbers.coefficients = {number("k1", true), number("k2", true), number("k3", true), number("k4", true)};
     for (const char* key : {"p1", "p2"})
@@ -300,6 +296,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
   return FinishedLens(numbers, place);
 }
 
+// VINS-Mono, VINS-Fusion and camodocal share a format.
 bool IsVinsLens(const LensNode& top) {
   for (const char* key : {"projection_parameters", "mirror_parameters", "poly_parameters"})
     if (top.Has(key)) return true;
@@ -319,7 +316,7 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
   const LensNode* found = top.Find("distortion_parameters");
   const bool has_distortion = found && found->IsMap();
   const LensNode& distortion = has_distortion ? *found : nothing;
-  if (numbers.named && numbers.named->model == LensModel::kFisheye) {
+  if (numbers.IsFisheye()) {
     SetPinhole(numbers, NumbersBehind(projection, {"mu", "mv", "u0", "v0"}, where, true));
     // VINS has them in the projection, converters write them into the distortion.
     const LensNode& coefficients = projection.Has("k2") ? projection : distortion;
@@ -362,7 +359,7 @@ Lens ReadBasaltLens(const LensNode& top, const std::string& where, const std::st
   const std::string word = LensWord(type.text), named = "camera_type: " + type.text;
   numbers.named = LensModelOfWord(type.text, named, place);
   SetPinhole(numbers, NumbersBehind(values, {"fx", "fy", "cx", "cy"}, place, true));
-  if (numbers.named && numbers.named->model == LensModel::kFisheye)
+  if (numbers.IsFisheye())
     numbers.coefficients = NumbersBehind(values, {"k1", "k2", "k3", "k4"}, place, true);
   else if (numbers.named)
     numbers.coefficients =
@@ -441,7 +438,7 @@ Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std:
   const auto value = [&](const char* key) {
     return calibration.Has(key) ? RequiredLensNumber(calibration, key, where) : 0.0;
   };
-  const bool is_fisheye = numbers.named && numbers.named->model == LensModel::kFisheye;
+  const bool is_fisheye = numbers.IsFisheye();
   const auto refuse = [&](std::initializer_list<const char*> keys) {
     for (const char* key : keys)
       if (value(key) != 0)
@@ -467,5 +464,22 @@ Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std:
   if (!numbers.named) numbers.named = NamedLensModel{LensModel::kRadialTangential, named};
   return FinishedLens(numbers, where);
 }
+
+constexpr std::array kLensPrograms = {
+    LensProgram{"Gyroflow", IsGyroflowLens, ReadGyroflowLens},
+    LensProgram{"Basalt", IsBasaltLens, ReadBasaltLens},
+    LensProgram{"calib.io", IsCalibIoLens, ReadCalibIoLens},
+    LensProgram{"Metashape", IsMetashapeLens, ReadMetashapeLens},
+    LensProgram{"maplab", IsMaplabLens, ReadMaplabLens},
+    LensProgram{"Kalibr", IsKalibrLens, ReadKalibrLens},
+    LensProgram{"EuRoC", IsEurocLens, ReadEurocLens},
+    LensProgram{"okvis", IsOkvisLens, ReadOkvisLens},
+    LensProgram{"ORB-SLAM", IsOrbSlamLens, ReadOrbSlamLens},
+    LensProgram{"VINS", IsVinsLens, ReadVinsLens},
+};
+
+}  // namespace
+
+std::span<const LensProgram> LensPrograms() { return kLensPrograms; }
 
 }  // namespace ulf::acquisition

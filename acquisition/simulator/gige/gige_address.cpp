@@ -1,29 +1,20 @@
 #include "acquisition/simulator/gige/gige_address.h"
 
-#include <arpa/inet.h>
 #include <net/if.h>
+#include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
-#include <optional>
 
 #include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
 namespace {
-
-// In host order; none when the text is not an address.
-std::optional<std::uint32_t> Ipv4(const std::string& text) {
-  in_addr parsed{};
-  if (inet_pton(AF_INET, text.c_str(), &parsed) != 1) return std::nullopt;
-  return ntohl(parsed.s_addr);
-}
 
 bool IsLoopback(std::uint32_t address) { return address >> 24 == 127; }
 
@@ -33,9 +24,7 @@ int AddAlias(const std::string& label, std::uint32_t address) {
   if (!asking.IsOpen()) return errno;
   ifreq request{};
   std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_addr.s_addr = htonl(address);
+  const sockaddr_in at = SocketAddress(address, 0);
   std::memcpy(&request.ifr_addr, &at, sizeof(at));
   return ioctl(asking.Number(), SIOCSIFADDR, &request) == 0 ? 0 : errno;
 }
@@ -71,11 +60,10 @@ constexpr char kLabelPrefix[] = "lo:ulf";
 }  // namespace
 
 FileDescriptor OpenUdpSocket(const std::string& address, int port) {
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(static_cast<std::uint16_t>(port));
-  if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
+  const auto number = Ipv4(address);
+  if (!number)
     throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
+  const sockaddr_in at = SocketAddress(*number, port);
   FileDescriptor opened(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (bind(opened.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0) return opened;
   const int failed = errno;

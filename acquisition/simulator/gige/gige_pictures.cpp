@@ -1,21 +1,14 @@
 #include "acquisition/simulator/gige/gige_pictures.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <thread>
 
 #include "core/base/error.h"
+#include "core/base/parallel_for.h"
 
 namespace ulf::acquisition {
-namespace {
-
-constexpr std::size_t kMostRenderThreads = 8;  // for the loop; guessed
-
-}  // namespace
 
 GigePictures::GigePictures(const SimulationOptions& simulation, const std::optional<BoardSceneOptions>& board,
                            std::size_t loop)
@@ -63,17 +56,9 @@ void GigePictures::RenderLoop() {
   loop_settings_ = {static_cast<std::uint32_t>(std::lround(1e6 * simulation_.exposure_s)),
                     static_cast<std::uint32_t>(std::lround(10 * simulation_.gain_db)),
                     PixelsOf(simulation_.format).code};
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < loop_.size(); i = next++)
-      loop_[i] = Capture(static_cast<double>(i) / simulation_.fps, loop_settings_, 0);
-  };
-  std::vector<std::thread> helpers;
-  const std::size_t threads = std::min(kMostRenderThreads, loop_.size());
-  for (unsigned i = 1; i < threads && i < std::thread::hardware_concurrency(); ++i)
-    helpers.emplace_back(work);
-  work();
-  for (std::thread& helper : helpers) helper.join();
+  ParallelFor(loop_.size(), [&](std::size_t i) {
+    loop_[i] = Capture(static_cast<double>(i) / simulation_.fps, loop_settings_, 0);
+  });
 }
 
 Frame GigePictures::At(double hand_s, const GigeSettings& now) {

@@ -1,24 +1,24 @@
 #include "acquisition/simulator/gige/gige_registers.h"
 
-#include <arpa/inet.h>
-
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <string>
 #include <utility>
 
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_pictures.h"
 
 namespace ulf::acquisition {
+
+using namespace gvcp;
+
 namespace {
 
 // Addresses of the GenICam description.
 constexpr std::uint32_t kSensorHeightAt = 0x118, kSensorWidthAt = 0x11C, kAcquisitionModeAt = 0x12C;
-// Bootstrap registers of GigE Vision.
-constexpr std::uint32_t kMakerAt = 0x48, kModelAt = 0x68, kVersionAt = 0x88, kInfoAt = 0xA8, kSerialAt = 0xD8,
-                        kUserNameAt = 0xE8, kUserNameBytes = 16, kInterfacesAt = 0x600,
-                        kStreamChannelsAt = 0x904, kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00;
+constexpr std::uint32_t kUserNameBytes = 16, kInterfacesAt = 0x600, kStreamChannelsAt = 0x904;
 constexpr char kVersion[] = "0.8.26";  // the release of Aravis whose registers the camera has
 constexpr std::uint32_t kSmallestPacket = 100, kDoNotFragment = 1u << 30;
 
@@ -91,9 +91,7 @@ std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulat
 
 void WriteStartValues(const GigeStartValues& values, const SimulationOptions& simulation,
                       RegisterMemory& memory) {
-  in_addr address{};
-  inet_pton(AF_INET, values.address.c_str(), &address);
-  memory.Write(kCurrentAddressAt, ntohl(address.s_addr));
+  memory.Write(kCurrentAddressAt, Ipv4(values.address).value_or(0));
   for (const auto& [at, text] : std::initializer_list<std::pair<std::uint32_t, std::string>>{
            {kMakerAt, "ULF"},
            {kModelAt, "HandheldSimulator"},

@@ -28,9 +28,8 @@ inline constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x
                                kOffsetYAt = 0x134, kFramePeriodAt = 0x138, kTriggerModeAt = 0x300,
                                kTriggerSoftwareAt = 0x30C;
 // Bootstrap registers of GigE Vision.
-inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kTickFrequencyAt = 0x93C, kStreamPortAt = 0xD00,
-                               kPacketSizeAt = 0xD04, kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18,
-                               kStreamSourcePortAt = 0xD1C;
+inline constexpr std::uint32_t kTickFrequencyAt = 0x93C, kStreamPortAt = 0xD00, kPacketSizeAt = 0xD04,
+                               kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18, kStreamSourcePortAt = 0xD1C;
 inline constexpr std::uint32_t kPacketSizeMask = 0xFFFF;
 
 // The chunk data that the camera can add to a frame, in the order of ChunkSelector: eight bytes each. The

@@ -1,6 +1,6 @@
 #include "acquisition/simulator/gige/gige_relay.h"
 
-#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <deque>
 #include <map>
 #include <optional>
@@ -21,7 +20,6 @@
 #include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "core/base/error.h"
 #include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 
@@ -33,8 +31,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 using namespace gvcp;
 
-constexpr std::uint32_t kCapabilityRegister = 0x0934, kResendCapability = 1u << 2,
-                        kStreamPortRegister = 0x0D00, kStreamAddressRegister = 0x0D18;
+constexpr std::uint32_t kCapabilityRegister = 0x0934, kResendCapability = 1u << 2;
 // GVSP: status (2), frame number (2), kind of packet (1), packet number (3).
 constexpr int kLeader = 1, kTrailer = 2;
 
@@ -104,11 +101,8 @@ struct GigeRelay::State {
         public_control(o.address, kGvcpPort),
         public_stream(o.address, 0),
         camera_stream(o.camera, 0),
-        wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-    camera.sin_family = AF_INET;
-    camera.sin_port = htons(kGvcpPort);
-    inet_pton(AF_INET, o.camera.c_str(), &camera.sin_addr);
-    inet_pton(AF_INET, o.address.c_str(), &public_address);
+        wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+        camera(SocketAddress(Ipv4(o.camera).value(), kGvcpPort)) {
     camera_stream.EnlargeReceiveBuffer();
     thread = std::thread([this] { Run(); });
   }
@@ -162,8 +156,7 @@ struct GigeRelay::State {
 
   Socket public_control, public_stream, camera_stream;
   const FileDescriptor wake;
-  sockaddr_in camera{};
-  in_addr public_address{};
+  const sockaddr_in camera;
 
   // Used by the relay's thread alone.
   sockaddr_in stream_client{};  // port 0: none
@@ -221,7 +214,7 @@ void GigeRelay::State::FromClient() {
     if (command == kWriteRegister) {
       RewriteWrites(buffer.data(), *size);
       for (std::size_t at = kHeaderBytes; at + 8 <= *size; at += 8)
-        if (Word(&buffer[at]) == kStreamAddressRegister && stream_client.sin_addr.s_addr == 0)
+        if (Word(&buffer[at]) == kStreamAddressAt && stream_client.sin_addr.s_addr == 0)
           stream_client.sin_addr = from.sin_addr;
     }
     Client& client = ClientAt(from);
@@ -239,12 +232,12 @@ void GigeRelay::State::RewriteWrites(std::uint8_t* request, std::size_t size) {
   for (std::size_t at = kHeaderBytes; at + 8 <= size; at += 8) {
     const std::uint32_t which = Word(request + at), value = Word(request + at + 4);
     if (value == 0) continue;
-    if (which == kStreamPortRegister) {
+    if (which == kStreamPortAt) {
       stream_client.sin_family = AF_INET;
       stream_client.sin_port = htons(static_cast<std::uint16_t>(value & 0xFFFF));
       PutWord(request + at + 4, (value & 0xFFFF0000u) | camera_stream.Port());
     }
-    if (which == kStreamAddressRegister) {
+    if (which == kStreamAddressAt) {
       stream_client.sin_addr.s_addr = htonl(value);
       PutWord(request + at + 4, ntohl(camera.sin_addr.s_addr));
     }
@@ -257,7 +250,7 @@ void GigeRelay::State::FromCamera(Client& client) {
     if (*size < kHeaderBytes || !control_passes) continue;
     const std::uint16_t command = Half(&buffer[2]), request = Half(&buffer[6]);
     if (command == kDiscoveryAck && *size >= kHeaderBytes + kCurrentAddressAt + 4)
-      std::memcpy(&buffer[kHeaderBytes + kCurrentAddressAt], &public_address, 4);
+      PutWord(&buffer[kHeaderBytes + kCurrentAddressAt], Ipv4(options.address).value());
     if (const auto found = client.rewritten.find(request);
         command == kReadRegisterAck && found != client.rewritten.end()) {
       const auto [which, at] = found->second;

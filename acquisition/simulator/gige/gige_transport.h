@@ -5,13 +5,13 @@
 
 #include <chrono>
 #include <cstdint>
-#include <memory>
 
 #include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/gige/gvcp_server.h"
 #include "acquisition/simulator/gige/gvsp_sender.h"
 #include "acquisition/simulator/gige/register_memory.h"
 #include "core/base/file_descriptor.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 
@@ -32,9 +32,6 @@ class GigeTransport {
  public:
   // `stream_socket`: bound to the camera's address.
   GigeTransport(FileDescriptor stream_socket, RegisterMemory& memory, const SimulatedClock& clock);
-  ~GigeTransport();
-  GigeTransport(const GigeTransport&) = delete;
-  GigeTransport& operator=(const GigeTransport&) = delete;
 
   // Must be called before a valid request is carried out.
   void BeforeRequest(const GvcpAccess& access);
@@ -43,13 +40,25 @@ class GigeTransport {
   // The camera's clock at a time of this computer's.
   std::uint64_t ClockNs(std::uint64_t host_ns) const;
   // Before the camera takes the next frame: the last one must have left.
-  void WaitUntilSent(std::chrono::milliseconds patience);
+  void WaitUntilSent(std::chrono::milliseconds patience) { sender_.WaitUntilSent(patience); }
   // Sends the frame with the chunk data that are switched on. `timestamp_ns`: ClockNs().
   void Send(GvspFrame frame, const ChunkValues& chunks);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  bool FollowsMaster() const ULF_REQUIRES(mutex_) { return ptp_on_ && has_master_; }
+  bool IsSet() const ULF_REQUIRES(mutex_);
+  std::int64_t AheadNs() const ULF_REQUIRES(mutex_);
+  std::uint32_t PtpStatus() const ULF_REQUIRES(mutex_);
+  // What decides whether the camera follows a master.
+  void Switch(bool on, bool master) ULF_REQUIRES(mutex_);
+
+  RegisterMemory& memory_;
+  const SimulatedClock clock_;
+  GvspSender sender_;
+  mutable Mutex mutex_;
+  bool ptp_on_ ULF_GUARDED_BY(mutex_) = false, has_master_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t follows_since_ns_ ULF_GUARDED_BY(mutex_) = 0;  // of a camera that follows a master
+  std::uint64_t drifts_since_ns_ ULF_GUARDED_BY(mutex_) = 0;   // of a clock that was set; 0: it was not
 };
 
 }  // namespace ulf::acquisition

@@ -1,6 +1,5 @@
 #include "acquisition/simulator/gige/gvcp_server.h"
 
-#include <arpa/inet.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -18,27 +17,16 @@ using namespace gvcp;
 namespace {
 
 constexpr std::uint8_t kKey = 0x42, kWantsAnswer = 0x01;
-// The standard's limits of an answer: bytes of memory, and the registers that answer discovery.
-constexpr std::uint32_t kMostRead = 536, kDiscoveryBytes = 0xF8;
-constexpr std::uint32_t kControlPrivilege = 0x0A00, kHeartbeatTimeout = 0x0938;
+constexpr std::uint32_t kMostRead = 536;  // bytes of memory in one answer, as the standard has it
 
 // A socket that several cameras of a machine bind to the same broadcast address; not open: there is none.
 FileDescriptor SharedBroadcastSocket(std::uint32_t broadcast_address) {
   FileDescriptor shared(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const int yes = 1;
   setsockopt(shared.Number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(kGvcpPort);
-  at.sin_addr.s_addr = broadcast_address;
+  const sockaddr_in at = SocketAddress(broadcast_address, kGvcpPort);
   if (bind(shared.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) return {};
   return shared;
-}
-
-std::uint32_t NetworkAddress(const std::string& text) {
-  in_addr parsed{};
-  inet_pton(AF_INET, text.c_str(), &parsed);
-  return parsed.s_addr;
 }
 
 }  // namespace
@@ -66,7 +54,7 @@ struct GvcpServer::Request {
   bool Writes() const { return Command() == kWriteRegister || Command() == kWriteMemory; }
   // The following need a well-formed request.
   std::uint32_t Address() const { return Word(Body()); }
-  bool AsksForControl() const { return Writes() && Address() == kControlPrivilege && BodySize() == 8; }
+  bool AsksForControl() const { return Writes() && Address() == kControlPrivilegeAt && BodySize() == 8; }
   // Calls `use(address, value)` for every register that is written.
   template <typename Use>
   void ForEachWritten(Use use) const {
@@ -88,7 +76,7 @@ void GvcpServer::Listen(const std::string& address) {
   listen_also(INADDR_BROADCAST);
   for (const NetworkInterface& interface : NetworkInterfaces())
     if (interface.address == address && !interface.loopback)
-      listen_also(NetworkAddress(address) | ~NetworkAddress(interface.netmask));
+      listen_also(Ipv4(address).value_or(0) | ~Ipv4(interface.netmask).value_or(0));
 }
 
 void GvcpServer::AnswerUntil(std::chrono::system_clock::time_point end) {
@@ -147,7 +135,7 @@ void GvcpServer::CarryOut(const Request& request, const sockaddr_in& client) {
     case kDiscovery:
       return memory_.Read(0, BeginAnswer(request, kGood, kDiscoveryBytes));
     case kReadRegister:
-      if (request.Address() == kControlPrivilege && IsController(client))
+      if (request.Address() == kControlPrivilegeAt && IsController(client))
         last_heartbeat_ = std::chrono::steady_clock::now();
       return memory_.Read(request.Address(), BeginAnswer(request, kGood, 4));
     case kReadMemory: {
@@ -158,7 +146,7 @@ void GvcpServer::CarryOut(const Request& request, const sockaddr_in& client) {
     default:
       request.ForEachWritten([&](std::uint32_t address, std::uint32_t value) {
         memory_.Write(address, value);
-        if (address != kControlPrivilege) return;
+        if (address != kControlPrivilegeAt) return;
         controller_.reset();
         if (value != 0) controller_ = client;
         last_heartbeat_ = std::chrono::steady_clock::now();
@@ -234,10 +222,10 @@ bool GvcpServer::IsController(const sockaddr_in& client) const {
 }
 
 void GvcpServer::EndSilentControl() {
-  const std::chrono::milliseconds timeout(memory_.Read(kHeartbeatTimeout));
+  const std::chrono::milliseconds timeout(memory_.Read(kHeartbeatTimeoutAt));
   if (!controller_ || std::chrono::steady_clock::now() - last_heartbeat_ <= timeout) return;
   controller_.reset();
-  memory_.Write(kControlPrivilege, 0u);
+  memory_.Write(kControlPrivilegeAt, 0u);
 }
 
 }  // namespace ulf::acquisition

@@ -3,22 +3,18 @@
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <optional>
 #include <thread>
 #include <utility>
 
 #include "acquisition/gige_vision/gvcp.h"
-#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 namespace {
 
-using PacketClock = std::chrono::steady_clock;
 using gvcp::PutHalf;
 using gvcp::PutWord;
 
@@ -31,80 +27,59 @@ constexpr int kSendPatienceMs = 100;                 // for room in the socket; 
 
 }  // namespace
 
-struct GvspSender::State {
-  explicit State(FileDescriptor s) : socket(std::move(s)), thread([this] { Run(); }) {}
-  ~State() {
-    {
-      const MutexLock lock(mutex);
-      stopping = true;
-    }
-    changed.notify_all();
-    thread.join();
+GvspSender::GvspSender(FileDescriptor socket) : socket_(std::move(socket)), thread_([this] { Run(); }) {}
+
+GvspSender::~GvspSender() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
   }
+  changed_.notify_all();
+  thread_.join();
+}
 
-  struct Job {
-    GvspFrame frame;
-    GvspDestination to;
-  };
-
-  void Run();
-  void SendFrame(const Job& job);
-  void SendPacket(const Job& job, std::uint32_t kind, std::uint32_t number, const std::uint8_t* body,
-                  std::size_t size);
-
-  const FileDescriptor socket;
-  Mutex mutex;
-  ConditionVariable changed;
-  std::optional<Job> job ULF_GUARDED_BY(mutex);  // until it has been sent
-  bool stopping ULF_GUARDED_BY(mutex) = false;
-  // Used by the thread alone.
-  std::vector<std::uint8_t> packet;
-  PacketClock::time_point due;
-  std::thread thread;
-};
-
-void GvspSender::State::Run() {
+void GvspSender::Run() {
   prctl(PR_SET_TIMERSLACK, 1);  // pauses are microseconds
-  MutexLock lock(mutex);
+  MutexLock lock(mutex_);
   while (true) {
-    changed.wait(lock, [this]() ULF_REQUIRES(mutex) { return stopping || job; });
-    if (stopping) return;
-    const Job now = std::move(*job);
+    changed_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return stopping_ || job_; });
+    if (stopping_) return;
+    const Job now = std::move(*job_);
     lock.unlock();
     SendFrame(now);
     lock.lock();
-    job.reset();
-    changed.notify_all();
+    job_.reset();
+    changed_.notify_all();
   }
 }
 
-void GvspSender::State::SendPacket(const Job& sent, std::uint32_t kind, std::uint32_t number,
-                                   const std::uint8_t* body, std::size_t size) {
-  packet.resize(kStreamHeaderBytes + size);
-  PutHalf(&packet[0], 0);
-  PutHalf(&packet[2], sent.frame.id);
-  PutWord(&packet[4], kind << 24 | number);
-  std::copy_n(body, size, packet.begin() + kStreamHeaderBytes);
+void GvspSender::SendPacket(const Job& sent, std::uint32_t kind, std::uint32_t number,
+                            const std::uint8_t* body, std::size_t size) {
+  packet_.resize(kStreamHeaderBytes + size);
+  PutHalf(&packet_[0], 0);
+  PutHalf(&packet_[2], sent.frame.id);
+  PutWord(&packet_[4], kind << 24 | number);
+  std::copy_n(body, size, packet_.begin() + kStreamHeaderBytes);
   // What a timer oversleeps is made up for; a thread that had to wait longer does not send its packets at
   // once.
-  std::this_thread::sleep_until(due);
-  if (PacketClock::now() - due > kMostBehind) due = PacketClock::now();
-  while (sendto(socket.Number(), packet.data(), packet.size(), 0,
+  std::this_thread::sleep_until(due_);
+  if (Clock::now() - due_ > kMostBehind) due_ = Clock::now();
+  while (sendto(socket_.Number(), packet_.data(), packet_.size(), 0,
                 reinterpret_cast<const sockaddr*>(&sent.to.client), sizeof sent.to.client) < 0 &&
          errno == EAGAIN) {
-    pollfd room{socket.Number(), POLLOUT, 0};
+    pollfd room{socket_.Number(), POLLOUT, 0};
     if (poll(&room, 1, kSendPatienceMs) < 1) break;
   }
-  due += sent.to.pause;
+  due_ += sent.to.pause;
   if (sent.to.bytes_per_s > 0)
-    due += std::chrono::nanoseconds(
+    due_ += std::chrono::nanoseconds(
         std::llround(1e9 * static_cast<double>(size + kAroundPayload) / sent.to.bytes_per_s));
 }
 
-void GvspSender::State::SendFrame(const Job& sent) {
+void GvspSender::SendFrame(const Job& sent) {
   const GvspFrame& frame = sent.frame;
   if (sent.to.packet_bytes <= kAroundPayload) return;
-  due = std::max(due, PacketClock::now());
+  due_ = std::max(due_, Clock::now());
   const std::uint32_t payload_kind = kImagePayload | (frame.has_chunks ? kWithChunks : 0);
   std::uint8_t leader[36] = {};
   PutHalf(leader + 2, payload_kind);
@@ -126,24 +101,18 @@ void GvspSender::State::SendFrame(const Job& sent) {
   SendPacket(sent, kTrailerKind, number, trailer, sizeof trailer);
 }
 
-GvspSender::GvspSender(FileDescriptor socket) : state_(std::make_unique<State>(std::move(socket))) {}
-GvspSender::~GvspSender() = default;
-
 void GvspSender::Send(GvspFrame frame, const GvspDestination& destination) {
   {
-    State& state = *state_;
-    MutexLock lock(state.mutex);
-    state.changed.wait(lock, [&state]() ULF_REQUIRES(state.mutex) { return state.stopping || !state.job; });
-    state.job = State::Job{std::move(frame), destination};
+    MutexLock lock(mutex_);
+    changed_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return stopping_ || !job_; });
+    job_ = Job{std::move(frame), destination};
   }
-  state_->changed.notify_all();
+  changed_.notify_all();
 }
 
 bool GvspSender::WaitUntilSent(std::chrono::milliseconds patience) {
-  State& state = *state_;
-  MutexLock lock(state.mutex);
-  return state.changed.wait_for(
-      lock, patience, [&state]() ULF_REQUIRES(state.mutex) { return state.stopping || !state.job; });
+  MutexLock lock(mutex_);
+  return changed_.wait_for(lock, patience, [this]() ULF_REQUIRES(mutex_) { return stopping_ || !job_; });
 }
 
 }  // namespace ulf::acquisition

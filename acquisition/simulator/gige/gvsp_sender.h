@@ -6,10 +6,12 @@
 
 #include <chrono>
 #include <cstdint>
-#include <memory>
+#include <optional>
+#include <thread>
 #include <vector>
 
 #include "core/base/file_descriptor.h"
+#include "core/base/mutex.h"
 
 namespace ulf::acquisition {
 
@@ -43,8 +45,26 @@ class GvspSender {
   bool WaitUntilSent(std::chrono::milliseconds patience);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  using Clock = std::chrono::steady_clock;
+  struct Job {
+    GvspFrame frame;
+    GvspDestination to;
+  };
+
+  void Run();
+  void SendFrame(const Job& sent);
+  void SendPacket(const Job& sent, std::uint32_t kind, std::uint32_t number, const std::uint8_t* body,
+                  std::size_t size);
+
+  const FileDescriptor socket_;
+  Mutex mutex_;
+  ConditionVariable changed_;
+  std::optional<Job> job_ ULF_GUARDED_BY(mutex_);  // until it has been sent
+  bool stopping_ ULF_GUARDED_BY(mutex_) = false;
+  // Used by the thread alone.
+  std::vector<std::uint8_t> packet_;
+  Clock::time_point due_;
+  std::thread thread_;
 };
 
 }  // namespace ulf::acquisition

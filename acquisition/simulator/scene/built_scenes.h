@@ -1,4 +1,4 @@
-// Builds the scenes (scene.h says what is in each).
+// Builds the scenes (scene.h).
 #pragma once
 
 #include <memory>

@@ -21,9 +21,8 @@ Vector3d Towards(double elevation_deg) {
 }
 
 void AddPlinth(SceneBuilder& builder, float radius) {
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {radius, radius - 0.006f, static_cast<float>(kPlinth)},
-               .material = material::kMosaic});
+  builder.Add(Matte(Shape::kFrustum, {radius, radius - 0.006f, static_cast<float>(kPlinth)}, {0, 0, 0},
+                    material::kMosaic));
 }
 
 // Numbers from -1 to 1 that a place in a list of parts determines.
@@ -71,10 +70,7 @@ std::shared_ptr<const Scene> BuildGloss() {
                .material = material::kPorcelain,
                .finish = Finish::kPolished,
                .mirrored = 0.12f});
-  builder.Add({.shape = Shape::kTorus,
-               .size = {0.0195f, 0.0045f, 0},
-               .position = {-0.045, 0.02, kPlinth + 0.17},
-               .material = material::kBanded});
+  builder.Add(Matte(Shape::kTorus, {0.0195f, 0.0045f, 0}, {-0.045, 0.02, kPlinth + 0.17}, material::kBanded));
   // A beaker like polished metal, and a lacquered ball.
   builder.Add({.shape = Shape::kFrustum,
                .size = {0.03f, 0.038f, 0.095f},
@@ -89,15 +85,10 @@ std::shared_ptr<const Scene> BuildGloss() {
                .finish = Finish::kPolished,
                .mirrored = 0.2f});
   // What they mirror.
-  builder.Add({.shape = Shape::kSphere,
-               .size = {0.022f, 0, 0},
-               .position = {-0.06, -0.075, kPlinth + 0.022},
-               .material = material::kRedTerrazzo});
-  builder.Add({.shape = Shape::kBox,
-               .size = {0.028f, 0.02f, 0.035f},
-               .position = {0.01, 0.095, kPlinth + 0.035},
-               .material = material::kPrinted,
-               .world_from_local = TurnedAbout(Vector3d::UnitZ(), 30)});
+  builder.Add(
+      Matte(Shape::kSphere, {0.022f, 0, 0}, {-0.06, -0.075, kPlinth + 0.022}, material::kRedTerrazzo));
+  builder.Add(
+      Matte(Shape::kBox, {0.028f, 0.02f, 0.035f}, {0.01, 0.095, kPlinth + 0.035}, material::kPrinted, 30));
   builder.EncloseSubject({0, 0, 0.075});
   builder.AddStudioLamps();
   return builder.Finish(Towards(30));
@@ -119,19 +110,10 @@ std::shared_ptr<const Scene> BuildGlass() {
                .material = material::kStucco,
                .finish = Finish::kGlass,
                .mirrored = 0.04f});
-  builder.Add({.shape = Shape::kBox,
-               .size = {0.04f, 0.028f, 0.055f},
-               .position = {-0.05, 0.075, kPlinth + 0.055},
-               .material = material::kPrinted,
-               .world_from_local = TurnedAbout(Vector3d::UnitZ(), 12)});
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.026f, 0.026f, 0.13f},
-               .position = {0.035, 0.085, kPlinth},
-               .material = material::kLabel});
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.024f, 0.004f, 0.07f},
-               .position = {0.01, -0.09, kPlinth},
-               .material = material::kPatchwork});
+  builder.Add(
+      Matte(Shape::kBox, {0.04f, 0.028f, 0.055f}, {-0.05, 0.075, kPlinth + 0.055}, material::kPrinted, 12));
+  builder.Add(Matte(Shape::kFrustum, {0.026f, 0.026f, 0.13f}, {0.035, 0.085, kPlinth}, material::kLabel));
+  builder.Add(Matte(Shape::kFrustum, {0.024f, 0.004f, 0.07f}, {0.01, -0.09, kPlinth}, material::kPatchwork));
   builder.EncloseSubject({0, 0, 0.07});
   builder.AddStudioLamps();
   return builder.Finish(Towards(28));
@@ -141,11 +123,10 @@ std::shared_ptr<const Scene> BuildPlant() {
   SceneBuilder builder;
   builder.AddStudio();
   constexpr double kPot = 0.075;
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.042f, 0.055f, static_cast<float>(kPot)},
-               .material = material::kPatchwork});
+  builder.Add(
+      Matte(Shape::kFrustum, {0.042f, 0.055f, static_cast<float>(kPot)}, {0, 0, 0}, material::kPatchwork));
   Scatter scatter(201);
-  const Solid stem{.material = material::kBark, .texel_m = 0.0007f, .thin = true};
+  const Primitive stem{.material = material::kBark, .texel_m = 0.0007f, .thin = true};
   constexpr int kStems = 9, kLeavesOfStem = 4;
   for (int i = 0; i < kStems; ++i) {
     const double turn = 2 * M_PI * i / kStems + 0.3 * scatter.Next();
@@ -177,7 +158,7 @@ std::shared_ptr<const Scene> BuildPlant() {
                                      TurnedAbout(Vector3d::UnitX(), 18 * scatter.Next())});
   }
   constexpr double kRing = 0.085, kWire = 0.0009;
-  const Solid wire{.material = material::kStucco, .texel_m = 0.0007f, .thin = true};
+  const Primitive wire{.material = material::kStucco, .texel_m = 0.0007f, .thin = true};
   for (const double height : {0.1, 0.16, 0.22})
     builder.Add({.shape = Shape::kTorus,
                  .size = {static_cast<float>(kRing), static_cast<float>(kWire), 0},
@@ -198,9 +179,8 @@ std::shared_ptr<const Scene> BuildBust() {
   SceneBuilder builder;
   builder.AddStudio();
   constexpr double kSocket = 0.035, kHeight = 0.34;
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.065f, 0.06f, static_cast<float>(kSocket)},
-               .material = material::kStucco});
+  builder.Add(
+      Matte(Shape::kFrustum, {0.065f, 0.06f, static_cast<float>(kSocket)}, {0, 0, 0}, material::kStucco));
   builder.Add({.shape = Shape::kBust,
                .size = {static_cast<float>(kHeight), 0, 0},
                .position = {0, 0, kSocket + 0.28 * kHeight},
@@ -259,7 +239,7 @@ std::shared_ptr<const Scene> BuildRoom() {
                .texel_m = 0.002f});
   builder.EncloseSubject({0, 0, -0.35});
   // Near the camera: a chair's back and a stool with a ball.
-  const Solid post{.material = material::kBark, .texel_m = 0.002f, .of_subject = false};
+  const Primitive post{.material = material::kBark, .texel_m = 0.002f, .of_subject = false};
   for (const double x : {-0.82, -0.5}) builder.AddRod({x, -1.1, kFloor}, {x, -1.06, 0.15}, 0.018, post);
   for (const double z : {-0.25, -0.05, 0.12})
     builder.AddRod({-0.82, -1.08, z}, {-0.5, -1.08, z}, 0.012, post);
@@ -337,15 +317,13 @@ std::shared_ptr<const Scene> BuildBranch() {
   builder.AddStudio();
   AddPlinth(builder, 0.13f);
   constexpr double kPot = 0.07, kFork = 0.11;
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.034f, 0.045f, static_cast<float>(kPot)},
-               .position = {-0.02, 0.02, kPlinth},
-               .material = material::kPatchwork});
+  builder.Add(Matte(Shape::kFrustum, {0.034f, 0.045f, static_cast<float>(kPot)}, {-0.02, 0.02, kPlinth},
+                    material::kPatchwork));
   const Vector3d fork(-0.02, 0.02, kPlinth + kFork);
   builder.AddRod({-0.02, 0.02, kPlinth + kPot - 0.01}, fork, 0.0065,
                  {.material = material::kBark, .texel_m = 0.0007f});
   Scatter scatter(401);
-  const Solid twig{.material = material::kBark, .texel_m = 0.0007f, .thin = true, .moves = true};
+  const Primitive twig{.material = material::kBark, .texel_m = 0.0007f, .thin = true, .moves = true};
   constexpr int kTwigs = 5, kLeavesOfTwig = 5;
   for (int i = 0; i < kTwigs; ++i) {
     const double turn = 2 * M_PI * i / kTwigs + 0.4;
@@ -359,15 +337,9 @@ std::shared_ptr<const Scene> BuildBranch() {
               0.017 + 0.005 * scatter.Next(), true, scatter);
     }
   }
-  builder.Add({.shape = Shape::kSphere,
-               .size = {0.028f, 0, 0},
-               .position = {0.07, -0.05, kPlinth + 0.028},
-               .material = material::kRedTerrazzo});
-  builder.Add({.shape = Shape::kBox,
-               .size = {0.03f, 0.022f, 0.04f},
-               .position = {-0.07, -0.055, kPlinth + 0.04},
-               .material = material::kPrinted,
-               .world_from_local = TurnedAbout(Vector3d::UnitZ(), -20)});
+  builder.Add(Matte(Shape::kSphere, {0.028f, 0, 0}, {0.07, -0.05, kPlinth + 0.028}, material::kRedTerrazzo));
+  builder.Add(
+      Matte(Shape::kBox, {0.03f, 0.022f, 0.04f}, {-0.07, -0.055, kPlinth + 0.04}, material::kPrinted, -20));
   builder.EncloseSubject({0, 0, 0.1});
   builder.SetSway({.pivot = fork, .axis = Vector3d::UnitY(), .amplitude = Radians(11), .period_s = 1.6});
   builder.AddStudioLamps();
@@ -381,21 +353,15 @@ std::shared_ptr<const Scene> BuildLightbox() {
   builder.AddStudio();
   AddPlinth(builder, 0.15f);
   struct Thing {
-    Solid solid;
+    Primitive solid;
     double stops;  // of its glow
   };
-  const auto box = [](double x, double y, double half_height, int material, double turn_deg) {
-    return Solid{.shape = Shape::kBox,
-                 .size = {0.03f, 0.012f, static_cast<float>(half_height)},
-                 .position = {x, y, kPlinth + half_height},
-                 .material = material,
-                 .world_from_local = TurnedAbout(Vector3d::UnitZ(), turn_deg)};
+  const auto box = [](double x, double y, double half_height, int material, double turned_deg) {
+    return Matte(Shape::kBox, {0.03f, 0.012f, static_cast<float>(half_height)}, {x, y, kPlinth + half_height},
+                 material, turned_deg);
   };
   const auto ball = [](double x, double y, float radius, int material) {
-    return Solid{.shape = Shape::kSphere,
-                 .size = {radius, 0, 0},
-                 .position = {x, y, kPlinth + radius},
-                 .material = material};
+    return Matte(Shape::kSphere, {radius, 0, 0}, {x, y, kPlinth + radius}, material);
   };
   const std::array things{Thing{box(-0.095, 0.05, 0.06, material::kPainting, 20), 7},
                           Thing{box(-0.028, 0.085, 0.075, material::kPosters, 4), 5},
@@ -407,7 +373,7 @@ std::shared_ptr<const Scene> BuildLightbox() {
                           Thing{ball(-0.035, -0.085, 0.02f, material::kMosaic), 6},
                           Thing{ball(0.028, -0.08, 0.024f, material::kMosaic), -6}};
   for (const Thing& thing : things) {
-    Solid solid = thing.solid;
+    Primitive solid = thing.solid;
     solid.glow = static_cast<float>(std::exp2(thing.stops));
     builder.Add(solid);
   }

@@ -31,19 +31,22 @@ enum class Finish {
 
 struct Primitive {
   Shape shape = Shape::kSphere;
-  Rigid3 local_from_world;
   std::array<float, 3> size{};
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the origin, world
   int material = 0;
-  float texel_m = 0.002f;          // side of a texel on the surface
+  float texel_m = 0.001f;          // side of a texel on the surface
   float light_m = 0.003f;          // distance between the points at which the incident light is computed
-  int main_chart = -1;             // the only chart that needs full resolution; -1: all of them
+  bool of_subject = true;          // part of the subject, not of its surroundings
   Finish finish = Finish::kMatte;  // kPolished and kGlass: not for boxes, rooms and tori
   float mirrored = 0.045f;         // share of light that is mirrored at right angles; 0.045: index 1.54
-  float glow = 1;      // its light over what the lamps give it: in a light box above 1, behind glass below
-  bool thin = false;   // may be thinner than a pixel: looked at more closely
-  bool moves = false;  // with the scene's sway
-  bool of_subject = false;  // part of the subject, not of its surroundings
-  int first_chart = 0;      // into the scene's charts
+  float glow = 1;       // its light over what the lamps give it: in a light box above 1, behind glass below
+  bool thin = false;    // may be thinner than a pixel: looked at more closely
+  bool moves = false;   // with the scene's sway
+  int main_chart = -1;  // the only chart that needs full resolution; -1: all of them
+  Eigen::Quaterniond world_from_local = Eigen::Quaterniond::Identity();
+  // Set by SceneBuilder: the pose above, and the first of its charts among the scene's.
+  Rigid3 local_from_world = {};
+  int first_chart = 0;
 
   int ChartCount() const;
   // Return the bounding sphere in the local frame.

@@ -1,18 +1,6 @@
 // Defines the simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
 //
-//   studio   a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
-//            terrazzo table in front of a stone wall
-//   easel    the studio, and a board of markers on an easel beside the subject (Scene::board())
-//   wall     one plane covered with posters: the degenerate case for two-view initialisation
-//   gloss    polished vases on the studio's table, which mirror the room, each other and the lamps
-//   glass    a ball and a tumbler of solid glass before painted things
-//   plant    stems, leaves and wires, a few of them thinner than a pixel
-//   bust     a smooth head of one colour: hardly any texture, no edge inside its outline
-//   room     a deep room seen from inside: things near the camera, a dresser as the subject, a passage behind
-//   picture  one framed picture, flat on a plain wall
-//   branch   a branch in a pot, which sways for a while (SimulationOptions::sways_from_s)
-//   lightbox things in bright boxes of light beside things behind dark glass: sixteen stops in one picture
-//   turntable  a still life on a printed board on a turntable, in the studio (Scene::board())
+// docs/devices.md#the-simulated-camera-sim-and-ulf-simulate says what is in each, and what is hard about it.
 //
 // The lamps do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
 // textures: reflectance times irradiance (a large area light with exact penumbras, ambient light with

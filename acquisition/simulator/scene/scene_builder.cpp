@@ -10,28 +10,24 @@ namespace ulf::acquisition {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-void SceneBuilder::Add(const Solid& solid) {
+Primitive Matte(Shape shape, const std::array<float, 3>& size, const Vector3d& position, int material,
+                double turned_deg) {
+  return {.shape = shape,
+          .size = size,
+          .position = position,
+          .material = material,
+          .world_from_local = TurnedAbout(Vector3d::UnitZ(), turned_deg)};
+}
+
+void SceneBuilder::Add(Primitive solid) {
   const bool curved =
       solid.shape == Shape::kSphere || solid.shape == Shape::kFrustum || solid.shape == Shape::kBust;
   CV_Assert(curved || solid.finish == Finish::kMatte);
-  Primitive primitive;
-  primitive.shape = solid.shape;
-  primitive.size = solid.size;
-  primitive.local_from_world = Rigid3{solid.world_from_local, solid.position}.Inverse();
-  primitive.material = solid.material;
-  primitive.texel_m = solid.texel_m;
-  primitive.light_m = solid.light_m;
-  primitive.of_subject = solid.of_subject;
-  primitive.finish = solid.finish;
-  primitive.mirrored = solid.mirrored;
-  primitive.glow = solid.glow;
-  primitive.thin = solid.thin;
-  primitive.moves = solid.moves;
-  primitive.main_chart = solid.main_chart;
-  scene_->primitives_.push_back(primitive);
+  solid.local_from_world = Rigid3{solid.world_from_local, solid.position}.Inverse();
+  scene_->primitives_.push_back(solid);
 }
 
-void SceneBuilder::AddRod(const Vector3d& from, const Vector3d& to, double radius, Solid solid) {
+void SceneBuilder::AddRod(const Vector3d& from, const Vector3d& to, double radius, Primitive solid) {
   const Vector3d along = to - from;
   solid.shape = Shape::kFrustum;
   solid.size = {static_cast<float>(radius), static_cast<float>(radius), static_cast<float>(along.norm())};

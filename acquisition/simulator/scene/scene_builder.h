@@ -7,28 +7,17 @@
 
 namespace ulf::acquisition {
 
-struct Solid {
-  Shape shape = Shape::kSphere;
-  std::array<float, 3> size{};
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  int material = 0;
-  float texel_m = 0.001f, light_m = 0.003f;
-  bool of_subject = true;
-  Finish finish = Finish::kMatte;
-  float mirrored = 0.045f;
-  float glow = 1;
-  bool thin = false, moves = false;
-  int main_chart = -1;
-  Eigen::Quaterniond world_from_local = Eigen::Quaterniond::Identity();
-};
+// Returns a matte solid of the subject at a place, turned about z.
+Primitive Matte(Shape shape, const std::array<float, 3>& size, const Eigen::Vector3d& position, int material,
+                double turned_deg = 0);
 
 class SceneBuilder {
  public:
   SceneBuilder() : scene_(new Scene) {}
 
-  void Add(const Solid& solid);
+  void Add(Primitive solid);
   // Adds a round rod between two points of the world; `solid` says the rest.
-  void AddRod(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, Solid solid);
+  void AddRod(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, Primitive solid);
   // Adds a sheet of markers (kMarkerSheet, kTurntableSheet) whose front faces -y of `world_from_local`.
   void AddBoard(const Rigid3& world_from_local, int material, bool moves = false);
   // Adds the plaster room that encloses a scene, 4.6 by 4.4 by 3.1 m; its far wall is 5 cm beyond `wall_y`.

@@ -13,33 +13,19 @@ std::shared_ptr<const Scene> BuildStudioWith(bool easel) {
   constexpr double kPlinth = 0.026;
   builder.AddStudio();
   const Vector3d z = Vector3d::UnitZ();
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.146f, 0.14f, kPlinth},
-               .position = {0, 0, 0},
-               .material = material::kMosaic});
-  builder.Add({.shape = Shape::kBox,
-               .size = {0.042f, 0.034f, 0.06f},
-               .position = {-0.056, 0.046, kPlinth + 0.06},
-               .material = material::kPrinted,
-               .world_from_local = TurnedAbout(z, 24)});
-  builder.Add({.shape = Shape::kSphere,
-               .size = {0.029f, 0, 0},
-               .position = {-0.056, 0.046, kPlinth + 0.12 + 0.029},
-               .material = material::kRedTerrazzo});
+  builder.Add(Matte(Shape::kFrustum, {0.146f, 0.14f, kPlinth}, {0, 0, 0}, material::kMosaic));
+  builder.Add(
+      Matte(Shape::kBox, {0.042f, 0.034f, 0.06f}, {-0.056, 0.046, kPlinth + 0.06}, material::kPrinted, 24));
+  builder.Add(
+      Matte(Shape::kSphere, {0.029f, 0, 0}, {-0.056, 0.046, kPlinth + 0.12 + 0.029}, material::kRedTerrazzo));
   builder.Add({.shape = Shape::kSphere,
                .size = {0.056f, 0, 0},
                .position = {0.058, 0.03, kPlinth + 0.056},
                .material = material::kMarbled,
                .world_from_local = TurnedAbout({1, 2, 0.5}, 40)});
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.028f, 0.028f, 0.13f},
-               .position = {0.018, 0.104, kPlinth},
-               .material = material::kLabel,
-               .world_from_local = TurnedAbout(z, 70)});
-  builder.Add({.shape = Shape::kFrustum,
-               .size = {0.031f, 0.005f, 0.104f},
-               .position = {0.09, -0.056, kPlinth},
-               .material = material::kPatchwork});
+  builder.Add(Matte(Shape::kFrustum, {0.028f, 0.028f, 0.13f}, {0.018, 0.104, kPlinth}, material::kLabel, 70));
+  builder.Add(
+      Matte(Shape::kFrustum, {0.031f, 0.005f, 0.104f}, {0.09, -0.056, kPlinth}, material::kPatchwork));
   builder.Add({.shape = Shape::kSphere,
                .size = {0.038f, 0, 0},
                .position = {0.012, -0.056, kPlinth + 0.038},
@@ -71,7 +57,7 @@ std::shared_ptr<const Scene> BuildTurntable() {
   builder.AddStudio();
   const Vector3d z = Vector3d::UnitZ();
   constexpr double kPlate = 0.02, kSheet = 0.006, kTop = kPlate + kSheet;
-  const auto add = [&](Solid solid) {
+  const auto add = [&](Primitive solid) {
     solid.moves = true;
     builder.Add(solid);
   };
@@ -83,24 +69,14 @@ std::shared_ptr<const Scene> BuildTurntable() {
   // The sheet's front, -y of its own frame, looks up.
   builder.AddBoard({TurnedAbout(Vector3d::UnitX(), -90), {0, 0, kPlate + 0.5 * kSheet}},
                    material::kTurntableSheet, true);
-  add({.shape = Shape::kBox,
-       .size = {0.036f, 0.03f, 0.055f},
-       .position = {-0.035, 0.03, kTop + 0.055},
-       .material = material::kPrinted,
-       .world_from_local = TurnedAbout(z, 24)});
-  add({.shape = Shape::kSphere,
-       .size = {0.027f, 0, 0},
-       .position = {-0.035, 0.03, kTop + 0.11 + 0.027},
-       .material = material::kRedTerrazzo});
+  add(Matte(Shape::kBox, {0.036f, 0.03f, 0.055f}, {-0.035, 0.03, kTop + 0.055}, material::kPrinted, 24));
+  add(Matte(Shape::kSphere, {0.027f, 0, 0}, {-0.035, 0.03, kTop + 0.11 + 0.027}, material::kRedTerrazzo));
   add({.shape = Shape::kSphere,
        .size = {0.042f, 0, 0},
        .position = {0.05, 0.022, kTop + 0.042},
        .material = material::kMarbled,
        .world_from_local = TurnedAbout({1, 2, 0.5}, 40)});
-  add({.shape = Shape::kFrustum,
-       .size = {0.026f, 0.006f, 0.09f},
-       .position = {0.04, -0.055, kTop},
-       .material = material::kPatchwork});
+  add(Matte(Shape::kFrustum, {0.026f, 0.006f, 0.09f}, {0.04, -0.055, kTop}, material::kPatchwork));
   add({.shape = Shape::kTorus,
        .size = {0.033f, 0.011f, 0},
        .position = {-0.04, -0.05, kTop + 0.043},

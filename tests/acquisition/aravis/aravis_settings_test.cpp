@@ -1,6 +1,5 @@
 // Tests: acquisition/aravis/aravis_configuration, acquisition/aravis/aravis_options,
-// acquisition/aravis/aravis_region, acquisition/aravis/aravis_calls, acquisition/aravis/aravis_stream,
-// acquisition/gige_vision/bound_sockets.
+// acquisition/aravis/aravis_region, acquisition/aravis/aravis_calls, acquisition/aravis/aravis_stream.
 //
 // What an aravis: URI asks for reaches the camera, stands in frames and statistics, and what a camera cannot
 // do is an error that says so. The camera is full_camera.xml's where Aravis's own fake has no such setting.

@@ -146,15 +146,15 @@ TEST_F(GphotoTest, StoppingItsOwnBracketRestoresSettings) {
 
 // As libgphoto2 shows them of cameras by both makers.
 TEST(CameraBracket, SettingsOfEitherMakerAreFound) {
-  std::map<std::string, GphotoSetting> settings;
+  std::map<std::string, CameraFeature> settings;
   const auto has = [&](const std::string& name, const std::string& value, std::vector<std::string> choices,
                        bool read_only = false) {
-    GphotoSetting& setting = settings[name];
+    CameraFeature& setting = settings[name];
     setting.name = name;
-    setting.type = GphotoSettingType::kChoice;
+    setting.type = FeatureType::kEnumeration;
     setting.value = value;
     setting.choices = std::move(choices);
-    setting.read_only = read_only;
+    setting.writable = !read_only;
   };
   const auto plan = [&](const std::vector<double>& stops) {
     return PlanCameraBracket(stops, [&](const std::string& name) {

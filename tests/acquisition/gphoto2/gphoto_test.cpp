@@ -2,8 +2,7 @@
 // acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
 // acquisition/gphoto2/camera_settings, acquisition/gphoto2/photograph_downloads,
 // acquisition/gphoto2/unfetched_photographs, acquisition/gphoto2/ptpip_descriptors,
-// acquisition/gphoto2/photograph_recovery, acquisition/gphoto2/camera_watch,
-// acquisition/device/photograph_inbox.
+// acquisition/gphoto2/photograph_recovery, acquisition/gphoto2/camera_watch.
 //
 // A tethered camera over the stock ptp2 driver, on loopback.
 #include <fcntl.h>
