@@ -81,12 +81,12 @@ function(ulf_precompile name level)
 endfunction()
 set(ulf_cold_options $<$<CONFIG:Release>:-O1>)
 
-# ulf_library(NAME [APART ...] [COLD ...] [HEADERS ...] LINK ...): every source under this folder is one library.
-# APART: files with private names that others have, too (CMake itself keeps files with options of their own apart).
+# ulf_library(NAME [COLD ...] [HEADERS ...] LINK ...): every source under this folder is one library. Private names must
+# differ in a folder's files (CMake keeps files with options of their own apart).
 # COLD: rooms, as regular expressions, that read files, wait for devices and write: the optimiser's first level does for them,
 # in two thirds of the time. HEADERS: whose precompiled headers the library uses.
 function(ulf_library name)
-  cmake_parse_arguments(ARG "" "HEADERS" "APART;COLD;LINK;LINK_PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "HEADERS" "COLD;LINK;LINK_PRIVATE" ${ARGN})
   if(NOT ARG_HEADERS)
     set(ARG_HEADERS ulf_headers)
   endif()
@@ -117,9 +117,6 @@ function(ulf_library name)
       endif()
     endif()
   endforeach()
-  if(ULF_UNITY)
-    set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  endif()
 endfunction()
 
 # The target headers_alone compiles every header by itself: what it needs, it includes.

@@ -7,7 +7,7 @@
 namespace ulf::acquisition {
 namespace {
 
-using Names = std::initializer_list<const char*>;
+using Alternatives = std::initializer_list<const char*>;
 using Kinds = std::initializer_list<FeatureType>;
 using Units = std::initializer_list<std::pair<const char*, double>>;
 
@@ -16,7 +16,7 @@ constexpr auto kInteger = FeatureType::kInteger, kReal = FeatureType::kFloat,
 
 // Returns the first of the names that is of one of the kinds and suits; available ones come first.
 template <typename Suits>
-std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Names names, Suits&& suits) {
+std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Alternatives names, Suits&& suits) {
   for (const bool available : {true, false})
     for (const char* name : names)
       if (std::find(kinds.begin(), kinds.end(), camera.kind_of(name)) != kinds.end() &&
@@ -24,12 +24,12 @@ std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Names names, 
         return name;
   return "";
 }
-std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Names names) {
+std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Alternatives names) {
   return FirstOfKinds(camera, kinds, names, [](const char*) { return true; });
 }
 
 // Returns the first of the names that the feature has among its choices.
-std::string FirstChoice(const NamedFeatures& camera, const std::string& feature, Names names) {
+std::string FirstChoice(const NamedFeatures& camera, const std::string& feature, Alternatives names) {
   if (feature.empty()) return "";
   const std::vector<std::string> choices = camera.choices_of(feature);
   for (const char* name : names)

@@ -15,7 +15,7 @@ namespace {
 // The pauses double, so that a file is given up after 6 s. A busy camera, which writes to its card, gets
 // longer. All guessed.
 constexpr int kTries = 6;
-constexpr double kFirstPauseS = 0.2, kFirstBusyPauseS = 0.1, kLongestBusyPauseS = 1.6;
+constexpr double kFirstRetryS = 0.2, kFirstBusyPauseS = 0.1, kLongestBusyPauseS = 1.6;
 constexpr double kBusyPatienceS = 20;
 
 }  // namespace
@@ -69,7 +69,7 @@ bool PhotographDownloads::GivesUp(const GphotoResult& result, double now_s, Wait
   }
   const std::string path = waiting.where.Path();
   if (!result.Busy() && !result.NoSuchFile() && ++waiting.failures < kTries) {
-    waiting.again_s = now_s + std::ldexp(kFirstPauseS, waiting.failures - 1);
+    waiting.again_s = now_s + std::ldexp(kFirstRetryS, waiting.failures - 1);
     if (waiting.failures == 1)
       outcome.messages.push_back(
           fmt::format("{} could not be downloaded ({}); ulf tries again", path, result.text));

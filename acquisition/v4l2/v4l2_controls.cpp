@@ -29,22 +29,22 @@ constexpr std::array kShortNames = {
     ShortName{V4L2_CID_FOCUS_AUTO, "auto_focus"},
 };
 
-struct Automatic {
+struct AutomaticControl {
   std::uint32_t id;
   int off;               // the value that switches it off
   std::uint32_t target;  // the control that it changes; 0: none that can be read
 };
-constexpr std::array kAutomatics = {
-    Automatic{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, V4L2_CID_EXPOSURE_ABSOLUTE},
-    Automatic{V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, 0},  // lowers the frame rate for a longer exposure
-    Automatic{V4L2_CID_AUTOGAIN, 0, V4L2_CID_GAIN},
-    Automatic{V4L2_CID_AUTO_WHITE_BALANCE, 0, V4L2_CID_WHITE_BALANCE_TEMPERATURE},
-    Automatic{V4L2_CID_AUTO_N_PRESET_WHITE_BALANCE, V4L2_WHITE_BALANCE_MANUAL, 0},
-    Automatic{V4L2_CID_FOCUS_AUTO, 0, V4L2_CID_FOCUS_ABSOLUTE},
-    Automatic{V4L2_CID_HUE_AUTO, 0, V4L2_CID_HUE},
-    Automatic{V4L2_CID_AUTOBRIGHTNESS, 0, V4L2_CID_BRIGHTNESS},
-    Automatic{V4L2_CID_CHROMA_AGC, 0, V4L2_CID_CHROMA_GAIN},
-    Automatic{V4L2_CID_ISO_SENSITIVITY_AUTO, V4L2_ISO_SENSITIVITY_MANUAL, V4L2_CID_ISO_SENSITIVITY},
+constexpr std::array kAutomaticControls = {
+    AutomaticControl{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, V4L2_CID_EXPOSURE_ABSOLUTE},
+    AutomaticControl{V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, 0},  // lowers the frame rate for a longer exposure
+    AutomaticControl{V4L2_CID_AUTOGAIN, 0, V4L2_CID_GAIN},
+    AutomaticControl{V4L2_CID_AUTO_WHITE_BALANCE, 0, V4L2_CID_WHITE_BALANCE_TEMPERATURE},
+    AutomaticControl{V4L2_CID_AUTO_N_PRESET_WHITE_BALANCE, V4L2_WHITE_BALANCE_MANUAL, 0},
+    AutomaticControl{V4L2_CID_FOCUS_AUTO, 0, V4L2_CID_FOCUS_ABSOLUTE},
+    AutomaticControl{V4L2_CID_HUE_AUTO, 0, V4L2_CID_HUE},
+    AutomaticControl{V4L2_CID_AUTOBRIGHTNESS, 0, V4L2_CID_BRIGHTNESS},
+    AutomaticControl{V4L2_CID_CHROMA_AGC, 0, V4L2_CID_CHROMA_GAIN},
+    AutomaticControl{V4L2_CID_ISO_SENSITIVITY_AUTO, V4L2_ISO_SENSITIVITY_MANUAL, V4L2_CID_ISO_SENSITIVITY},
 };
 
 // Converts "Exposure Time, Absolute" to "exposure_time_absolute".
@@ -176,7 +176,7 @@ int V4l2ControlValue(const std::string& who, const V4l2Control& control, const s
 V4l2Frozen FreezeV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Control>& controls,
                                 const std::vector<std::string>& except) {
   V4l2Frozen frozen;
-  for (const Automatic& automatic : kAutomatics) {
+  for (const AutomaticControl& automatic : kAutomaticControls) {
     const V4l2Control* control = Find(controls, automatic.id);
     if (!control || std::any_of(except.begin(), except.end(),
                                 [&](const std::string& name) { return control->Answers(name); }))

@@ -13,7 +13,7 @@
 namespace ulf {
 namespace {
 
-constexpr int kBlock = 16;                 // pixels across
+constexpr int kNoiseBlock = 16;            // pixels across
 constexpr std::size_t kBrightnesses = 24;  // groups of blocks
 // Blocks of one brightness that are used; the others have texture besides noise.
 constexpr double kSmoothest = 0.2;
@@ -127,9 +127,9 @@ void NoiseSamples::Add(const Image& image, const cv::Mat& light, const cv::Mat& 
   cv::Mat differences;
   cv::sepFilter2D(light, differences, CV_32F, along, along);
   std::array<std::array<std::vector<NoiseOfLight>, kPhases>, 3> of_blocks;  // by colour
-  for (int y = 0; y + kBlock <= light.rows; y += kBlock)
-    for (int x = 0; x + kBlock <= light.cols; x += kBlock) {
-      const cv::Rect block(x, y, kBlock, kBlock);
+  for (int y = 0; y + kNoiseBlock <= light.rows; y += kNoiseBlock)
+    for (int x = 0; x + kNoiseBlock <= light.cols; x += kNoiseBlock) {
+      const cv::Rect block(x, y, kNoiseBlock, kNoiseBlock);
       if (cv::countNonZero(clipped(block)) > 0) continue;
       const cv::Scalar mean = cv::mean(light(block));
       const bool is_cut =

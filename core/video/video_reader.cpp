@@ -69,7 +69,7 @@ int StreamOf(AVFormatContext& input) {
 
 // Describes how stored pictures become upright: by quarter turns, and mirrored first if a camera showed its
 // user.
-struct Turn {
+struct DisplayTurn {
   bool transposes = false, flips_x = false, flips_y = false;  // applied in this order
   bool any() const { return transposes || flips_x || flips_y; }
   int Degrees() const {  // clockwise, mirrored or not
@@ -80,7 +80,7 @@ struct Turn {
 };
 
 // A display matrix takes stored places (x right, y down) to shown ones: x' = a x + c y, y' = b x + d y.
-std::optional<Turn> TurnOf(const std::int32_t* matrix) {
+std::optional<DisplayTurn> TurnOf(const std::int32_t* matrix) {
   const std::array<double, 4> m{static_cast<double>(matrix[0]), static_cast<double>(matrix[1]),
                                 static_cast<double>(matrix[3]), static_cast<double>(matrix[4])};
   const double largest = std::abs(*std::ranges::max_element(m, {}, [](double v) { return std::abs(v); }));
@@ -93,12 +93,12 @@ std::optional<Turn> TurnOf(const std::int32_t* matrix) {
     sign[i] = std::abs(share) > kNear ? (share > 0 ? 1 : -1) : 0;
   }
   const auto [a, b, c, d] = sign;
-  if (a != 0 && d != 0 && b == 0 && c == 0) return Turn{false, a < 0, d < 0};
-  if (a == 0 && d == 0 && b != 0 && c != 0) return Turn{true, c < 0, b < 0};
+  if (a != 0 && d != 0 && b == 0 && c == 0) return DisplayTurn{false, a < 0, d < 0};
+  if (a == 0 && d == 0 && b != 0 && c != 0) return DisplayTurn{true, c < 0, b < 0};
   return std::nullopt;
 }
 
-cv::Mat Turned(const cv::Mat& stored, const Turn& turn) {
+cv::Mat Turned(const cv::Mat& stored, const DisplayTurn& turn) {
   if (!turn.any()) return stored;
   cv::Mat upright = stored;
   if (turn.transposes) cv::transpose(stored, upright);
@@ -314,7 +314,7 @@ struct VideoReader::State {
     if (!data) return;
     std::array<std::int32_t, 9> matrix{};
     std::memcpy(matrix.data(), data, sizeof(matrix));
-    const std::optional<Turn> told = TurnOf(matrix.data());
+    const std::optional<DisplayTurn> told = TurnOf(matrix.data());
     if (!told) {
       facts.warnings.push_back(
           "the file asks for a turn that is no quarter turn: the pictures are shown as they are stored");
@@ -437,7 +437,7 @@ struct VideoReader::State {
   FfmpegOwned<AVFrame> frame;
   int index = -1;
   cv::Size stored;
-  Turn turn;
+  DisplayTurn turn;
   std::optional<VideoLight> light;
   VideoFacts facts;
   bool is_interlaced = false, is_bottom_first = false;

@@ -24,7 +24,7 @@ constexpr double kOpenNearlyRound = 1.7 * M_PI;  // of azimuth, radians, from wh
 
 using Eigen::Vector3d;
 
-constexpr double kLeastCosine = 0.02;  // of an elevation: next to the poles azimuths mean nothing
+constexpr double kLeastRayCosine = 0.02;  // of an elevation: next to the poles azimuths mean nothing
 
 }  // namespace
 
@@ -114,7 +114,7 @@ void OpenDirections::UpdateAround(const CoverageMap& map, const CriterionView& v
   if (!(offset.norm() > 0)) return;
   const CapFrame::Angles at = frame_->Of(offset.normalized());
   const double reach = kOpenReach * disc_radius_;
-  const double wide = reach / std::max(kLeastCosine, std::cos(at.elevation));
+  const double wide = reach / std::max(kLeastRayCosine, std::cos(at.elevation));
   const int columns = std::min(columns_ / 2, static_cast<int>(wide / column_width())) + 1;
   const int middle = ColumnOf(at.azimuth);
   for (int step = -columns; step <= columns; ++step)
@@ -152,7 +152,7 @@ std::vector<OpenDirections::Run> OpenDirections::Runs(int column) const {
 
 double OpenDirections::Gain(double azimuth, double elevation) const {
   const double reach = kOpenGainReach * disc_radius_;
-  const double cosine = std::max(kLeastCosine, std::cos(elevation));
+  const double cosine = std::max(kLeastRayCosine, std::cos(elevation));
   const int columns = std::min(columns_ / 2, static_cast<int>(reach / cosine / column_width()) + 1);
   const int middle = ColumnOf(azimuth);
   double open = 0, inside = 0;

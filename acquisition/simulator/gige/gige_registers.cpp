@@ -19,7 +19,7 @@ namespace {
 // Addresses of the GenICam description.
 constexpr std::uint32_t kSensorHeightAt = 0x118, kSensorWidthAt = 0x11C, kAcquisitionModeAt = 0x12C;
 constexpr std::uint32_t kUserNameBytes = 16, kInterfacesAt = 0x600, kStreamChannelsAt = 0x904;
-constexpr char kVersion[] = "0.8.26";  // the release of Aravis whose registers the camera has
+constexpr char kGigeVersion[] = "0.8.26";  // the release of Aravis whose registers the camera has
 constexpr std::uint32_t kSmallestPacket = 100, kDoNotFragment = 1u << 30;
 
 WritableRegister Between(std::uint32_t address, std::uint32_t low, std::uint32_t high) {
@@ -95,7 +95,7 @@ void WriteStartValues(const GigeStartValues& values, const SimulationOptions& si
   for (const auto& [at, text] : std::initializer_list<std::pair<std::uint32_t, std::string>>{
            {kMakerAt, "ULF"},
            {kModelAt, "HandheldSimulator"},
-           {kVersionAt, kVersion},
+           {kVersionAt, kGigeVersion},
            {kInfoAt, "ulf simulate: ray-cast scenes"},
            {kSerialAt, values.serial}})
     memory.Write(at, text);
