@@ -21,7 +21,7 @@ using Eigen::Vector3f;
 
 constexpr int kCellsPerMm = 8;
 constexpr double kPaperMarginMm = 12;
-constexpr float kInk = 0.04f, kPaper = 0.8f, kRoom = 0.25f;  // radiances
+constexpr float kInkLight = 0.04f, kPaperLight = 0.8f, kRoomLight = 0.25f;  // radiances
 constexpr double kStopS = 1.2;  // the time of one stop: half of it held still, half of it moved to the next
 
 double UnitNumber(std::uint64_t seed, std::uint64_t index, int which) {
@@ -118,11 +118,11 @@ cv::Mat BoardScene::BoardLight(const Rigid3& cam_from_board) const {
     if (x >= 0 && y >= 0 && x < board_width && y < board_height)
       return dark_.at<std::uint8_t>(std::min(static_cast<int>(y * kCellsPerMm), dark_.rows - 1),
                                     std::min(static_cast<int>(x * kCellsPerMm), dark_.cols - 1))
-                 ? kInk
-                 : kPaper;
+                 ? kInkLight
+                 : kPaperLight;
     const bool paper = x >= -kPaperMarginMm && y >= -kPaperMarginMm && x < board_width + kPaperMarginMm &&
                        y < board_height + kPaperMarginMm;
-    return paper ? kPaper : kRoom;
+    return paper ? kPaperLight : kRoomLight;
   };
   constexpr int kSamples = 4;
   cv::Mat light(camera.height, camera.width, CV_32FC1);

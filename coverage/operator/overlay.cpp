@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-const render::Rgba kWhite{255, 255, 255}, kShade{0, 0, 0, 190};
+const render::Rgba kWhiteLine{255, 255, 255}, kShade{0, 0, 0, 190};
 
 // The shown sphere with the camera that projects its directions into the picture.
 struct Sphere {
@@ -139,7 +139,7 @@ void AddViews(const Sphere& sphere, render::Overlay& overlay) {
 void AddCapOutline(const Sphere& sphere, const Cap& cap, render::Overlay& overlay) {
   const CapFrame& frame = sphere.shown.frame;
   const double x = 0.5 * cap.width, y = 0.5 * cap.height;
-  for (const auto& [width, color] : {std::pair{5.0, kShade}, std::pair{2.5, kWhite}})
+  for (const auto& [width, color] : {std::pair{5.0, kShade}, std::pair{2.5, kWhiteLine}})
     for (const double side : {-1.0, 1.0}) {
       AddCurve(
           sphere, [&](double t) { return frame.Direction(side * x, (2 * t - 1) * y); }, 60, width, color,
@@ -156,7 +156,7 @@ void AddMarks(const Sphere& sphere, const std::vector<Vector3d>& directions, dou
   for (const Vector3d& direction : directions) {
     const auto img = sphere.ImgOf(direction);
     if (!img) continue;
-    overlay.push_back(render::Spot{*img, radius + 1, kWhite.WithOpacity(0.8)});
+    overlay.push_back(render::Spot{*img, radius + 1, kWhiteLine.WithOpacity(0.8)});
     overlay.push_back(render::Spot{*img, radius, color});
   }
 }
@@ -214,7 +214,7 @@ void AddPresentCamera(const Sphere& sphere, const Palette& palette, render::Over
   const auto img = sphere.ImgOf(sphere.shown.toward_camera);
   if (!img) return;
   overlay.push_back(render::Spot{*img, 8, {0, 0, 0, 120}});
-  overlay.push_back(render::Spot{*img, 7, kWhite});
+  overlay.push_back(render::Spot{*img, 7, kWhiteLine});
   overlay.push_back(render::Spot{*img, 5, palette.camera});
 }
 
@@ -230,13 +230,13 @@ void AddWayOut(const Vector2d& toward, const char* to, const render::Rgba& color
   for (int i = 0; i <= 8; ++i) way.push_back(tip - length * (1 - i / 8.0) * toward);
   AddArrow(way, 12, 0.45 * length, color, overlay);
   overlay.push_back(
-      render::Label{.img = tip - 1.35 * length * toward, .text = to, .size = 22, .color = kWhite});
+      render::Label{.img = tip - 1.35 * length * toward, .text = to, .size = 22, .color = kWhiteLine});
 }
 
 // Where the last picture with a pose lies, or the first one, as far as the camera has been turned since.
 void AddPictureOfThen(const CaptureState& state, const Palette& palette, render::Overlay& overlay) {
   const CameraTurn& turned = *state.turned;
-  const render::Rgba color = turned.reference_has_pose ? palette.guide : kWhite;
+  const render::Rgba color = turned.reference_has_pose ? palette.guide : kWhiteLine;
   for (const std::vector<Vector2d>& line : FormerFrameOutline(turned, state.camera)) {
     overlay.push_back(render::Polyline{line, 5, {0, 0, 0, 110}});
     overlay.push_back(render::Polyline{line, 3, color});
@@ -265,7 +265,7 @@ void AddRectangle(const SafetyRectangle& rectangle, bool held, const Palette& pa
   const Vector2d low = rectangle.low, high = rectangle.high;
   const std::vector<Vector2d> corners{low, {high.x(), low.y()}, high, {low.x(), high.y()}};
   overlay.push_back(render::Polyline{corners, held ? 4.0 : 9.0, {0, 0, 0, 110}, true});
-  overlay.push_back(render::Polyline{corners, held ? 2.0 : 6.0, held ? kWhite : palette.alarm, true});
+  overlay.push_back(render::Polyline{corners, held ? 2.0 : 6.0, held ? kWhiteLine : palette.alarm, true});
   if (!held)
     overlay.push_back(render::Label{.img = {0.5 * (low.x() + high.x()), low.y()},
                                     .text = "OUTSIDE",
@@ -288,12 +288,12 @@ void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palett
                render::Overlay& overlay) {
   const Sphere sphere{shown, camera};
   // Open cells are dark, so that the sphere is visible before anything is painted.
-  AddOutline(sphere, 1.5, kWhite.WithOpacity(0.8), {25, 25, 30, 110}, overlay);
+  AddOutline(sphere, 1.5, kWhiteLine.WithOpacity(0.8), {25, 25, 30, 110}, overlay);
   if (layer == SphereLayer::kErrors)
     AddErrors(sphere, palette, overlay);
   else
     AddPaint(sphere, palette, overlay);
-  AddWireframe(sphere, kWhite.WithOpacity(0.4), overlay);
+  AddWireframe(sphere, kWhiteLine.WithOpacity(0.4), overlay);
   AddViews(sphere, overlay);
   if (shown.cap) AddCapOutline(sphere, *shown.cap, overlay);
   AddMarks(sphere, shown.reopened, 3, palette.reopened, overlay);
@@ -313,7 +313,7 @@ void AddProposal(const CameraModel& camera, const Rigid3& cam_from_world, const 
   overlay.push_back(render::Label{.img = *top - Vector2d(0, 0.01 * camera.height),
                                   .text = "the subject's size (G)",
                                   .size = 17,
-                                  .color = kWhite,
+                                  .color = kWhiteLine,
                                   .anchor = {0.5, 1}});
 }
 
