@@ -87,11 +87,11 @@ int EndOf(const AravisSession& session, const std::string& who, const Axis& axis
   return end < kUntold ? static_cast<int>(end) : 0;
 }
 
-std::string Text(const AravisRegion& region) {
+std::string RegionText(const AravisRegion& region) {
   return fmt::format("{}x{}+{}+{}", region.width, region.height, region.x, region.y);
 }
 
-std::string Text(const Steps& steps) {
+std::string RegionText(const Steps& steps) {
   if (!steps.fixed.empty()) return fmt::format("{} alone, because {}", steps.low, steps.fixed);
   return fmt::format("{} to {}{}", steps.low, steps.high,
                      steps.step > 1 ? fmt::format(" in steps of {}", steps.step) : "");
@@ -116,7 +116,8 @@ void WriteReduction(const AravisSession& session, const std::string& who, const 
   if (!IsChoice(session, feature)) {
     const Steps steps = StepsOf(session, who, feature);
     if (factor < steps.low || factor > steps.high)
-      throw Refused(who, fmt::format("binning={} is out of the camera's range, {}", factor, Text(steps)));
+      throw Refused(who,
+                    fmt::format("binning={} is out of the camera's range, {}", factor, RegionText(steps)));
     return RequireSetting(session, who, asked, feature, fmt::format("{}", factor));
   }
   const std::vector<std::string> choices = session.Choices(feature);
@@ -191,15 +192,15 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
   }
   const auto refuse = [&](const AravisRegion& instead) {
     throw Refused(
-        who, fmt::format("the camera cannot send roi={}", Text(*asked)),
-        fmt::format("nearest is roi={} (width {}, height {}, offsets {} and {}{})", Text(instead),
-                    Text(widths), Text(heights), Text(xs), Text(ys),
+        who, fmt::format("the camera cannot send roi={}", RegionText(*asked)),
+        fmt::format("nearest is roi={} (width {}, height {}, offsets {} and {}{})", RegionText(instead),
+                    RegionText(widths), RegionText(heights), RegionText(xs), RegionText(ys),
                     is_mosaic
                         ? "; offsets must be even, because an odd one would exchange the mosaic's colours"
                         : ""));
   };
   const auto set = [&](const char* feature, std::int64_t value) {
-    RequireSetting(session, who, "roi=" + Text(*asked), feature, fmt::format("{}", value));
+    RequireSetting(session, who, "roi=" + RegionText(*asked), feature, fmt::format("{}", value));
   };
   if (!(nearest == *asked)) refuse(nearest);
   set("Width", asked->width);

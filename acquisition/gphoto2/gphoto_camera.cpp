@@ -108,17 +108,17 @@ FeatureType TypeOf(CameraWidgetType type) {
   }
 }
 
-std::string Text(const char* text) { return text ? text : ""; }
+std::string TextOrNone(const char* text) { return text ? text : ""; }
 
 CameraFeature SettingOf(CameraWidget* widget, const std::string& category) {
   CameraFeature setting;
   setting.category = category;
   const char* text = nullptr;
   gp_widget_get_name(widget, &text);
-  setting.name = Text(text);
+  setting.name = TextOrNone(text);
   text = nullptr;
   gp_widget_get_label(widget, &text);
-  setting.description = Text(text);
+  setting.description = TextOrNone(text);
   CameraWidgetType type = GP_WIDGET_TEXT;
   gp_widget_get_type(widget, &type);
   setting.type = TypeOf(type);
@@ -134,13 +134,13 @@ CameraFeature SettingOf(CameraWidget* widget, const std::string& category) {
       for (int i = 0; i < gp_widget_count_choices(widget); ++i) {
         const char* choice = nullptr;
         gp_widget_get_choice(widget, i, &choice);
-        setting.choices.push_back(Text(choice));
+        setting.choices.push_back(TextOrNone(choice));
       }
       [[fallthrough]];
     case FeatureType::kString: {
       const char* value = nullptr;
       gp_widget_get_value(widget, &value);
-      setting.value = Text(value);
+      setting.value = TextOrNone(value);
       break;
     }
     case FeatureType::kFloat: {
@@ -198,7 +198,7 @@ void Collect(CameraWidget* widget, const std::string& category, std::vector<Came
     const char* name = nullptr;
     gp_widget_get_name(widget, &name);
     if (!below.empty()) below += "/";
-    below += Text(name);
+    below += TextOrNone(name);
   }
   for (int i = 0; i < gp_widget_count_children(widget); ++i) {
     CameraWidget* child = nullptr;
@@ -239,7 +239,7 @@ struct GphotoCamera::State {
   static void OnError(GPContext* /*context*/, const char* text, void* self) {
     std::string& said = static_cast<State*>(self)->said;
     if (!said.empty()) said += "; ";
-    said += Text(text);
+    said += TextOrNone(text);
   }
 
   explicit State(const std::string& port)
@@ -267,7 +267,7 @@ struct GphotoCamera::State {
     result.code = call(camera, context.get());
     out_of_step |= is_ptpip && (answers_are_out_of_step || result.code == GP_ERROR_TIMEOUT);
     if (result.code < 0) {
-      result.text = Text(gp_result_as_string(result.code));
+      result.text = TextOrNone(gp_result_as_string(result.code));
       if (!said.empty()) result.text += ": " + said;
     }
     return result;
@@ -303,7 +303,7 @@ std::vector<GphotoAddress> DetectGphotoCameras() {
     gp_list_get_name(list.get(), i, &model);
     gp_list_get_value(list.get(), i, &port);
     // "disk:" is a mounted card, not a camera.
-    if (Text(port).starts_with("usb:")) found.push_back({Text(model), Text(port)});
+    if (TextOrNone(port).starts_with("usb:")) found.push_back({TextOrNone(model), TextOrNone(port)});
   }
   return found;
 }
@@ -436,7 +436,7 @@ GphotoResult GphotoCamera::FilesIn(const std::string& folder, std::vector<std::s
     const int result = gp_camera_folder_list_files(camera, folder.c_str(), list.get(), context);
     for (int i = 0; result >= 0 && i < gp_list_count(list.get()); ++i) {
       const char* name = nullptr;
-      if (gp_list_get_name(list.get(), i, &name) >= 0) names.push_back(Text(name));
+      if (gp_list_get_name(list.get(), i, &name) >= 0) names.push_back(TextOrNone(name));
     }
     return result;
   });

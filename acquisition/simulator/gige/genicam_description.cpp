@@ -48,7 +48,7 @@ std::string RegisterAt(const char* address, int bytes, const char* access) {
       address, bytes, access);
 }
 
-std::string Text(const std::string& name, const char* address, int bytes) {
+std::string TextElement(const std::string& name, const char* address, int bytes) {
   return Node("StringReg", name, "Standard", RegisterAt(address, bytes, "RO"));
 }
 
@@ -168,9 +168,9 @@ std::string DeviceControl() {
                   {"DeviceVendorName", "DeviceModelName", "DeviceManufacturerInfo", "DeviceVersion",
                    "DeviceSerialNumber", "DeviceLinkThroughputLimitMode", "DeviceLinkThroughputLimit",
                    "PtpEnable", "PtpStatus", "PtpDataSetLatch", "PtpOffsetFromMaster"}) +
-         Text("DeviceVendorName", "0x48", 32) + Text("DeviceModelName", "0x68", 32) +
-         Text("DeviceVersion", "0x88", 32) + Text("DeviceManufacturerInfo", "0xa8", 48) +
-         Text("DeviceSerialNumber", "0xd8", 16) +
+         TextElement("DeviceVendorName", "0x48", 32) + TextElement("DeviceModelName", "0x68", 32) +
+         TextElement("DeviceVersion", "0x88", 32) + TextElement("DeviceManufacturerInfo", "0xa8", 48) +
+         TextElement("DeviceSerialNumber", "0xd8", 16) +
          Choice("DeviceLinkThroughputLimitMode", {{"Off", "0"}, {"On", "1"}}, At(kThroughputModeAt).c_str()) +
          Node(
              "Integer", "DeviceLinkThroughputLimit", "Standard",
