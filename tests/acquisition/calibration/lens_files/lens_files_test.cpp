@@ -21,6 +21,7 @@
 #include "tests/support/test_paths.h"
 
 namespace ulf::lens_files_test {
+using namespace lens_texts;
 namespace {
 
 using ::testing::AllOf;
