@@ -18,8 +18,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// Blocks SIGPIPE in this thread, which a write into a broken connection sends to it, and removes it
-// afterwards.
+// Blocks SIGPIPE in this thread, which a write into a broken connection sends, and removes it afterwards.
 class WithoutSigpipe {
  public:
   WithoutSigpipe() {
@@ -33,8 +32,7 @@ class WithoutSigpipe {
   ~WithoutSigpipe() {
     const timespec at_once{};
     if (!was_pending_)
-      while (sigtimedwait(&pipe_, nullptr, &at_once) == SIGPIPE) {
-      }
+      while (sigtimedwait(&pipe_, nullptr, &at_once) == SIGPIPE) continue;
     pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }
   WithoutSigpipe(const WithoutSigpipe&) = delete;
@@ -108,17 +106,17 @@ FeatureType TypeOf(CameraWidgetType type) {
   }
 }
 
-std::string TextOrNone(const char* text) { return text ? text : ""; }
+std::string OrEmpty(const char* text) { return text ? text : ""; }
 
 CameraFeature SettingOf(CameraWidget* widget, const std::string& category) {
   CameraFeature setting;
   setting.category = category;
   const char* text = nullptr;
   gp_widget_get_name(widget, &text);
-  setting.name = TextOrNone(text);
+  setting.name = OrEmpty(text);
   text = nullptr;
   gp_widget_get_label(widget, &text);
-  setting.description = TextOrNone(text);
+  setting.description = OrEmpty(text);
   CameraWidgetType type = GP_WIDGET_TEXT;
   gp_widget_get_type(widget, &type);
   setting.type = TypeOf(type);
@@ -134,13 +132,13 @@ CameraFeature SettingOf(CameraWidget* widget, const std::string& category) {
       for (int i = 0; i < gp_widget_count_choices(widget); ++i) {
         const char* choice = nullptr;
         gp_widget_get_choice(widget, i, &choice);
-        setting.choices.push_back(TextOrNone(choice));
+        setting.choices.push_back(OrEmpty(choice));
       }
       [[fallthrough]];
     case FeatureType::kString: {
       const char* value = nullptr;
       gp_widget_get_value(widget, &value);
-      setting.value = TextOrNone(value);
+      setting.value = OrEmpty(value);
       break;
     }
     case FeatureType::kFloat: {
@@ -198,7 +196,7 @@ void Collect(CameraWidget* widget, const std::string& category, std::vector<Came
     const char* name = nullptr;
     gp_widget_get_name(widget, &name);
     if (!below.empty()) below += "/";
-    below += TextOrNone(name);
+    below += OrEmpty(name);
   }
   for (int i = 0; i < gp_widget_count_children(widget); ++i) {
     CameraWidget* child = nullptr;
@@ -239,7 +237,7 @@ struct GphotoCamera::State {
   static void OnError(GPContext* /*context*/, const char* text, void* self) {
     std::string& said = static_cast<State*>(self)->said;
     if (!said.empty()) said += "; ";
-    said += TextOrNone(text);
+    said += OrEmpty(text);
   }
 
   explicit State(const std::string& port)
@@ -267,7 +265,7 @@ struct GphotoCamera::State {
     result.code = call(camera, context.get());
     out_of_step |= is_ptpip && (answers_are_out_of_step || result.code == GP_ERROR_TIMEOUT);
     if (result.code < 0) {
-      result.text = TextOrNone(gp_result_as_string(result.code));
+      result.text = OrEmpty(gp_result_as_string(result.code));
       if (!said.empty()) result.text += ": " + said;
     }
     return result;
@@ -303,7 +301,7 @@ std::vector<GphotoAddress> DetectGphotoCameras() {
     gp_list_get_name(list.get(), i, &model);
     gp_list_get_value(list.get(), i, &port);
     // "disk:" is a mounted card, not a camera.
-    if (TextOrNone(port).starts_with("usb:")) found.push_back({TextOrNone(model), TextOrNone(port)});
+    if (OrEmpty(port).starts_with("usb:")) found.push_back({OrEmpty(model), OrEmpty(port)});
   }
   return found;
 }
@@ -333,7 +331,7 @@ GphotoCamera::GphotoCamera(const std::string& uri, const GphotoAddress& address)
   GphotoResult result;
   {
     const MutexLock lock(library_mutex);
-    result = state_->Do([](Camera* camera, GPContext* context) { return gp_camera_init(camera, context); });
+    result = state_->Do(gp_camera_init);
   }
   state_->descriptors.Opened();
   if (result.ok()) return;
@@ -389,10 +387,7 @@ GphotoResult GphotoCamera::LiveView(std::string& jpeg) {
   });
 }
 
-GphotoResult GphotoCamera::ReleaseShutter() {
-  return state_->Do(
-      [](Camera* camera, GPContext* context) { return gp_camera_trigger_capture(camera, context); });
-}
+GphotoResult GphotoCamera::ReleaseShutter() { return state_->Do(gp_camera_trigger_capture); }
 
 GphotoResult GphotoCamera::WaitForEvent(int timeout_ms, GphotoEvent& event) {
   event = {};
@@ -436,7 +431,7 @@ GphotoResult GphotoCamera::FilesIn(const std::string& folder, std::vector<std::s
     const int result = gp_camera_folder_list_files(camera, folder.c_str(), list.get(), context);
     for (int i = 0; result >= 0 && i < gp_list_count(list.get()); ++i) {
       const char* name = nullptr;
-      if (gp_list_get_name(list.get(), i, &name) >= 0) names.push_back(TextOrNone(name));
+      if (gp_list_get_name(list.get(), i, &name) >= 0) names.push_back(OrEmpty(name));
     }
     return result;
   });
