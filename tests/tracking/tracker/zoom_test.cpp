@@ -120,7 +120,7 @@ TEST(ZoomWatch, TrackerFollowsAZoomAndKeepsItsMap) {
   const TexturedRoom room({.seed = 11});
   for (const double zoomed : {1.06, 0.9}) {
     SCOPED_TRACE(zoomed);
-    Tracker tracker(kSmall, {.deterministic = true, .seed = 11, .features = 700});
+    Tracker tracker(kSmall, {.deterministic = true, .seed = 11, .features = 500});
     std::vector<TimedPose> found, truth;
     std::optional<int> first, last;
     for (int i = 0; i < 140; ++i) {
@@ -182,7 +182,7 @@ TEST(ZoomWatch, AnotherLensThanTheGivenOneIsNoZoom) {
 TEST(ZoomWatch, AFixedLensIsNotWatched) {
   const TexturedRoom room({.seed = 11});
   Tracker tracker(kSmall,
-                  {.deterministic = true, .seed = 11, .features = 700, .lens = tracking::LensUse::kFixed});
+                  {.deterministic = true, .seed = 11, .features = 500, .lens = tracking::LensUse::kFixed});
   for (int i = 0; i < 100; ++i)
     EXPECT_FALSE(tracker
                      .Step(room.Take(TexturedRoom::HandAt(i), static_cast<std::uint64_t>(i),
