@@ -138,8 +138,8 @@ TEST(TrackerTest, AMapGrowsWithTheWayAndNotWithTime) {
   constexpr int kTurn = 40;
   const auto there = [](int k) { return k; };
   const auto to_and_fro = [](int k) { return k % (2 * kTurn) < kTurn ? k % kTurn : kTurn - k % kTurn; };
-  const TrackerStatistics once = map_after(kTurn, there), again = map_after(4 * kTurn, to_and_fro),
-                          on = map_after(4 * kTurn, there);
+  const TrackerStatistics once = map_after(kTurn, there), again = map_after(3 * kTurn, to_and_fro),
+                          on = map_after(3 * kTurn, there);
   EXPECT_LE(again.keyframes, once.keyframes + 3);
   EXPECT_LE(again.map_points, 1.6 * once.map_points);
   EXPECT_GE(on.keyframes, 1.3 * again.keyframes);
@@ -284,7 +284,7 @@ TEST(TrackerTest, SeedsThatShowNothingInCommonAreRefused) {
 TEST(TrackerTest, FollowsTheSimulatedStudio) {
   const auto device = OpenDevice("sim:studio?seed=3&width=320&height=240");
   device->Start();
-  Tracker tracker(*device->Camera(), kRepeatable);
+  Tracker tracker(*device->Camera(), kSmallRepeatable);
   const Result result =
       TrackFrames(tracker, 0, 110, [&](int) { return *device->Next(std::chrono::milliseconds(5000)); });
   ASSERT_GE(result.first_tracked, 0);
