@@ -322,7 +322,7 @@ TEST(CalibrationCheck, TrackerNoticesAWrongFocalLength) {
     CameraModel given = TexturedRoom::Camera();
     given.fx *= factor;
     given.fy *= factor;
-    Tracker tracker(given, {.deterministic = true, .features = 700});
+    Tracker tracker(given, {.deterministic = true, .features = 500});
     for (int i = 0; i < 60; ++i)
       tracker.Step(room.Take(TexturedRoom::HandAt(3 * i), static_cast<std::uint64_t>(i)));
     tracker.Finish();
