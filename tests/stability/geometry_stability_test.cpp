@@ -2,6 +2,9 @@
 // that have several answers.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <string_view>
+
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tracking/estimation/opengv_bridge.h"
@@ -19,6 +22,12 @@ using test::SceneCamera;
 using test::Shape;
 
 constexpr unsigned kSeeds = 20;
+
+// Half of them every day where each takes long; with ULF_STABILITY=seeds all.
+unsigned Seeds() {
+  const char* asked = std::getenv("ULF_STABILITY");
+  return asked && std::string_view(asked) == "seeds" ? kSeeds : kSeeds / 2;
+}
 
 TEST(GeometryStability, OutliersNeverGiveAWrongPose) {
   int found_at_once = 0;
@@ -41,7 +50,7 @@ TEST(GeometryStability, OutliersNeverGiveAWrongPose) {
 
 TEST(GeometryStability, OutliersNeverStartAWrongMap) {
   int started = 0;
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= Seeds(); ++seed) {
     const auto scene = MakeRelativeScene(500, Shape::kDeep, 0.8, 0.3, 0.8, seed);
     const auto found = RelativePose(scene.pairs, {.focal_px = 525, .seed = seed});
     if (found.outcome != RelativePoseOutcome::kFound) continue;
@@ -51,7 +60,7 @@ TEST(GeometryStability, OutliersNeverStartAWrongMap) {
     EXPECT_LT(DegreesBetween(found.second_from_first.translation, scene.second_from_first.translation), 6)
         << "seed " << seed;
   }
-  EXPECT_GE(started, 3);
+  EXPECT_GE(started, Seeds() == kSeeds ? 3 : 2);
 }
 
 TEST(GeometryStability, EightPointsOnlyRefineAPose) {
@@ -143,7 +152,7 @@ TEST(GeometryStability, ThreePlacesGiveNoWrongPose) {
 TEST(GeometryStability, CriticalQuadricIsToldOrRight) {
   int critical = 0, ambiguous = 0;
   for (const double noise_px : {0.0, 0.3})
-    for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    for (unsigned seed = 1; seed <= Seeds(); ++seed) {
       Draw draw(seed);
       const CameraModel camera = SceneCamera();
       Vector3d t = draw.Direction(), other_t = draw.Direction();
@@ -176,7 +185,7 @@ TEST(GeometryStability, CriticalQuadricIsToldOrRight) {
       EXPECT_LT(DegreesBetween(found.second_from_first.translation, t), 10)
           << noise_px << " px, seed " << seed << ", rival at " << DegreesBetween(t, other_t);
     }
-  EXPECT_GE(critical, 10);
+  EXPECT_GE(critical, Seeds() / 2);
   EXPECT_GE(ambiguous, critical / 4);
 }
 

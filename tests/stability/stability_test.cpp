@@ -67,10 +67,10 @@ TEST(Stability, StandingStillNeverStartsAndSaysSo) {
 }
 
 TEST(Stability, AFlatWallStartsRight) {
-  ForSeeds({.furniture = Furniture::kWall, .frames = Frames(120, 80)}, [](const Outcome& outcome) {
+  ForSeeds({.furniture = Furniture::kWall, .frames = Frames(120, 60)}, [](const Outcome& outcome) {
     ASSERT_GE(outcome.first_tracked, 0);
-    EXPECT_EQ(outcome.Tracked(outcome.first_tracked, Frames(120, 80)),
-              Frames(120, 80) - outcome.first_tracked);
+    EXPECT_EQ(outcome.Tracked(outcome.first_tracked, Frames(120, 60)),
+              Frames(120, 60) - outcome.first_tracked);
   });
 }
 
@@ -144,7 +144,7 @@ TEST(Stability, RepeatingTilesAreRightOrLost) {
     return pose;
   };
   const auto moment = [](int k) { return TexturedRoom::Moment{.gain = k >= 55 && k < 60 ? 0.02 : 1.0}; };
-  ForSeeds({.furniture = Furniture::kTiles, .frames = 120, .motion = motion, .moment = moment},
+  ForSeeds({.furniture = Furniture::kTiles, .frames = Frames(120, 98), .motion = motion, .moment = moment},
            [](const Outcome& outcome) {
              ASSERT_GE(outcome.first_tracked, 0);
              EXPECT_LE(outcome.first_tracked, 50);
@@ -224,12 +224,13 @@ TEST(Stability, MotionBlurOf15PxIsSurvivedOrFoundAgain) {
 
 // Two keyframes can agree about all of the half that moves: it hangs by the moment when it begins.
 TEST(Stability, FollowsTheStillHalfOfThePicture) {
+  const int rest = Frames(60, 30);
   for (const int begins : {25, 40, 60}) {
     SCOPED_TRACE("begins to move at frame " + std::to_string(begins));
     const auto moment = [&](int k) { return TexturedRoom::Moment{.moving_half = k >= begins}; };
-    ForSeeds({.frames = begins + 60, .moment = moment}, [&](const Outcome& outcome) {
+    ForSeeds({.frames = begins + rest, .moment = moment}, [&](const Outcome& outcome) {
       ASSERT_TRUE(outcome.tracks[static_cast<std::size_t>(begins) - 1].cam_from_world);
-      EXPECT_EQ(outcome.Tracked(begins, begins + 60), 60);
+      EXPECT_EQ(outcome.Tracked(begins, begins + rest), rest);
     });
   }
 }
@@ -237,9 +238,9 @@ TEST(Stability, FollowsTheStillHalfOfThePicture) {
 // Nobody can tell which half is the world: no map starts, and why is said.
 TEST(Stability, DoesNotStartOnAHalfMovingPicture) {
   const auto moment = [](int) { return TexturedRoom::Moment{.moving_half = true}; };
-  ForSeeds({.frames = Frames(90, 60), .moment = moment}, [](const Outcome& outcome) {
+  ForSeeds({.frames = Frames(90, 40), .moment = moment}, [](const Outcome& outcome) {
     EXPECT_EQ(outcome.first_tracked, -1);
-    EXPECT_GT(outcome.Told(StartObstacle::kConflictingMotions), Frames(45, 20));
+    EXPECT_GT(outcome.Told(StartObstacle::kConflictingMotions), Frames(45, 14));
   });
 }
 

@@ -71,7 +71,7 @@ TEST(ColorFit, FindsTheLampAndTheFilters) {
     for (const double crosstalk : {0.0, 0.25}) {
       const ChartSceneOptions options{.format = SensorFormat::kBayerRg12,
                                       .colors = {.lamp_k = lamp_k, .crosstalk = crosstalk}};
-      const ColorFit fit = FitColorProfile(ChartsOf(options, 4));
+      const ColorFit fit = FitColorProfile(ChartsOf(options, 2));
       ASSERT_TRUE(fit.ok()) << fit.refusal;
       const Vector3d balance = options.colors.WhiteBalance();
       for (int c = 0; c < 3; ++c)

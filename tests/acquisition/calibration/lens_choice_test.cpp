@@ -93,21 +93,21 @@ TEST(LensChoice, TakesWhatTheLensNeedsAndNoMore) {
 
 // A distortion well below what the views can show is not modelled, one well above is.
 TEST(LensChoice, ModelsADistortionOnceItShows) {
-  for (const auto& [k1, shows] : {std::pair{0.0, false}, std::pair{-2e-4, false}, std::pair{-0.01, true},
-                                  std::pair{0.03, true}, std::pair{-0.2, true}}) {
+  for (const auto& [k1, shows] :
+       {std::pair{0.0, false}, std::pair{-2e-4, false}, std::pair{-0.01, true}, std::pair{0.03, true}}) {
     CameraModel camera = SimulatedLens("pinhole", 640, 480);
     camera.distortion = Distortion::kRadialTangential;
     camera.coefficients[0] = k1;
-    const CalibrationResult result = Calibrate({.camera = camera, .views = 18, .noise_px = 0.1});
+    const CalibrationResult result = Calibrate({.camera = camera, .views = 12, .noise_px = 0.1});
     ASSERT_TRUE(result.ok()) << result.refusal;
     EXPECT_EQ(result.camera.distortion != Distortion::kNone, shows) << k1 << ": " << Chosen(result);
+    EXPECT_EQ(result.camera.fx, result.camera.fy) << k1 << ": " << Chosen(result);
   }
   // Pixels that are not square.
-  for (const auto& [ratio, shows] :
-       {std::pair{1.0, false}, std::pair{1.00002, false}, std::pair{1.01, true}}) {
+  for (const auto& [ratio, shows] : {std::pair{1.00002, false}, std::pair{1.01, true}}) {
     CameraModel camera = SimulatedLens("pinhole", 640, 480);
     camera.fy *= ratio;
-    const CalibrationResult result = Calibrate({.camera = camera, .views = 18, .noise_px = 0.1});
+    const CalibrationResult result = Calibrate({.camera = camera, .views = 12, .noise_px = 0.1});
     ASSERT_TRUE(result.ok()) << result.refusal;
     EXPECT_EQ(result.camera.fx != result.camera.fy, shows) << ratio << ": " << Chosen(result);
   }
@@ -133,7 +133,7 @@ TEST(LensChoice, PredictedErrorsMatchTrueErrors) {
 
 TEST(Calibrate, OutliersAreTakenOut) {
   const Synthetic s{
-      .camera = SimulatedLens("barrel", 640, 480), .views = 20, .noise_px = 0.1, .outlier_share = 0.05};
+      .camera = SimulatedLens("barrel", 640, 480), .views = 14, .noise_px = 0.1, .outlier_share = 0.05};
   const CalibrationResult result = Calibrate(s);
   ASSERT_TRUE(result.ok()) << result.refusal;
   EXPECT_GT(result.outliers, 10u);
@@ -176,7 +176,7 @@ TEST(Calibrate, FromRenderedPictures) {
   for (const char* lens : {"barrel", "fisheye"}) {
     const BoardScene scene({.board = Board(), .camera = SimulatedLens(lens, 640, 480)});
     std::vector<BoardView> views;
-    for (std::uint64_t stop = 0; stop < 20; ++stop) {
+    for (std::uint64_t stop = 0; stop < 14; ++stop) {
       views.push_back(DetectBoard(Board(), scene.Render(scene.HeldAt(stop, 0), stop)));
       views.back().name = std::to_string(stop);
     }

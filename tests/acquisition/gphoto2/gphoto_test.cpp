@@ -657,7 +657,7 @@ TEST_F(GphotoTest, CameraWithoutLiveViewTakesStills) {
 }
 
 TEST_F(GphotoTest, FlatFieldIsFoundFromPhotographs) {
-  const BoardScene card({.board = {}, .camera = SimulatedLens("barrel", 960, 640), .vignetting = 0.4});
+  const BoardScene card({.board = {}, .camera = SimulatedLens("barrel", 480, 320), .vignetting = 0.4});
   Begin([&](int number) -> std::vector<PtpipFile> {
     std::vector<unsigned char> bytes;
     const Image picture{card.Render({}, static_cast<std::uint64_t>(number)), Transfer::kLinear};
@@ -672,14 +672,14 @@ TEST_F(GphotoTest, FlatFieldIsFoundFromPhotographs) {
   EXPECT_EQ(camera_->Releases(), 3);
   const auto flat_field = ReadCalibrationFile(file).modes.at("still").flat_field;
   ASSERT_TRUE(flat_field);
-  const cv::Mat light = flat_field->Light(960, 640), truth = card.Vignetting();
-  EXPECT_NEAR(light.at<cv::Vec3f>(10, 10)[1] / light.at<cv::Vec3f>(320, 480)[1],
-              truth.at<float>(10, 10) / truth.at<float>(320, 480), 0.02);
+  const cv::Mat light = flat_field->Light(480, 320), truth = card.Vignetting();
+  EXPECT_NEAR(light.at<cv::Vec3f>(10, 10)[1] / light.at<cv::Vec3f>(160, 240)[1],
+              truth.at<float>(10, 10) / truth.at<float>(160, 240), 0.02);
 }
 
 // Without live view: Enter takes each photograph, and each is answered.
 TEST_F(GphotoTest, LensIsCalibratedFromPhotographs) {
-  const BoardScene scene({.board = Board(), .camera = SimulatedLens("barrel", 960, 640)});
+  const BoardScene scene({.board = Board(), .camera = SimulatedLens("barrel", 600, 400)});
   PtpipCameraOptions options;
   options.live_view = false;
   Begin(

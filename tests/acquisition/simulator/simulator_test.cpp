@@ -9,6 +9,7 @@
 // bytes.
 #include <gmock/gmock.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/features2d.hpp>
@@ -21,6 +22,7 @@
 #include "core/base/error.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/test_run.h"
 
 namespace ulf::simulator_test {
 namespace {
@@ -100,12 +102,12 @@ TEST(RayCaster, EightLanesMeetWhatDoublePrecisionMeets) {
     const auto scene = Scene::Named(name);
     const CameraModel camera = SimulatedIntrinsics(320, 240);
     const RayCaster caster(scene, camera);
-    for (const double azimuth_deg : {-30.0, 0.0, 25.0}) {
+    for (const double azimuth_deg : {-30.0, 25.0}) {
       const Rigid3 pose = PoseAround(*scene, azimuth_deg, 0.4 * azimuth_deg, 0.9);
       const cv::Mat lengths = caster.RayLength(pose);
       int wrong = 0, looked = 0;
-      for (int y = 0; y < camera.height; y += 2)
-        for (int x = 0; x < camera.width; x += 2, ++looked) {
+      for (int y = 0; y < camera.height; y += 3)
+        for (int x = 0; x < camera.width; x += 3, ++looked) {
           const Vector3d ray = RayInWorld(camera, pose, {x + 0.5, y + 0.5});
           if (std::abs(lengths.at<float>(y, x) - scene->DepthAlong(pose.OriginInSource(), ray)) > 2e-5)
             ++wrong;
@@ -209,13 +211,18 @@ TEST(RayCaster, PicturesAreFilteredToThePixel) {
   }
 }
 
+// Each scene from one of three sides every day, from all of them in the long run.
 TEST(Scene, HasCornersEverywhere) {
+  constexpr std::array<double, 3> kAzimuths_deg{-28, 28, 0};
+  unsigned scenes = 0;
   for (const std::string& name : Scene::Names()) {
+    ++scenes;
     if (name == "bust" || name == "picture" || name == "room") continue;  // have bare places by intent
     SimulationOptions options;
     options.scene = name;
     const SimulatedCamera camera(options);
-    for (const double azimuth_deg : {-28.0, 0.0, 28.0}) {
+    for (const unsigned side : test::SeedsOf({0, 1, 2})) {
+      const double azimuth_deg = kAzimuths_deg[(scenes + side) % 3];
       const cv::Mat gray = [&] {
         cv::Mat result;
         cv::cvtColor(camera.CleanSrgb(PoseAround(camera.scene(), azimuth_deg, 0.3 * azimuth_deg, 1)), result,

@@ -85,7 +85,7 @@ TEST(AprilGrid, IsFoundWhereTheLensPutsIt) {
     const BoardScene scene({.board = board, .camera = SimulatedLens(lens, 640, 480)});
     std::vector<double> errors;
     std::size_t whole = 0, found = 0;
-    for (std::uint64_t stop = 0; stop < 6; ++stop) {
+    for (std::uint64_t stop = 0; stop < 4; ++stop) {
       const Rigid3 pose = scene.HeldAt(stop, 0);
       const auto seen_at = [&](std::size_t id) {
         return scene.options().camera.ImgFromCam(pose * points[id]);
@@ -103,7 +103,7 @@ TEST(AprilGrid, IsFoundWhereTheLensPutsIt) {
       for (std::size_t i = 0; i < view.ids.size(); ++i)
         errors.push_back((view.img[i] - *seen_at(static_cast<std::size_t>(view.ids[i]))).norm());
     }
-    ASSERT_GT(whole, 60u) << lens;
+    ASSERT_GT(whole, 40u) << lens;
     EXPECT_GT(static_cast<double>(found), 0.9 * static_cast<double>(whole)) << lens;
     std::ranges::sort(errors);
     EXPECT_LT(errors[errors.size() / 2], 0.15) << lens;

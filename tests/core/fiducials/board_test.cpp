@@ -160,28 +160,34 @@ TEST(BoardSheet, IsTrueInSizeAndDetected) {
     EXPECT_THAT(svg, HasSubstr(board.Text()));
     EXPECT_THAT(svg, HasSubstr(fmt::format("width=\"{:g}mm\"", layout.page_width_mm)));
     EXPECT_THAT(pdf, HasSubstr(fmt::format("{:.9f} 0 0 {:.9f} 0 0 cm", 72 / 25.4, 72 / 25.4)));
-    for (const auto& rectangles : {PdfRectangles(pdf, layout.page_height_mm), SvgRectangles(svg)}) {
-      ASSERT_EQ(rectangles.size(), board.Dark().size() + 3) << text;  // and the scale bar
-      EXPECT_NEAR(rectangles[1].x + rectangles[1].width - rectangles[0].x, layout.bar_mm, 1e-3);
-      constexpr double kPxPerMm = 4;
-      const cv::Mat page = Raster(rectangles, layout.page_width_mm, layout.page_height_mm, kPxPerMm);
-      const BoardView view = DetectBoard(board, page);
-      const auto points = board.Points();
-      ASSERT_EQ(view.ids.size(), points.size()) << text;
-      for (std::size_t i = 0; i < view.ids.size(); ++i) {
-        const auto& point = points[static_cast<std::size_t>(view.ids[i])];
-        const Eigen::Vector2d expected =
-            kPxPerMm * Eigen::Vector2d(layout.board_x_mm + point.x(), layout.board_y_mm + point.y());
-        // Marker corners are rounded to whole pixels when drawn; a chessboard may be counted from its other
-        // end.
-        const Eigen::Vector2d other =
-            kPxPerMm * Eigen::Vector2d(layout.board_x_mm + board.WidthMm() - point.x(),
-                                       layout.board_y_mm + board.HeightMm() - point.y());
-        const double miss = (view.img[i] - expected).norm();
-        EXPECT_LT(board.kind == BoardKind::kChessboard ? std::min(miss, (view.img[i] - other).norm()) : miss,
-                  1.0)
-            << text << " point " << view.ids[i];
-      }
+    const auto rectangles = PdfRectangles(pdf, layout.page_height_mm), of_svg = SvgRectangles(svg);
+    ASSERT_EQ(of_svg.size(), rectangles.size()) << text;
+    for (std::size_t i = 0; i < rectangles.size(); ++i) {
+      EXPECT_NEAR(of_svg[i].x, rectangles[i].x, 1e-3) << text << " rectangle " << i;
+      EXPECT_NEAR(of_svg[i].y, rectangles[i].y, 1e-3) << text << " rectangle " << i;
+      EXPECT_NEAR(of_svg[i].width, rectangles[i].width, 1e-3) << text << " rectangle " << i;
+      EXPECT_NEAR(of_svg[i].height, rectangles[i].height, 1e-3) << text << " rectangle " << i;
+    }
+    ASSERT_EQ(rectangles.size(), board.Dark().size() + 3) << text;  // and the scale bar
+    EXPECT_NEAR(rectangles[1].x + rectangles[1].width - rectangles[0].x, layout.bar_mm, 1e-3);
+    constexpr double kPxPerMm = 4;
+    const cv::Mat page = Raster(rectangles, layout.page_width_mm, layout.page_height_mm, kPxPerMm);
+    const BoardView view = DetectBoard(board, page);
+    const auto points = board.Points();
+    ASSERT_EQ(view.ids.size(), points.size()) << text;
+    for (std::size_t i = 0; i < view.ids.size(); ++i) {
+      const auto& point = points[static_cast<std::size_t>(view.ids[i])];
+      const Eigen::Vector2d expected =
+          kPxPerMm * Eigen::Vector2d(layout.board_x_mm + point.x(), layout.board_y_mm + point.y());
+      // Marker corners are rounded to whole pixels when drawn; a chessboard may be counted from its other
+      // end.
+      const Eigen::Vector2d other =
+          kPxPerMm * Eigen::Vector2d(layout.board_x_mm + board.WidthMm() - point.x(),
+                                     layout.board_y_mm + board.HeightMm() - point.y());
+      const double miss = (view.img[i] - expected).norm();
+      EXPECT_LT(board.kind == BoardKind::kChessboard ? std::min(miss, (view.img[i] - other).norm()) : miss,
+                1.0)
+          << text << " point " << view.ids[i];
     }
   }
 }
@@ -239,7 +245,7 @@ TEST(BoardDetector, FindsCornersWhereTheLensPutsThem) {
       const auto points = board.Points();
       std::size_t seen = 0;
       std::vector<double> errors;
-      constexpr std::uint64_t kStops = 8;
+      constexpr std::uint64_t kStops = 5;
       for (std::uint64_t stop = 0; stop < kStops; ++stop) {
         const Rigid3 pose = scene.HeldAt(stop, 0);
         const BoardView view = DetectBoard(board, scene.Render(pose, stop));
@@ -263,7 +269,7 @@ TEST(BoardDetector, FindsCornersWhereTheLensPutsThem) {
           errors.push_back(error);
         }
       }
-      EXPECT_GE(seen, board.kind == BoardKind::kChessboard ? 2u : 6u) << text << ", " << lens;
+      EXPECT_GE(seen, board.kind == BoardKind::kChessboard ? 2u : 4u) << text << ", " << lens;
       std::sort(errors.begin(), errors.end());
       // Marker corners are found less well than saddle points.
       const double limit = board.kind == BoardKind::kArucoGrid ? 0.6 : 0.12;

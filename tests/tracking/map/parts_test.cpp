@@ -106,7 +106,7 @@ TEST(Parts, AnotherRoomStaysApart) {
 TEST(Parts, WithoutBeginningOthersTheCameraStaysLost) {
   TrackerOptions options = kInOneThread;
   options.begin_parts = false;
-  const RoomRun run(FromTo({{0, 110}, {190, 280}}), options);
+  const RoomRun run(FromTo({{0, 60}, {190, 260}}), options);
   EXPECT_EQ(run.Apart(), 0);
   EXPECT_EQ(run.tracks.back().state, TrackState::kLost);
   EXPECT_EQ(run.tracker.Statistics().parts, 1);

@@ -130,7 +130,7 @@ void WriteSet(const std::filesystem::path& folder, const RoomViews& views,
 // What other programs take for a pose: a transform_matrix leads from the camera to the world, its y axis
 // up and z back.
 TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
-  const auto views = MakeViews(12, 0, 0, 5);
+  const auto views = MakeViews(8, 0, 0, 5);
   const Eigen::Matrix4d half_turn = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
   const auto convention = [&](const std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>& rows) {
     const ScratchFolder scratch;
@@ -154,7 +154,7 @@ TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
 // COLMAP's poses lead from the world to the camera, its y axis down and z forward.
 TEST(PoseCheck, NamesTheFilesConvention) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
-  const auto views = MakeViews(12, 0, 0, 5);
+  const auto views = MakeViews(8, 0, 0, 5);
   const auto convention = [&](const std::function<Rigid3(const Rigid3&)>& change) {
     for (std::size_t v = 0; v < views->truth.size(); ++v)
       views->input.views[v].cam_from_world = change(views->truth[v]);
@@ -188,7 +188,7 @@ TEST(PoseCheck, IgnoresMaskedPixels) {
 }
 
 TEST(PoseCheck, AnotherLensFitsPoorlyAsAWhole) {
-  const auto views = MakeViews(12, 0, 0, 5);
+  const auto views = MakeViews(8, 0, 0, 5);
   EXPECT_FALSE(CheckPoses(views->input).fits_poorly);
   CameraModel& lens = views->input.lenses[0];
   lens.fx *= 1.25;

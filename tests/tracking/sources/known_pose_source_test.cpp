@@ -44,10 +44,12 @@ TEST(KnownPoseSource, AFrameWithoutAPoseIsLost) {
 
 TEST(TrackerPoseSource, IsTheTracker) {
   const TexturedRoom room{{}};
-  Tracker tracker(TexturedRoom::Camera(), {.deterministic = true});
-  const auto source = MakeTrackerSource(TexturedRoom::Camera(), {.deterministic = true});
+  const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
+  const TrackerOptions options{.deterministic = true, .features = 500};
+  Tracker tracker(camera, options);
+  const auto source = MakeTrackerSource(camera, options);
   for (int k = 0; k < 45; ++k) {
-    const Frame frame = room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k));
+    const Frame frame = room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k), camera);
     const Track own = tracker.Step(frame), given = source->Step(frame);
     ASSERT_EQ(own.cam_from_world.has_value(), given.cam_from_world.has_value()) << k;
     if (own.cam_from_world) {

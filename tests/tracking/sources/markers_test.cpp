@@ -99,7 +99,7 @@ TEST(Markers, ABoardsPoseIsMetric) {
     const auto source = PosesSpec::Parse("markers:" + std::string(c.board)).Open(scene.options().camera, {});
     EXPECT_TRUE(source->IsMetric());
     std::vector<double> errors_mm, turns_deg, in_sigmas, qualities;
-    constexpr int kStops = 24;
+    constexpr int kStops = 14;
     for (int stop = 0; stop < kStops; ++stop) {
       const Rigid3 truth = scene.HeldAt(static_cast<std::uint64_t>(stop), 0);
       const cv::Mat gray = Picture(scene, truth, stop);
@@ -115,7 +115,7 @@ TEST(Markers, ABoardsPoseIsMetric) {
     std::printf("%s, %s: %zu of %d, centre %.2f mm (95 %%: %.2f), turn %.3f deg, error / predicted %.2f\n",
                 c.board, c.lens, errors_mm.size(), kStops, Median(errors_mm), Quantile(errors_mm, 0.95),
                 Median(turns_deg), Median(in_sigmas));
-    EXPECT_GE(errors_mm.size(), 22u) << c.board;
+    EXPECT_GE(errors_mm.size(), 13u) << c.board;
     EXPECT_LT(Median(errors_mm), c.within_mm) << c.board;
     EXPECT_LT(Quantile(errors_mm, 0.95), 5 * c.within_mm) << c.board;
     EXPECT_GT(Median(qualities), 0.5) << c.board;
@@ -157,7 +157,8 @@ TEST(Markers, AmbiguousPosesAreNotGuessed) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   int seen = 0, given = 0, wrong = 0, guessed_wrong = 0;
-  for (int i = 0; i < 150; ++i) {
+  constexpr int kMarkers = 90;
+  for (int i = 0; i < kMarkers; ++i) {
     const double size_px = 16 + 40 * uniform(random);
     const double distance_mm = options.camera.MeanFocalPx() * 40 / size_px;
     const double tilt = 50 * M_PI / 180 * uniform(random), about = 2 * M_PI * uniform(random);
@@ -177,10 +178,10 @@ TEST(Markers, AmbiguousPosesAreNotGuessed) {
     given += sure.has_value();
     wrong += sure && TurnDeg(sure->cam_from_world, truth) > kOtherPoseDeg;
   }
-  std::printf("of 150 single markers of 16 to 56 px %d seen, %d sure, %d of them wrong; guessing: %d wrong\n",
-              seen, given, wrong, guessed_wrong);
-  EXPECT_GT(seen, 120);
-  EXPECT_GT(given, 40);
+  std::printf("of %d single markers of 16 to 56 px %d seen, %d sure, %d of them wrong; guessing: %d wrong\n",
+              kMarkers, seen, given, wrong, guessed_wrong);
+  EXPECT_GT(seen, 72);
+  EXPECT_GT(given, 24);
   EXPECT_EQ(wrong, 0);
   EXPECT_GT(guessed_wrong, 0);
 }
@@ -189,7 +190,7 @@ TEST(Markers, AmbiguousPosesAreNotGuessed) {
 TEST(Markers, HistoryCarriesThroughAmbiguousFrames) {
   BoardSceneOptions options;
   options.board = Board::Parse("aruco:1x1:40:10:DICT_4X4_50");
-  options.camera = SimulatedLens("pinhole", 640, 480);
+  options.camera = CameraModel::Pinhole(240, 180, 560);  // no more than the marker needs
   const BoardScene scene(options);
   const MarkerSpec spec = MarkerSpec::Parse("marker:40:DICT_4X4_50:0");
   MarkerLocator following(options.camera, spec);
@@ -286,6 +287,19 @@ struct BesideABoard {
   const StandingBoard& standing;
 };
 
+// Seed 7, all in sight: rendered once for the tests that look at it.
+const BesideABoard& Easel() {
+  static const BesideABoard easel(7);
+  return easel;
+}
+
+const Frame& EaselFrame(int i) {
+  static std::vector<Frame> frames;
+  while (static_cast<int>(frames.size()) <= i)
+    frames.push_back(Easel().At(static_cast<int>(frames.size()), BesideABoard::Hidden::kNothing));
+  return frames[static_cast<std::size_t>(i)];
+}
+
 // With features, a board in sight gives poses no worse than by itself; they carry while it is covered, and it
 // carries while they are.
 TEST(Markers, FeaturesAndBoardHelpEachOther) {
@@ -344,7 +358,7 @@ TEST(Markers, FeaturesAndBoardHelpEachOther) {
 // A photograph of another camera, four times as many pixels: where it was taken, in the board's frame, by the
 // board alone, with the map, and by the map alone where the board is covered.
 TEST(Markers, PhotographsAreFoundInTheBoardsFrame) {
-  const BesideABoard scene(7);
+  const BesideABoard& scene = Easel();
   SimulationOptions at_full = BesideABoard::OptionsOf(7);
   at_full.width = 1280;
   at_full.height = 960;
@@ -353,11 +367,11 @@ TEST(Markers, PhotographsAreFoundInTheBoardsFrame) {
   Frame live;
   constexpr int kFrames = 26;
   for (int i = 0; i < kFrames; ++i) {
-    live = scene.At(i, BesideABoard::Hidden::kNothing);
+    live = EaselFrame(i);
     both->Step(live);
   }
   board->Step(live);
-  const Rigid3 near = *both->Step(scene.At(kFrames, BesideABoard::Hidden::kNothing)).cam_from_world;
+  const Rigid3 near = *both->Step(EaselFrame(kFrames)).cam_from_world;
   Frame photograph = photographer.Capture(kFrames + 1);
   const Rigid3 truth = scene.Truth(photograph);
   photograph.known_cam_from_world.reset();
@@ -413,7 +427,7 @@ TEST(Markers, TheBoardHelpsReducedPicturesToo) {
 // A map that was moved into the board's frame by a similarity that is wrong by 3 % and a degree: the corners
 // in its adjustment mend it, and without them it stays wrong.
 TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {
-  const BesideABoard scene(7);
+  const BesideABoard& scene = Easel();
   for (const bool with_corners : {true, false}) {
     Tracker tracker(scene.camera.camera(), {.deterministic = true});
     MarkerLocator locator(scene.camera.camera(), MarkerSpec::Parse(scene.standing.board.Text()));
@@ -421,7 +435,7 @@ TEST(Markers, CornersInTheAdjustmentMakeTheMapMetric) {
     constexpr int kEnd = 34;
     std::vector<std::pair<Anchored, Rigid3>> anchors;
     for (int i = 0; i < kEnd; ++i) {
-      const Frame frame = scene.At(i, BesideABoard::Hidden::kNothing);
+      const Frame& frame = EaselFrame(i);
       const auto pose = locator.Locate(GrayForTracking(frame.image), frame.device_time_s);
       ASSERT_TRUE(pose);
       const FiducialObservation fiducials{pose->corners, pose->cam_from_world, pose->center_sigma};

@@ -19,12 +19,13 @@ using test::TexturedRoom;
 // In pixels of the pictures as they come, whatever size they are tracked at.
 TEST(NotedViews, AreSeenByThePointsThatTheyShow) {
   const TexturedRoom room{{}};
-  const CameraModel camera = TexturedRoom::Camera();
-  for (const int max_side_px : {0, 480}) {
-    Tracker tracker(camera, {.deterministic = true, .max_side_px = max_side_px});
+  const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
+  for (const int max_side_px : {0, 240}) {
+    Tracker tracker(camera, {.deterministic = true, .features = 600, .max_side_px = max_side_px});
     std::map<int, Anchored> anchors;
     for (int k = 0; k < 60; ++k) {
-      const Track track = tracker.Step(room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)));
+      const Track track =
+          tracker.Step(room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k), camera));
       EXPECT_EQ(track.seen != nullptr, track.cam_from_world.has_value());
       if (k % 5 != 0 || !track.cam_from_world) continue;
       tracker.NoteView(k, track);

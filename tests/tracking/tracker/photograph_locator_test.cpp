@@ -24,28 +24,37 @@ CameraModel PhotographCamera() {
   return camera;
 }
 
+// The room, followed by live view: once for all that ask for photographs in it.
+struct Followed {
+  Followed() {
+    for (int k = 0; k < 90; ++k)
+      tracks.push_back(tracker.Step(room.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k))));
+  }
+  const TexturedRoom room{{}};
+  Tracker tracker{TexturedRoom::Camera(), {.deterministic = true}};
+  std::vector<Track> tracks;
+};
+
 class Photographs : public ::testing::Test {
  protected:
-  void SetUp() override {
-    for (int k = 0; k < 90; ++k) {
-      const Track track = tracker_.Step(room_.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)));
-      tracks_.push_back(track);
-    }
-    ASSERT_EQ(tracks_.back().state, TrackState::kTracking);
+  static Followed& Live() {
+    static Followed live;
+    return live;
   }
+  void SetUp() override { ASSERT_EQ(tracks_.back().state, TrackState::kTracking); }
   Frame Photograph(const Rigid3& cam_from_world, int id = 1000) const {
     return room_.Take(cam_from_world, static_cast<std::uint64_t>(id), PhotographCamera());
   }
 
-  const TexturedRoom room_{{}};
-  Tracker tracker_{TexturedRoom::Camera(), {.deterministic = true}};
-  std::vector<Track> tracks_;
+  const TexturedRoom& room_ = Live().room;
+  Tracker& tracker_ = Live().tracker;
+  const std::vector<Track>& tracks_ = Live().tracks;
 };
 
 TEST_F(Photographs, AreLocatedAfterTheHandMovedOn) {
   std::vector<TimedPose> live, truth, photographs, without_hint;
   std::map<int, Rigid3> poses;
-  for (int k = 30; k + 6 < 90; k += 4) {
+  for (int k = 30; k + 6 < 90; k += 5) {
     const Rigid3 taken_at = TexturedRoom::HandAt(k + 6);  // a fifth of a second after the pose that is known
     const Frame photograph = Photograph(taken_at, 1000 + k);
     const auto located = tracker_.Locate(photograph.image, PhotographCamera(),

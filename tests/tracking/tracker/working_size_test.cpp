@@ -110,12 +110,12 @@ Frame Enlarged(Frame frame, double factor) {
 class EnlargedRoom : public testing::Test {
  protected:
   static constexpr int kFrames = 45;
-  static constexpr double kFactor = 4;
+  static constexpr double kFactor = 2;
   Frame SmallAt(int k) const {
     return room_.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k), small_);
   }
   const TexturedRoom room_{{.noise = 1}};
-  const CameraModel small_ = TexturedRoom::Camera().ScaledTo(320, 240), large_ = small_.ScaledTo(1280, 960);
+  const CameraModel small_ = TexturedRoom::Camera().ScaledTo(320, 240), large_ = small_.ScaledTo(640, 480);
 };
 
 TEST_F(EnlargedRoom, IsFollowedInItsOwnPixels) {
@@ -134,7 +134,7 @@ TEST_F(EnlargedRoom, IsFollowedInItsOwnPixels) {
 
   // What comes out is in the large picture's pixels.
   EXPECT_EQ(large.statistics.size.width, 320);
-  EXPECT_EQ(large.statistics.size.original_width, 1280);
+  EXPECT_EQ(large.statistics.size.original_width, 640);
   ASSERT_GT(large.visible.size(), 50u);
   const Rigid3& last = large.live.back().cam_from_world;
   int near = 0;
@@ -183,7 +183,7 @@ TEST_F(EnlargedRoom, SharpnessIsThatOfThePictureAsItComes) {
 
 TEST_F(EnlargedRoom, RelocalisesAtTheMapsOwnSize) {
   const test::ScratchFolder scratch;
-  const CameraModel camera = TexturedRoom::Camera();
+  const CameraModel camera = large_;
   const auto frame_at = [&](int k) {
     return room_.Take(TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k), camera);
   };
@@ -214,7 +214,7 @@ TEST_F(EnlargedRoom, RelocalisesAtTheMapsOwnSize) {
     EXPECT_LT((track.cam_from_world->OriginInSource() - expected.OriginInSource()).norm(), 0.02);
   }
   // A photograph of another camera, finer than what is tracked.
-  const CameraModel still = TexturedRoom::Camera().ScaledTo(1600, 1200);
+  const CameraModel still = TexturedRoom::Camera().ScaledTo(1280, 960);
   const auto located = first.Locate(room_.Take(TexturedRoom::HandAt(45), 99, still).image, still);
   ASSERT_TRUE(located);
   EXPECT_LT((located->cam_from_world->OriginInSource() - expected.OriginInSource()).norm(), 0.01);
@@ -224,7 +224,7 @@ TEST_F(EnlargedRoom, RefusalNamesBothOriginalSizes) {
   Tracker tracker(large_, {.max_side_px = 320});
   EXPECT_THAT([&] { tracker.Step(SmallAt(0)); },
               testing::ThrowsMessage<Error>(
-                  testing::AllOf(testing::HasSubstr("320x240"), testing::HasSubstr("1280x960"))));
+                  testing::AllOf(testing::HasSubstr("320x240"), testing::HasSubstr("640x480"))));
 }
 
 // Real pictures without detail at their own size: 6 of 80 frames were followed as they come.

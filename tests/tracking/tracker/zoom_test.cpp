@@ -107,6 +107,8 @@ TEST(ZoomWatch, WrongLensOrRollingShutterIsNoZoom) {
   EXPECT_FALSE(begun.watch.IsMoved()) << "too few frames before";
 }
 
+const CameraModel kSmall = TexturedRoom::Camera().ScaledTo(320, 240);
+
 // Zooming during 20 frames each way.
 double RatioAt(int frame, double zoomed) {
   const double there = std::clamp((frame - 60) / 20.0, 0.0, 1.0),
@@ -118,13 +120,13 @@ TEST(ZoomWatch, TrackerFollowsAZoomAndKeepsItsMap) {
   const TexturedRoom room({.seed = 11});
   for (const double zoomed : {1.06, 0.9}) {
     SCOPED_TRACE(zoomed);
-    Tracker tracker(TexturedRoom::Camera(), {.deterministic = true, .seed = 11});
+    Tracker tracker(kSmall, {.deterministic = true, .seed = 11, .features = 500});
     std::vector<TimedPose> found, truth;
     std::optional<int> first, last;
     for (int i = 0; i < 140; ++i) {
       const double ratio = RatioAt(i, zoomed);
-      const Frame frame = room.Take(TexturedRoom::HandAt(i), static_cast<std::uint64_t>(i),
-                                    Longer(TexturedRoom::Camera(), ratio));
+      const Frame frame =
+          room.Take(TexturedRoom::HandAt(i), static_cast<std::uint64_t>(i), Longer(kSmall, ratio));
       const tracking::Track track = tracker.Step(frame);
       EXPECT_FALSE(track.wrong_lens);
       EXPECT_FALSE(track.focal_ratio && track.keyframe);
@@ -179,12 +181,12 @@ TEST(ZoomWatch, AnotherLensThanTheGivenOneIsNoZoom) {
 
 TEST(ZoomWatch, AFixedLensIsNotWatched) {
   const TexturedRoom room({.seed = 11});
-  Tracker tracker(TexturedRoom::Camera(),
-                  {.deterministic = true, .seed = 11, .lens = tracking::LensUse::kFixed});
+  Tracker tracker(kSmall,
+                  {.deterministic = true, .seed = 11, .features = 500, .lens = tracking::LensUse::kFixed});
   for (int i = 0; i < 100; ++i)
     EXPECT_FALSE(tracker
                      .Step(room.Take(TexturedRoom::HandAt(i), static_cast<std::uint64_t>(i),
-                                     Longer(TexturedRoom::Camera(), RatioAt(i, 1.06))))
+                                     Longer(kSmall, RatioAt(i, 1.06))))
                      .focal_ratio);
 }
 

@@ -300,12 +300,15 @@ ExportSummary HandOver(const LightField& light_field, const fs::path& out, Expor
 // All projections of the source's points: through the distortion as it is, or the same ray through a pinhole.
 void ExpectTheSources(const LightField& source, const TakenByName& taken, bool undistort) {
   ASSERT_EQ(taken.size(), source.views.size());
+  std::vector<CameraModel> written = source.cameras;  // found once a camera: it takes long
+  if (undistort)
+    for (CameraModel& camera : written) camera = UndistortionOf(camera, "a camera").to;
   std::size_t compared = 0;
   for (const View& view : source.views) {
     const Taken& photograph = taken.at(Stem(view.image_path));
     EXPECT_LT((photograph.cam_from_world - view.cam_from_world.Matrix()).norm(), 1e-9);
     const CameraModel& from = source.CameraOf(view);
-    const CameraModel to = undistort ? UndistortionOf(from, "a camera").to : from;
+    const CameraModel& to = written[static_cast<std::size_t>(view.camera)];
     for (const ScenePoint& point : source.points) {
       const Vector3d in_cam = view.cam_from_world * point.position_in_world;
       const auto in_source = from.ImgFromCam(in_cam);

@@ -578,7 +578,7 @@ TEST_F(Foreign, FailedImportOnAFullDiskLeavesNothing) {
 // A frame costs what its view needs, not what its text does.
 TEST_F(Foreign, ManyFramesNeedLittleMemory) {
   if (test::kIsSanitized) GTEST_SKIP() << "a sanitizer's memory is another";
-  constexpr int kFrames = 15000;
+  constexpr int kFrames = 10000;
   json frame = document_["frames"][0];
   frame["w"] = kWidth;
   frame["h"] = kHeight;
