@@ -34,7 +34,8 @@ using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 // Where the studio's subject is; small pictures, because they are drawn on the processor.
-const std::string kStudio = "'sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=20'";
+const std::string kStudio = "'sim:studio?width=160&height=120&look_away=0&row_deg=5&speed_deg_s=20'";
+const std::string kLargeStudio = "'sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=20'";
 const std::string kSubject = " --poses known --subject 0,0,0.07,0.162";
 
 nlohmann::json JsonOf(const CommandResult& result) {
@@ -223,7 +224,7 @@ TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
 TEST(CaptureCommand, CapturesALightFieldAndPrintsItsRow) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
-  const auto json = JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + dir +
+  const auto json = JsonOf(RunUlf("capture --no-geometry " + kLargeStudio + kSubject + " -o " + dir +
                                   " --headless --quality fast --frames 120 "
                                   "--until-covered 60x40 --overlay " +
                                   (scratch / "overlay.png").string() + " --map " +
@@ -276,9 +277,9 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
 TEST(CaptureCommand, ResumedTooBrightSessionFails) {
   const ScratchFolder scratch;
   const std::string tail = " --headless --json -o " + (scratch / "lf").string();
-  const auto first =
-      JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + tail + " --quality fast --frames 30"));
-  const std::string bright = kStudio.substr(0, kStudio.size() - 1) + "&exposure_us=60000'";
+  const auto first = JsonOf(
+      RunUlf("capture --no-geometry " + kLargeStudio + kSubject + tail + " --quality fast --frames 30"));
+  const std::string bright = kLargeStudio.substr(0, kLargeStudio.size() - 1) + "&exposure_us=60000'";
   const CommandResult second =
       RunUlf("capture --no-geometry " + bright + " --poses known" + tail + " --resume --frames 120");
   EXPECT_EQ(second.exit_code, 1);
@@ -321,20 +322,20 @@ TEST(CaptureCommand, ABetterLensIsASecondCamera) {
   const CommandResult missing = RunUlf(resume + " --frames 60");
   EXPECT_EQ(missing.exit_code, 1) << "a file that is named is read";
   EXPECT_THAT(missing.errors, HasSubstr(lens.string()));
-  WriteFileAtomically(lens, "1 PINHOLE 320 240 290 290\n");
+  WriteFileAtomically(lens, "1 PINHOLE 160 120 145 145\n");
   EXPECT_EQ(RunUlf(resume + " --frames 60").exit_code, 1) << "and must be whole";
   EXPECT_EQ(ReadWholeFile(dir / "journal.jsonl"), journal);
 
-  WriteFileAtomically(lens, "1 PINHOLE 320 240 290 290 160 120\n");
+  WriteFileAtomically(lens, "1 PINHOLE 160 120 145 145 80 60\n");
   const CommandResult second = RunUlf(resume + " --frames 60");
   EXPECT_THAT(second.errors, ContainsRegex("the views from " + std::to_string(views + 1) +
-                                           " on have a second camera: f 290.0 px instead of 28[0-9.]+ "));
+                                           " on have a second camera: f 145.0 px instead of 14[0-9.]+ "));
   EXPECT_THAT(second.errors, HasSubstr("may miss that this one is wrong; 'ulf refine"));
   EXPECT_GT(JsonOf(second)["recorded"], 0);
   const LightField light_field = ReadLightField(dir);
   EXPECT_THAT(light_field.doubts, IsEmpty());
   ASSERT_EQ(light_field.cameras.size(), 2u);
-  EXPECT_EQ(light_field.cameras[1].fx, 290);
+  EXPECT_EQ(light_field.cameras[1].fx, 145);
   for (const View& view : light_field.views) EXPECT_EQ(view.camera, view.id > views ? 1 : 0) << view.id;
   EXPECT_EQ(RunUlf("repair " + dir.string()).output.find("differs"), std::string::npos);
 
@@ -344,21 +345,22 @@ TEST(CaptureCommand, ABetterLensIsASecondCamera) {
   EXPECT_EQ(ReadLightField(dir).cameras.size(), 2u) << "it is the one in use";
   const CommandResult focal =
       RunUlf("capture --no-geometry " + kStudio + " --poses known --headless --resume " +
-             "--frames 5 --focal-px 300 -o " + dir.string());
+             "--frames 5 --focal-px 150 -o " + dir.string());
   EXPECT_EQ(focal.exit_code, 2);
-  EXPECT_THAT(focal.errors, HasSubstr("--focal-px 300"));
+  EXPECT_THAT(focal.errors, HasSubstr("--focal-px 150"));
 
   const std::string colmap = (scratch / "colmap").string();
   EXPECT_EQ(RunUlf("export colmap " + dir.string() + " -o " + colmap).exit_code, 0);
   EXPECT_THAT(ReadWholeFile(fs::path(colmap) / "sparse/0/cameras.txt"),
-              HasSubstr("\n2 PINHOLE 320 240 290 "));
+              HasSubstr("\n2 PINHOLE 160 120 145 "));
 }
 
 TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
   const ScratchFolder scratch;
+  // Long enough that progress is shown.
   const CommandResult captured =
-      RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
-             " --headless --quality fast --frames 500 --until-covered 60x40");
+      RunUlf("capture --no-geometry " + kLargeStudio + kSubject + " -o " + (scratch / "lf").string() +
+             " --headless --quality fast --frames 250 --until-covered 60x40");
   EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*° (right|left|down|up)"));
 }
 
@@ -538,7 +540,7 @@ TEST(CaptureCommand, SignalsCloseItAndExitZero) {
     const auto json = JsonFromText(file);
     EXPECT_EQ(json["stopped_because"], "signal");
     EXPECT_EQ(json["views"], light_field.views.size());
-    for (const View& view : light_field.views) EXPECT_EQ(ReadViewImage(light_field, view).width(), 320);
+    for (const View& view : light_field.views) EXPECT_EQ(ReadViewImage(light_field, view).width(), 160);
   }
 }
 

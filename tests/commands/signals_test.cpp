@@ -15,6 +15,9 @@
 #include <sstream>
 #include <thread>
 
+#include "commands/reports/check_reports.h"
+#include "commands/reports/geometry_report.h"
+#include "commands/reports/light_field_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
@@ -22,6 +25,7 @@
 #include "core/geometry/digest.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/test_run.h"
@@ -110,12 +114,20 @@ std::string ContentSeen(const fs::path& file) {
   return fmt::format("{} bytes, {}", bytes.size(), ChecksumText(ChecksumOf(bytes)));
 }
 
-// What a stranger sees of a folder: what `ulf info` tells of a light field, else all files.
+// What a stranger sees of a folder: of a light field what `ulf info` tells, else all files.
 std::string Seen(const fs::path& path) {
   if (fs::exists(path / "journal.jsonl")) {
-    const CommandResult info = RunUlf("info --json " + path.string());
-    if (info.exit_code != 0) return "damaged: " + info.errors;
-    return info.output + (info.errors.empty() ? "" : "doubts: " + info.errors);
+    try {
+      const LightField light_field = ReadLightField(path);
+      nlohmann::json told = commands::ToJson(commands::Describe(light_field, {}));
+      told["geometry"] = commands::GeometryJson(render::GeometryStateOf(light_field));
+      told["doubts"] = commands::DoubtsJson(light_field);
+      std::string info = JsonText(told);
+      for (const std::string& doubt : light_field.doubts) info += "doubts: " + doubt;
+      return info;
+    } catch (const std::exception& error) {
+      return std::string("damaged: ") + error.what();
+    }
   }
   if (!fs::exists(path)) return "nothing";
   if (fs::is_regular_file(path)) return ContentSeen(path);
@@ -216,12 +228,7 @@ std::vector<Writer> Writers() {
       {"`ulf export colmap`", "export colmap {lf} --known-points -o {out}", Ends::kAtOnce},
       {"`ulf export nerfstudio`", "export nerfstudio {lf} --known-points --undistort -o {out}",
        Ends::kAtOnce},
-      {"`ulf export instant-ngp`", "export instant-ngp {lf} -o {out}", Ends::kAtOnce},
-      {"`ulf export nerf-synthetic`", "export nerf-synthetic {lf} -o {out}", Ends::kAtOnce},
-      {"`ulf export realityscan`", "export realityscan {lf} -o {out}", Ends::kAtOnce},
       {"`ulf export metashape`", "export metashape {lf} --known-points -o {out}", Ends::kAtOnce},
-      {"`ulf export gltf`", "export gltf {lf} -o {out}", Ends::kAtOnce, "",
-       "proxy {lf} --size 80 --depth-maps 6"},
       {"`ulf export quilt`",
        "export quilt {lf} --tiles 4x2 --size 320x160 --proxy plane --field linear -o {out}", Ends::kAtOnce},
       {"`ulf export web`", "export web {lf} --proxy plane -o {out}", Ends::kAtOnce},
@@ -235,6 +242,12 @@ std::vector<Writer> Writers() {
       {"`ulf info --check-poses`", "info --check-poses {lf}", Ends::kAtOnce},
   };
   if (TRIES == 1) return writers;
+  // As the exports above, by way of a folder beside the new one.
+  writers.push_back({"`ulf export instant-ngp`", "export instant-ngp {lf} -o {out}", Ends::kAtOnce});
+  writers.push_back({"`ulf export nerf-synthetic`", "export nerf-synthetic {lf} -o {out}", Ends::kAtOnce});
+  writers.push_back({"`ulf export realityscan`", "export realityscan {lf} -o {out}", Ends::kAtOnce});
+  writers.push_back({"`ulf export gltf`", "export gltf {lf} -o {out}", Ends::kAtOnce, "",
+                     "proxy {lf} --size 80 --depth-maps 6"});
   writers.push_back({"`ulf refine`", "refine {lf}", Ends::kAtOnce, "refine {lf}"});
   writers.push_back({"`ulf refine -o`", "refine {lf} -o {out}", Ends::kInGoodOrder, "refine {lf} -o {out}"});
   writers.push_back({"`ulf proxy -o`", "proxy {lf} --size 80 --depth-maps 6 -o {out}.ply", Ends::kAtOnce});

@@ -11,7 +11,7 @@ namespace {
 constexpr int kPatternPx = 1024;
 constexpr double kPatternSize = 4;  // world units, centred at the origin
 
-cv::Mat Pattern() {
+cv::Mat DrawPattern() {
   cv::RNG random(20120101);
   cv::Mat fine(kPatternPx, kPatternPx, CV_8UC3), coarse(kPatternPx / 16, kPatternPx / 16, CV_8UC3), large;
   random.fill(fine, cv::RNG::UNIFORM, 40, 216);
@@ -19,6 +19,12 @@ cv::Mat Pattern() {
   cv::GaussianBlur(fine, fine, {5, 5}, 0);
   cv::resize(coarse, large, fine.size(), 0, 0, cv::INTER_NEAREST);
   return 0.4 * fine + 0.6 * large;
+}
+
+// The same for all devices of a program.
+const cv::Mat& Pattern() {
+  static const cv::Mat pattern = DrawPattern();
+  return pattern;
 }
 
 }  // namespace

@@ -1,7 +1,10 @@
 #include "tests/support/staged_capture.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <random>
+#include <utility>
 
 #include "coverage/session/preflight.h"
 #include "tests/support/floors.h"
@@ -21,13 +24,34 @@ SimulationOptions Simulation(const StageOptions& options) {
   return simulation;
 }
 
+// One of each size for all stages of a program.
+const SimulatedCamera& SharedCamera(const StageOptions& options) {
+  static std::map<std::pair<int, int>, SimulatedCamera> cameras;
+  const auto [camera, is_new] = cameras.try_emplace({options.width, options.height}, Simulation(options));
+  return camera->second;
+}
+
+// Ray casting takes time, and stages stand in few places.
+cv::Mat PictureFrom(const SimulatedCamera& camera, const Rigid3& cam_from_world) {
+  using Pose = std::array<double, 9>;
+  static std::map<Pose, cv::Mat> pictures;
+  const Vector3d& t = cam_from_world.translation;
+  const Eigen::Quaterniond& q = cam_from_world.rotation;
+  cv::Mat& picture =
+      pictures[{static_cast<double>(camera.camera().width), static_cast<double>(camera.camera().height),
+                t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}];
+  if (picture.empty()) picture = camera.CleanSrgb(cam_from_world);
+  return picture.clone();
+}
+
 }  // namespace
 
 StagedCapture::StagedCapture(const StageOptions& options)
     : options_(options),
-      simulated_(Simulation(options)),
+      simulated_(SharedCamera(options)),
       subject_(simulated_.scene().subject()),
-      frame_(simulated_.scene().FirstDirection(), simulated_.scene().UpInWorld()) {
+      frame_(simulated_.scene().FirstDirection(), simulated_.scene().UpInWorld()),
+      grey_(options.height, options.width, CV_8UC3, cv::Scalar::all(kGrey)) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 600; ++i) {
@@ -53,9 +77,7 @@ std::shared_ptr<CaptureState> StagedCapture::At(const Rigid3& cam_from_world) co
   state->camera = camera();
   state->recorded_camera = camera();
   state->live.transfer = Transfer::kSrgb;
-  state->live.pixels = options_.rendered
-                           ? simulated_.CleanSrgb(cam_from_world)
-                           : cv::Mat(camera().height, camera().width, CV_8UC3, cv::Scalar::all(kGrey));
+  state->live.pixels = options_.rendered ? PictureFrom(simulated_, cam_from_world) : grey_;
   state->tracking = TrackState::kTracking;
   state->cam_from_world = cam_from_world;
   for (const Vector3d& point : points_) {

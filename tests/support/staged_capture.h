@@ -45,10 +45,11 @@ class StagedCapture {
 
  private:
   StageOptions options_;
-  SimulatedCamera simulated_;
+  const SimulatedCamera& simulated_;
   Subject subject_;
   CapFrame frame_;
   std::vector<Eigen::Vector3d> points_;
+  cv::Mat grey_;  // what every state shows unless pictures are rendered
   CoverageMap NewMap() const;
   std::shared_ptr<CoverageMap> map_;
   std::vector<int> ids_;

@@ -71,20 +71,21 @@ class PulledCable : public ::testing::Test {
     static const std::optional<std::string> why_not = EnterLoopbackNamespace();
     if (why_not) GTEST_SKIP() << *why_not;
     GigeServerOptions options;
-    options.simulation.width = 320;
-    options.simulation.height = 240;
+    options.simulation.width = 256;
+    options.simulation.height = 192;
     options.simulation.fps = 10;
     options.simulation.faults.Add("freeze=0:0");  // the relay, for us to break
     camera_ = std::make_unique<SimulatedGigeCamera>(options);
     WriteCalibration(scratch_ / "camera.json", camera_->camera().camera(), options.serial, "exact");
   }
 
-  std::unique_ptr<ChildProcess> StartCapture(const std::string& uri_options = "") {
+  std::unique_ptr<ChildProcess> StartCapture(const std::string& uri_options = "",
+                                             const std::string& options = "--no-geometry") {
     return std::make_unique<ChildProcess>(
         std::vector<std::string>{"/bin/sh", "-c",
                                  "exec \"$ULF_BINARY\" capture 'aravis:127.0.0.1?" + uri_options + "' -o " +
                                      (scratch_ / "lf").string() + " --headless --json --calibration " +
-                                     (scratch_ / "camera.json").string() + " 2>&1"});
+                                     (scratch_ / "camera.json").string() + " " + options + " 2>&1"});
   }
 
   ScratchFolder scratch_;
@@ -93,7 +94,7 @@ class PulledCable : public ::testing::Test {
 
 TEST_F(PulledCable, CaptureGoesOnSoonAndLosesNothing) {
   const fs::path dir = scratch_ / "lf";
-  const auto capture = StartCapture();
+  const auto capture = StartCapture("", "");  // with geometry, as usual
   ASSERT_TRUE(WaitForViews(dir, 3, 60)) << capture->ReadUntil("nothing of the kind", 1);
   camera_->relay()->Pull();
   EXPECT_THAT(capture->ReadUntil("tries to open", 15), HasSubstr("tries to open it again"));
@@ -160,7 +161,7 @@ pid_t LibrarysThread(pid_t process) {
 TEST_F(PulledCable, DyingLibraryClosesTheLightField) {
   if (kIsSanitized) GTEST_SKIP() << "the sanitizer handles the signal";
   const fs::path dir = scratch_ / "lf";
-  const auto capture = StartCapture();
+  const auto capture = StartCapture("", "");  // with geometry, as usual
   ASSERT_TRUE(WaitForViews(dir, 2, 60));
   const pid_t thread = LibrarysThread(capture->Pid());
   ASSERT_NE(thread, 0);

@@ -90,7 +90,7 @@ TEST(RunAgain, ASessionThatGoesOnKnowsTheShutter) {
 
 TEST(RunAgain, ALightFieldReplaysItsViews) {
   const ScratchFolder scratch;
-  Capture("sim:studio?width=320&height=240", scratch / "live",
+  Capture("sim:studio?width=160&height=120", scratch / "live",
           "--poses known --subject 0,0,0.07,0.162 --frames 200");
   for (const char* name : {"a", "b"})
     Capture("replay:" + (scratch / "live").string(), scratch / name, "--poses known");

@@ -153,7 +153,8 @@ TEST(TurntableCapture, SaysThatTheBoardIsNotSeen) {
 
 TEST(Tripod, StandsForATurnAndIsThenRaised) {
   const Tripod tripod(
-      {.first_direction = {0, -1, 0.5}, .cap_elevation = Radians(25), .row_spacing = Radians(12)}, 10, 0);
+      {.first_direction = {0, -1, 0.5}, .cap_elevation = Radians(25), .row_spacing = Radians(12)},
+      /*stands_s=*/10, /*unsteady=*/0);
   EXPECT_EQ(tripod.Heights(), 3);
   for (const double t : {0.0, 3.0, 9.99}) {
     EXPECT_NEAR(tripod.Elevation(t), Radians(-12), 1e-12) << t;

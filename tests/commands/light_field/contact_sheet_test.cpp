@@ -38,7 +38,7 @@ TEST(ContactSheet, IsMadeFromACapturedLightField) {
   const std::string dir = (scratch / "lf").string(), picture = (scratch / "sheet.png").string();
   const std::string live = (scratch / "live.png").string();
   const auto captured =
-      test::RunUlf("capture --no-geometry 'sim:studio?width=320&height=240&row_deg=6&speed_deg_s=30' -o " +
+      test::RunUlf("capture --no-geometry 'sim:studio?width=160&height=120&row_deg=6&speed_deg_s=30' -o " +
                    dir + " --headless --poses known --subject 0,0,0.07,0.162 --threshold-px 12 --frames 150" +
                    " --overlay " + live);
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;

@@ -27,7 +27,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 // Twelve photographs of a mottled wall at z = 3, seen from z = 0.
-void WriteWall(const std::filesystem::path& dir, double spacing = 0.3) {
+void DrawWall(const std::filesystem::path& dir, double spacing) {
   const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)};
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(120, 90, 110);
@@ -45,6 +45,14 @@ void WriteWall(const std::filesystem::path& dir, double spacing = 0.3) {
   }
   writer.SetSubject({{0, 0, 3}, 0.8});
   writer.Close(1.0);
+}
+
+// Drawn once, copied for every test.
+void WriteWall(const std::filesystem::path& dir, double spacing = 0.3) {
+  static const test::ScratchFolder made;
+  const std::filesystem::path wall = made / fmt::format("{}", spacing);
+  if (!std::filesystem::exists(wall)) DrawWall(wall, spacing);
+  std::filesystem::copy(wall, dir, std::filesystem::copy_options::recursive);
 }
 
 test::SceneSpec PlaneSeenFrom(const std::vector<Vector3d>& viewpoints) {
@@ -142,7 +150,8 @@ TEST(ProxyCommand, NamesInvalidMeshFilesAndTheRemedy) {
   EXPECT_EQ(stl.exit_code, 2);
   EXPECT_THAT(stl.errors, HasSubstr("ending in .ply"));
   std::ofstream(scratch / "my wall/proxy.ply") << "ply\nformat ascii 1.0\nelement vertex 9\n";
-  const auto render = RunUlf("render " + dir + " --frames 1 -o " + (scratch / "x.png").string());
+  const auto render =
+      RunUlf("render " + dir + " --field linear --frames 1 -o " + (scratch / "x.png").string());
   EXPECT_EQ(render.exit_code, 0) << "without the mesh: " << render.errors;
   EXPECT_THAT(render.errors, HasSubstr("ulf proxy " + dir));
   const auto asked = RunUlf("render " + dir + " --proxy mesh --frames 1 -o " + (scratch / "y.png").string());

@@ -95,7 +95,12 @@ TEST(Evaluate, NeedsSomethingLeft) {
 
 class RenderCommand : public testing::Test {
  protected:
-  void SetUp() override { test::WriteLightField(dir_, SmallSpec(), true); }
+  // Written once, copied for every test.
+  void SetUp() override {
+    static const test::ScratchFolder made;
+    if (!std::filesystem::exists(made / "lf")) test::WriteLightField(made / "lf", SmallSpec(), true);
+    std::filesystem::copy(made / "lf", dir_, std::filesystem::copy_options::recursive);
+  }
   std::string Out(const std::string& name) const { return (scratch_ / name).string(); }
   test::ScratchFolder scratch_;
   std::filesystem::path dir_ = scratch_ / "lf";
@@ -342,6 +347,11 @@ TEST_F(RenderCommand, FieldsAreComparedInEvenLight) {
 
 // What is said to skip the comparison makes the picture whose figure was told.
 TEST_F(RenderCommand, TheTipMakesTheSamePicture) {
+  // All is compared with all, at every size in the same way.
+  std::filesystem::remove_all(dir_);
+  test::WriteLightField(
+      dir_, {.viewpoints = test::GridViewpoints(5, 4, 0.2, 2.0), .width = 48, .height = 36, .focal_px = 40},
+      true);
   WriteMeshPly(dir_ / "proxy.ply", *test::PlaneAndSquare());
   for (const View& view : ReadLightField(dir_).views) {
     if (view.id % 2 == 0) continue;  // uneven light, which is evened over the mesh

@@ -300,12 +300,21 @@ TEST(TrackCommand, SaysWhatStartedTheMapAndWhatItKeeps) {
               testing::HasSubstr(flat ? "\n* homography  " : "\n* essential matrix  "));
 }
 
-// `count` pictures of a room whose camera has a focal length of 520 px, as a folder to replay.
+// `count` pictures of a room whose camera has a focal length of 520 px, as a folder to replay. They are made
+// once: another name of the same file is exchanged by a test, never written into.
 void WriteRoom(const std::filesystem::path& folder, int count) {
+  static const test::ScratchFolder made;
+  static int there = 0;
   const test::TexturedRoom room({});
-  for (int k = 0; k < count; ++k)
-    cv::imwrite((folder / fmt::format("{:02}.png", k)).string(),
-                room.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
+  for (int k = 0; k < count; ++k) {
+    const std::string name = fmt::format("{:02}.png", k);
+    if (k == there) {
+      cv::imwrite((made / name).string(),
+                  room.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
+      ++there;
+    }
+    std::filesystem::create_hard_link(made / name, folder / name);
+  }
 }
 
 TEST(TrackCommand, FailureKeepsThePosesUntilThen) {
@@ -332,9 +341,12 @@ TEST(TrackCommand, PosesOfALostMapHaveTheirOwnFile) {
   ASSERT_EQ(first.exit_code, 0) << first.errors;
   const int started = JsonFromText(first.output)["init_frame"];
   const test::TexturedRoom other({.seed = 31});
-  for (int k = started + 5; k < 70; ++k)
-    cv::imwrite((scratch / fmt::format("{:02}.png", k)).string(),
+  for (int k = started + 5; k < 70; ++k) {
+    const std::filesystem::path picture = scratch / fmt::format("{:02}.png", k);
+    std::filesystem::remove(picture);
+    cv::imwrite(picture.string(),
                 other.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
+  }
   const auto run = test::RunUlf(track + "-o " + (scratch / "live.txt").string() + " --final " +
                                 (scratch / "final.txt").string());
   ASSERT_EQ(run.exit_code, 0) << run.errors;

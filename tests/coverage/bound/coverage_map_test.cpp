@@ -196,6 +196,14 @@ TEST(CoverageMap, TheCoveredShareFollowsItsDefinition) {
     for (const int count : {40, 400}) {
       const std::vector<CriterionView> views = RandomViews(count, 6);
       const CoverageMap map(kSubject, {.cap = cap, .up_in_world = kUp, .threshold_px = threshold_px}, views);
+      // None covers what is twice as far from it as its disc reaches.
+      const double least_cosine = std::cos(
+          2 * *DiscRadius({.focal_px = 600, .distance = 1.5, .radius = 0.3, .threshold_px = threshold_px}));
+      const auto direction = [](const CriterionView& view) {
+        return Vector3d((view.center_in_world - kSubject.center_in_world).normalized());
+      };
+      std::vector<Vector3d> directions;
+      for (const CriterionView& view : views) directions.push_back(direction(view));
       std::mt19937 random(3);
       std::uniform_real_distribution<double> azimuth_deg(-30, 30),
           sine(-std::sin(Radians(20)), std::sin(Radians(20)));
@@ -204,9 +212,12 @@ TEST(CoverageMap, TheCoveredShareFollowsItsDefinition) {
       for (int i = 0; i < kSamples; ++i) {
         const CriterionView candidate =
             ViewAt(azimuth_deg(random), std::asin(sine(random)) * 180 / M_PI, map.reference_distance());
-        covered += std::any_of(views.begin(), views.end(), [&](const CriterionView& view) {
-          return BoundPx(view, candidate, kSubject, 1.01 * threshold_px) <= threshold_px;
-        });
+        const Vector3d to_candidate = direction(candidate);
+        bool is_covered = false;
+        for (std::size_t k = 0; k < views.size() && !is_covered; ++k)
+          is_covered = directions[k].dot(to_candidate) > least_cosine &&
+                       BoundPx(views[k], candidate, kSubject, 1.01 * threshold_px) <= threshold_px;
+        covered += is_covered;
       }
       const double share = covered / double{kSamples};
       const double three_sigma = 3 * std::sqrt(share * (1 - share) / kSamples);

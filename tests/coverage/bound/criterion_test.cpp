@@ -160,7 +160,7 @@ TEST(Criterion, EqualsBruteForceOverAllPixels) {
   std::mt19937 random(11);
   std::vector<double> of_central;
   int central_too_low = 0;
-  const int count = Configurations(250);
+  const int count = Configurations(120);
   for (int i = 0; i < count; ++i) {
     const Pair pair = RandomPair(random, 0.5, 2, 0.1, 60);
     if (pair.ratio <= 1.2 * pair.radius) continue;
@@ -193,7 +193,7 @@ TEST(Criterion, CentralPixelIsCloseNearTheShell) {
 
 TEST(Criterion, SearchMissesBelowATenthOfAPercent) {
   std::mt19937 random(13);
-  for (int i = 0; i < Configurations(1000); ++i) {
+  for (int i = 0; i < Configurations(250); ++i) {
     const Pair pair = RandomPair(random, 0.75, 1.25, 0.0, 40);
     const Subject sphere = Sphere(pair.radius);
     const double reach = 2000 * pair.radius / std::sqrt(1 - pair.radius * pair.radius);
@@ -214,7 +214,7 @@ TEST(Criterion, CountsTheAimOfBothCameras) {
   std::mt19937 random(14);
   std::uniform_real_distribution<double> turn(-Radians(15), Radians(15));
   std::vector<double> misses;
-  for (int i = 0; i < Configurations(250); ++i) {
+  for (int i = 0; i < Configurations(120); ++i) {
     Pair pair = RandomPair(random, 0.75, 1.3, 0.1, 30);
     pair.recorded = Turned(pair.recorded, turn(random), turn(random));
     pair.candidate = Turned(pair.candidate, turn(random), turn(random));
@@ -241,7 +241,7 @@ TEST(Criterion, StaysWithinTheStatedErrors) {
     turned.cx = turned.cy = 20'000;
     return turned;
   };
-  for (int i = 0; i < Configurations(300); ++i) {
+  for (int i = 0; i < Configurations(150); ++i) {
     const bool near_the_shell = i % 3 == 0;
     const double aimed_off = i % 2 == 0 ? 0 : Radians(15);
     Pair pair =

@@ -66,9 +66,9 @@ TEST(CoverageDrawing, ShowsOpenDirectionsAsTheMapCounts) {
   EXPECT_GT(white(chart), numbered * 150);
   EXPECT_LT(white(chart), numbered * 260);
   // A line below the legend lists the holes; where there are none there is no such line.
-  StagedCapture whole;
+  StagedCapture whole({.threshold_px = 24});  // discs of seven degrees
   whole.Record(whole.CameraAt(0, 0));
-  whole.RecordRows(-32, 32, -22, 22, 4);
+  whole.RecordRows(-32, 32, -24, 24, 8);
   const auto covered = whole.recorded().back()->coverage;
   ASSERT_EQ(covered->Holes().size(), 0u);
   EXPECT_LT(DrawCoverageMap(*covered).rows, chart.rows);

@@ -1,13 +1,13 @@
 // Tests: coverage/operator/run_with_display.
 //
 // A capture as it is used: tracked in one thread, mapped in another, written in others, displayed in this
-// one, while everything that the display offers is asked for again and again. Three minutes of the
-// camera's time every day, in which every key is pressed three times;
+// one, while everything that the display offers is asked for again and again. A minute and a half of the
+// camera's time every day, in which every key is pressed twice;
 // `./run test --long` runs twenty minutes of it under each of the sanitizers, and twenty with ten times
 // the frames without any: nothing may race, nothing may leak, and memory must not grow beyond what new
 // views explain.
 //
-//   ULF_USE_MINUTES of the camera's time (3) ULF_USE_FPS frames a second of it (1) ULF_USE_WIDTH of the
+//   ULF_USE_MINUTES of the camera's time (1.6) ULF_USE_FPS frames a second of it (1) ULF_USE_WIDTH of the
 //   picture, 4:3 (320) ULF_USE_PACED=1 frames come no faster than a live camera sends them, and the minutes
 //   are the clock's; else they
 //                      come as fast as they are taken
@@ -106,7 +106,7 @@ TEST(Use, ExercisesEverythingTheDisplayOffers) {
   options.threshold_px = Asked("ULF_USE_THRESHOLD", 12);
   options.geometry = true;
   options.coverage_width_px = width;
-  options.max_seconds = 60 * Asked("ULF_USE_MINUTES", 3);
+  options.max_seconds = 60 * Asked("ULF_USE_MINUTES", 1.6);
   CaptureFeed feed;
   CaptureRequests requests;
   CaptureHooks hooks;

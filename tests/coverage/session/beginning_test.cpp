@@ -280,15 +280,17 @@ TEST(FineDetail, OnASmoothSubjectIsThatOfItsOutline) {
   const double needed = kLeastFineDetail;
   const std::vector<Eigen::Vector2d> sphere = Circle(Still::kMiddle, 1.2 * Still::kRadius);
   const std::vector<Eigen::Vector2d> middle{{320, 240}, {960, 240}, {960, 720}, {320, 720}};
-  for (const auto& [name, still] : stills)
+  for (const auto& [name, still] : stills) {
+    const cv::Mat sharp_picture = still.Taken(0), blurred_picture = still.Taken(3);
     for (const auto& outline : {sphere, middle}) {
-      const auto sharp = FineDetail(still.Taken(0), outline), blurred = FineDetail(still.Taken(3), outline);
+      const auto sharp = FineDetail(sharp_picture, outline), blurred = FineDetail(blurred_picture, outline);
       ASSERT_TRUE(sharp) << name;
       ASSERT_TRUE(blurred) << name;
       printf("%-40s %.2f, blurred %.2f\n", name.c_str(), *sharp, *blurred);
       EXPECT_GT(*sharp, needed) << name;
       EXPECT_LT(*blurred, needed) << name;
     }
+  }
 }
 
 TEST(FineDetail, CountsOnlyInsideTheOutline) {

@@ -260,7 +260,7 @@ TEST(CaptureFaults, AFolderThatIsRemovedIsNotMadeAnew) {
       device->Start();
       CaptureOptions options = InThreads();
       options.subject = Subject{{0, 0, 0.07}, 0.162};
-      options.max_frames = 60;
+      options.max_frames = 30;
       options.geometry = true;
       std::vector<std::string> said;
       CaptureHooks hooks;

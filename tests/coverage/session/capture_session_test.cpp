@@ -136,7 +136,7 @@ TEST(CaptureSession, FastMotionIsNotRecorded) {
 
 TEST(CaptureSession, RecordsExactlyUncoveredViews) {
   const ScratchFolder scratch;
-  const std::vector<PlanarShot> shots = Sweep(16, 8, 0.7);
+  const std::vector<PlanarShot> shots = Sweep(10, 6, 0.7);
   const Captured captured = Capture(scratch / "lf", shots);
   const std::vector<CriterionView> views = CriterionViews(captured.light_field);
   ASSERT_GT(views.size(), 10u);
@@ -281,9 +281,9 @@ std::map<std::string, std::string> AllBytes(const fs::path& dir) {
 TEST(CaptureSession, DeterministicRunsGiveTheSameBytes) {
   const ScratchFolder scratch;
   CaptureOptions options = Options();
-  options.cap = Cap::ParseDegrees("10x6");
-  Capture(scratch / "a", Sweep(12, 8, 0.8), options);
-  Capture(scratch / "b", Sweep(12, 8, 0.8), options);
+  options.cap = Cap::ParseDegrees("6x4");
+  Capture(scratch / "a", Sweep(8, 5, 0.8), options);
+  Capture(scratch / "b", Sweep(8, 5, 0.8), options);
   const auto a = AllBytes(scratch / "a"), b = AllBytes(scratch / "b");
   ASSERT_GT(a.size(), 10u);
   ASSERT_EQ(a.size(), b.size());
@@ -294,9 +294,9 @@ TEST(CaptureSession, TwoThreadsRecordWhatOneDoes) {
   const ScratchFolder scratch;
   CaptureOptions options = Options();
   options.spool_views = 200;
-  const Captured one = Capture(scratch / "a", Sweep(12, 8, 0.8), options);
+  const Captured one = Capture(scratch / "a", Sweep(8, 5, 0.8), options);
   options.deterministic = false;
-  const Captured two = Capture(scratch / "b", Sweep(12, 8, 0.8), options);
+  const Captured two = Capture(scratch / "b", Sweep(8, 5, 0.8), options);
   ASSERT_EQ(one.light_field.views.size(), two.light_field.views.size());
   EXPECT_EQ(Counted(one.summary), Counted(two.summary));
   for (std::size_t i = 0; i < one.light_field.views.size(); ++i)
@@ -321,7 +321,7 @@ TEST(CaptureSession, FullSpoolPausesAndLosesNothing) {
 
 TEST(CaptureSession, ResumeGoesOnWhereItEnded) {
   const ScratchFolder scratch;
-  const std::vector<PlanarShot> shots = Sweep(12, 8, 0.8);
+  const std::vector<PlanarShot> shots = Sweep(8, 5, 0.8);
   const auto half = shots.begin() + static_cast<std::ptrdiff_t>(shots.size() / 2);
   const Captured whole = Capture(scratch / "whole", shots);
   const Captured first = Capture(scratch / "lf", {shots.begin(), half});

@@ -33,7 +33,7 @@ std::vector<std::string> SaidBy(TurntableWatch& watch, double from_s, double unt
 
 TEST(TurntableWatch, SaysNothingWhileAllIsWell) {
   TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50", FrameSource::kCamera);
-  EXPECT_THAT(SaidBy(watch, 0, 40, [](double t) { return std::optional(PoseAt(24 * t, 30)); }), IsEmpty());
+  EXPECT_THAT(SaidBy(watch, 0, 25, [](double t) { return std::optional(PoseAt(24 * t, 30)); }), IsEmpty());
 }
 
 TEST(TurntableWatch, SaysOnceThatTheBoardIsNotSeen) {
@@ -66,9 +66,9 @@ TEST(TurntableWatch, SaysThatTheCameraWasMoved) {
 
 TEST(TurntableWatch, OneWrongPoseIsNoMove) {
   TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50", FrameSource::kCamera);
-  EXPECT_THAT(SaidBy(watch, 0, 40,
+  EXPECT_THAT(SaidBy(watch, 0, 25,
                      [](double t) {
-                       const bool wrong = std::abs(t - 20) < 0.15;
+                       const bool wrong = std::abs(t - 16) < 0.15;
                        return std::optional(PoseAt(24 * t, wrong ? 40 : 30));
                      }),
               IsEmpty());

@@ -258,7 +258,7 @@ class RenderToFiles : public testing::Test {
 TEST_F(RenderToFiles, PartsOfAPathHaveTheNumbersOfTheWhole) {
   fs::remove_all(dir_);
   test::WriteLightField(
-      dir_, {.viewpoints = test::GridViewpoints(5, 4, 0.2, 2.0), .width = 48, .height = 36, .focal_px = 40},
+      dir_, {.viewpoints = test::GridViewpoints(5, 4, 0.2, 2.0), .width = 32, .height = 24, .focal_px = 27},
       true);
   const auto part = RunUlf(RenderAsChosen("--frames 2:4/6 -o " + Out("parts")));
   ASSERT_EQ(part.exit_code, 0) << part.errors;
@@ -371,9 +371,9 @@ TEST_F(RenderToFiles, AKilledRenderGoesOn) {
                                          "--zoom",
                                          "1",
                                          "--frames",
-                                         "60",
+                                         "40",
                                          "--width",
-                                         "160",
+                                         "128",
                                          "--format",
                                          "exr",
                                          "-o",
@@ -385,12 +385,12 @@ TEST_F(RenderToFiles, AKilledRenderGoesOn) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     render.Kill();
     ASSERT_TRUE(fs::exists(awaited));
-    ASSERT_FALSE(fs::exists(scratch_ / "killed/frame_00059.exr")) << "it was over before it was killed";
+    ASSERT_FALSE(fs::exists(scratch_ / "killed/frame_00039.exr")) << "it was over before it was killed";
   }
-  const auto rest = RunUlf(Render("--frames 60 --width 160 --format exr --json -o " + Out("killed")));
+  const auto rest = RunUlf(Render("--frames 40 --width 128 --format exr --json -o " + Out("killed")));
   ASSERT_EQ(rest.exit_code, 0) << rest.errors;
   EXPECT_GE(JsonFromText(rest.output)["kept"], 5);
-  ASSERT_EQ(RunUlf(Render("--frames 60 --width 160 --format exr -o " + Out("whole"))).exit_code, 0);
+  ASSERT_EQ(RunUlf(Render("--frames 40 --width 128 --format exr -o " + Out("whole"))).exit_code, 0);
   for (const std::string& name : Pictures(scratch_ / "whole"))
     EXPECT_EQ(ReadWholeFile(scratch_ / "killed" / name), ReadWholeFile(scratch_ / "whole" / name)) << name;
 }
@@ -480,7 +480,8 @@ TEST(Disk, FullDiskIsReportedAndFilesStay) {
   if (const auto problem = test::MountSmallDisk(scratch.path(), 6 << 20)) GTEST_SKIP() << *problem;
   test::WriteLightField(scratch / "lf", {.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)}, true);
   const auto run = RunUlf("render " + (scratch / "lf").string() +
-                          " --width 480 --frames 60 --format exr -o " + (scratch / "out").string());
+                          " --field linear --proxy plane --width 480 --frames 60 --format exr -o " +
+                          (scratch / "out").string());
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.errors, HasSubstr("No space left"));
   int whole = 0;
@@ -493,8 +494,8 @@ TEST(Disk, FullDiskIsReportedAndFilesStay) {
   EXPECT_GT(whole, 0);
 
   // No room from the start: not the codecs' fault.
-  const auto none =
-      RunUlf("render " + (scratch / "lf").string() + " --frames 3 -o " + (scratch / "none.mp4").string());
+  const auto none = RunUlf("render " + (scratch / "lf").string() +
+                           " --field linear --proxy plane --frames 3 -o " + (scratch / "none.mp4").string());
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.errors, AllOf(HasSubstr("there is no room for a video"), Not(HasSubstr("H.264"))));
   EXPECT_FALSE(fs::exists(scratch / "none.mp4"));

@@ -182,8 +182,9 @@ TEST(Light, ExrSetsAreReadImportedAndRendered) {
     EXPECT_EQ(shown.at<cv::Vec3b>(30, 90)[1], 255);
   }
   EXPECT_EQ(cv::imread((scratch / "imported/images/5.png").string()).at<cv::Vec3b>(30, 90)[1], 255);
-  const auto run = test::RunUlf("render " + (scratch / "imported").string() + " --renderer reference -o " +
-                                (scratch / "out.exr").string());
+  const auto run =
+      test::RunUlf("render " + (scratch / "imported").string() +
+                   " --renderer reference --field linear --proxy plane -o " + (scratch / "out.exr").string());
   EXPECT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("3 pixels of 1 photograph"));
   const cv::Mat rendered = ReadExr((scratch / "out.exr").string());

@@ -17,6 +17,8 @@ constexpr int kSmallPx = 320;
 SimulationOptions OptionsOf(const std::string& name) {
   SimulationOptions options;
   options.scene = name;
+  options.width = kSmallPx;  // what is looked at afterwards
+  options.height = kSmallPx * 3 / 4;
   return options;
 }
 

@@ -38,7 +38,7 @@ TEST(Choice, AFittedPlaneLiesWhereThePhotographsShowIt) {
 TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
   const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}};
   test::SceneSpec spec{
-      .viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03), .width = 320, .height = 240, .focal_px = 260};
+      .viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03), .width = 160, .height = 120, .focal_px = 130};
   for (const bool with_square : {true, false}) {
     spec.with_square = with_square;
     const auto scene = test::MakeScene(spec);

@@ -9,9 +9,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/base/at.h"
@@ -50,15 +52,25 @@ std::vector<cv::Vec3f> Gains(std::size_t views, double spread, unsigned seed) {
   return gains;
 }
 
-SceneSpec CapOf(int views) {
+SceneSpec CapOf(int views, int width = 160) {
   return {.viewpoints = test::CapViewpoints(views, 0.5, 2.0, 0.03),
-          .width = 240,
-          .height = 180,
-          .focal_px = 200,
+          .width = width,
+          .height = width * 3 / 4,
+          .focal_px = width / 1.2,
           .with_square = true};
 }
 
 using Paint = std::function<void(int view, cv::Mat& light)>;
+
+// The plane and the square as a view sees them, kept for the views of all tests.
+const cv::Mat& LightSeenBy(const SceneView& view) {
+  using Key = std::tuple<int, int, double, double, double>;
+  static std::map<Key, cv::Mat> kept;
+  const Vector3d& center = view.center_in_world;
+  cv::Mat& light = kept[{view.camera.width, view.camera.height, center.x(), center.y(), center.z()}];
+  if (light.empty()) light = test::LightOfPlane(view.camera, view.cam_from_world, true);
+  return light;
+}
 
 // Photographs of the plane and the square by cameras of these corrections, over their true mesh.
 std::shared_ptr<const RenderScene> Photographed(const SceneSpec& spec,
@@ -67,7 +79,7 @@ std::shared_ptr<const RenderScene> Photographed(const SceneSpec& spec,
   const auto scene = test::MakeScene(spec);
   for (std::size_t i = 0; i < scene->views.size(); ++i) {
     SceneView& view = scene->views[i];
-    cv::Mat light = 0.8 * test::LightOfPlane(view.camera, view.cam_from_world, true);
+    cv::Mat light = 0.8 * LightSeenBy(view);
     if (paint) paint(static_cast<int>(i), light);
     for (int y = 0; y < light.rows; ++y)
       for (int x = 0; x < light.cols; ++x)
@@ -158,12 +170,12 @@ TEST(LightFit, HighlightsAndWrongPointsDoNotMoveIt) {
   const auto truth = Corrections(Gains(16, 0.2, 5), -0.3f, 0);
   const auto scene = Photographed(CapOf(16), truth, [](int view, cv::Mat& light) {
     cv::RNG random(static_cast<std::uint64_t>(view) + 7);
-    for (int y = 0; y < light.rows; y += 12)
-      for (int x = 0; x < light.cols; x += 12)
+    for (int y = 0; y < light.rows; y += 8)
+      for (int x = 0; x < light.cols; x += 8)
         if (random.uniform(0.0, 1.0) < 0.1)
-          light(cv::Rect(x, y, 12, 12) & cv::Rect({}, light.size())) =
+          light(cv::Rect(x, y, 8, 8) & cv::Rect({}, light.size())) =
               cv::Scalar(random.uniform(0.0, 0.9), random.uniform(0.0, 0.9), random.uniform(0.0, 0.9));
-    light(cv::Rect(90 + 3 * view, 70, 30, 30)) += cv::Scalar::all(0.3);
+    light(cv::Rect(60 + 2 * view, 47, 20, 20)) += cv::Scalar::all(0.3);
   });
   const LightFit fit = FitLight(*scene);
   EXPECT_EQ(fit.model, LightModel::kGainsAndFalloff);
@@ -273,7 +285,7 @@ TEST(LightFit, LeftOutViewsAreShownBetterThanWithoutIt) {
   std::vector<int> left_out;
   for (int i = 0; i < kViews; i += 8) left_out.push_back(i);
   for (const int i : left_out) gains[At(i)] = cv::Vec3f::all(1);
-  const auto scene = Photographed(CapOf(kViews), Corrections(gains, -0.3f, 0));
+  const auto scene = Photographed(CapOf(kViews, 240), Corrections(gains, -0.3f, 0));
   const auto given = Without(*scene, left_out);
   const LightFit fit = FitLight(*given);
   ASSERT_EQ(fit.model, LightModel::kGainsAndFalloff);

@@ -34,6 +34,8 @@ using test::SceneSpec;
 using test::VisibilityBand;
 
 const CameraModel kCamera = CameraModel::Pinhole(160, 120, 200);
+// For comparisons of many pictures, which a quarter of the pixels decides as well.
+const CameraModel kSmallCamera = CameraModel::Pinhole(80, 60, 100);
 
 struct Place {
   std::string name;
@@ -84,16 +86,17 @@ TEST(GlRenderer, EqualsTheReference) {
       gl->SetField(field);
       reference->SetField(field);
       for (const Place& place : Places(*scene)) {
-        const Rendering fast = gl->Render(kCamera, place.cam_from_world);
-        const Rendering plain = reference->Render(kCamera, place.cam_from_world);
+        const Rendering fast = gl->Render(kSmallCamera, place.cam_from_world);
+        const Rendering plain = reference->Render(kSmallCamera, place.cam_from_world);
         const cv::Mat band =
-            VisibilityBand(*scene, {.field = reference->field()}, kCamera, place.cam_from_world);
+            VisibilityBand(*scene, {.field = reference->field()}, kSmallCamera, place.cam_from_world);
         const Agreement agreement = Compare(fast, plain, band);
         const std::string name = c.name + ", " + FieldText(field) + ", " + place.name;
         EXPECT_GE(agreement.within_share, 0.999) << name;
         // Feathering leaves little to see at the edges: the band hides next to nothing.
         EXPECT_GE(agreement.within_share_of_all, 0.99) << name;
-        EXPECT_LT(agreement.band_share, 0.25) << name;
+        // A band of a pixel to both sides takes more of a small picture: up to 0.32.
+        EXPECT_LT(agreement.band_share, 0.35) << name;
         EXPECT_LT(agreement.mean_abs, 0.6) << name;
         const long pixels = static_cast<long>(plain.linear.total());
         EXPECT_NEAR(static_cast<double>(fast.filled_px - plain.filled_px), 0,
@@ -173,15 +176,24 @@ TEST(Renderers, ExactGeometryGivesTheTruePicture) {
   const auto scene = test::MakeScene(
       {.viewpoints = test::CapViewpoints(70, 0.5, 2.0, 0.03), .width = 320, .height = 240, .focal_px = 260});
   const CameraModel camera = CameraModel::Pinhole(160, 120, 200);
+  struct Seen {
+    double distance;
+    Rigid3 pose;
+    cv::Mat truth;
+  };
+  std::vector<Seen> places;
+  for (const double distance : {1.0, 2.0, 2.8}) {
+    const Rigid3 pose = LookAt({0, 0, distance}, Vector3d::Zero(), Vector3d::UnitY());
+    places.push_back({distance, pose, test::PhotographOfPlane(camera, pose)});
+  }
   for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference})
     for (const FieldKind field : {FieldKind::kLinear, FieldKind::kSubdivision, FieldKind::kLumigraph,
                                   FieldKind::kLumigraphPerPixel}) {
       const auto renderer = MakeRenderer(scene, {.field = {.kind = field}, .renderer = kind});
-      for (const double distance : {1.0, 2.0, 2.8}) {
-        const Rigid3 pose = LookAt({0, 0, distance}, Vector3d::Zero(), Vector3d::UnitY());
+      for (const auto& [distance, pose, truth] : places) {
         const Rendering picture = renderer->Render(camera, pose);
         cv::Mat difference;
-        cv::absdiff(Srgb8FromLinear(picture.linear), test::PhotographOfPlane(camera, pose), difference);
+        cv::absdiff(Srgb8FromLinear(picture.linear), truth, difference);
         const cv::Scalar mean = cv::mean(difference);
         EXPECT_LT((mean[0] + mean[1] + mean[2]) / 3, 3.0) << FieldName(field) << " from " << distance;
       }
@@ -385,20 +397,31 @@ TEST(Renderers, ScalingTheWorldChangesNothing) {
   };
   const auto one = in_unit(1);
   const auto shown_as_it_is = MakeRenderer(one, {});
-  for (const double unit : {1e-4, 0.01, 1000.0})
+  struct Shown {
+    Rigid3 pose;
+    Rendering picture;
+    cv::Mat band;
+  };
+  std::vector<Shown> shown;
+  for (const Vector3d& center : {Vector3d(0.2, 0.1, 2.9), Vector3d(-0.1, 0.7, 1.2)}) {
+    const Rigid3 pose = LookAt(center, Vector3d::Zero(), Vector3d::UnitY());
+    shown.push_back({pose, shown_as_it_is->Render(kCamera, pose),
+                     VisibilityBand(*one, {.field = shown_as_it_is->field()}, kCamera, pose)});
+  }
+  for (const double unit : {1e-4, 0.01, 1000.0}) {
+    const auto scaled_scene = in_unit(unit);
     for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
-      const auto renderer = MakeRenderer(in_unit(unit), {.renderer = kind});
-      for (const Vector3d& center : {Vector3d(0.2, 0.1, 2.9), Vector3d(-0.1, 0.7, 1.2)}) {
-        const Rigid3 pose = LookAt(center, Vector3d::Zero(), Vector3d::UnitY());
+      const auto renderer = MakeRenderer(scaled_scene, {.renderer = kind});
+      ASSERT_EQ(FieldText(renderer->field()), FieldText(shown_as_it_is->field()));
+      for (const auto& [pose, picture, band] : shown) {
         Rigid3 scaled = pose;
         scaled.translation *= unit;
-        const Agreement agreement =
-            Compare(shown_as_it_is->Render(kCamera, pose), renderer->Render(kCamera, scaled),
-                    VisibilityBand(*one, {.field = renderer->field()}, kCamera, pose));
+        const Agreement agreement = Compare(picture, renderer->Render(kCamera, scaled), band);
         EXPECT_GE(agreement.within_share, 0.999) << renderer->Name() << ", unit " << unit;
         EXPECT_LT(agreement.band_share, 0.4);
       }
     }
+  }
 }
 
 // The fifth of the five whose penalties are known is the threshold and does not weigh itself, however near to

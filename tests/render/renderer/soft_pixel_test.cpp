@@ -80,6 +80,12 @@ SceneSpec SquareSpec() {
           .with_square = true};
 }
 
+// Made once: nobody changes it.
+std::shared_ptr<const RenderScene> SoftSquareScene() {
+  static const std::shared_ptr<const RenderScene> scene = SoftScene(*MakeScene(SquareSpec()));
+  return scene;
+}
+
 Rigid3 Between(double x = 0.21, double y = 0.12) {
   return LookAt(Vector3d(x, y, 2.0).normalized() * 2.05, Vector3d::Zero(), Vector3d::UnitY());
 }
@@ -97,7 +103,7 @@ double PsnrOfSquare(const RenderScene& scene, const FieldOptions& field, const R
 constexpr FieldOptions kSoft{.kind = FieldKind::kSoft};
 
 TEST(SoftPixel, ShowsWhatTheMeshDoesNotKnow) {
-  const auto scene = SoftScene(*MakeScene(SquareSpec()));
+  const auto scene = SoftSquareScene();
   const double by_mesh = PsnrOfSquare(*scene, {.kind = FieldKind::kLumigraphPerPixel}, Between());
   const double soft = PsnrOfSquare(*scene, kSoft, Between());
   RecordProperty("by_mesh_db", std::to_string(by_mesh));
@@ -107,7 +113,7 @@ TEST(SoftPixel, ShowsWhatTheMeshDoesNotKnow) {
 
 TEST(SoftPixel, MapsThatLieAreOutvoted) {
   const auto scene = MakeScene(SquareSpec());
-  const double all_right = PsnrOfSquare(*SoftScene(*scene), kSoft, Between());
+  const double all_right = PsnrOfSquare(*SoftSquareScene(), kSoft, Between());
   const double one_of_eight = PsnrOfSquare(*SoftScene(*scene, {.views_that_lie = 1}), kSoft, Between());
   const double noisy = PsnrOfSquare(*SoftScene(*scene, {.noise_steps = 1}), kSoft, Between());
   EXPECT_GT(one_of_eight, all_right - 2);
@@ -186,7 +192,7 @@ TEST(SoftPixel, LightThatFollowsTheDirectionIsBalanced) {
 
 // So narrow that every view would lose all its weight where several are equally near.
 TEST(SoftPixel, NarrowWeightsLeaveNoHoles) {
-  const auto scene = SoftScene(*MakeScene(SquareSpec()));
+  const auto scene = SoftSquareScene();
   for (const RendererKind kind : {RendererKind::kReference, RendererKind::kGl}) {
     const auto empty = [&](double width) {
       return MakeRenderer(scene, {.field = {.kind = FieldKind::kSoft, .soft_width = width}, .renderer = kind})
@@ -198,7 +204,7 @@ TEST(SoftPixel, NarrowWeightsLeaveNoHoles) {
 }
 
 TEST(SoftPixel, OnAViewpointItsPhotographComesBack) {
-  const auto scene = SoftScene(*MakeScene(SquareSpec()));
+  const auto scene = SoftSquareScene();
   const SceneView& view = scene->views[7];
   const auto renderer = MakeRenderer(scene, {.field = kSoft, .renderer = RendererKind::kReference});
   const cv::Mat picture = Srgb8FromLinear(renderer->Render(view.camera, view.cam_from_world).linear);
@@ -206,7 +212,7 @@ TEST(SoftPixel, OnAViewpointItsPhotographComesBack) {
 }
 
 TEST(SoftPixel, WeightsSumToOne) {
-  const auto scene = SoftScene(*MakeScene(SquareSpec()));
+  const auto scene = SoftSquareScene();
   const auto renderer =
       MakeRenderer(scene, {.field = kSoft, .renderer = RendererKind::kReference, .weights = true});
   const Rendering picture = renderer->Render(kPictureCamera, Between());
@@ -237,7 +243,7 @@ TEST(SoftPixel, PicturesDoNotJumpWhereOtherViewsPropose) {
   };
   std::vector<double> changes;  // where another view comes among the nearest
   constexpr int kParts = 200;
-  for (int part = 0; part < kParts / 2; ++part) {
+  for (int part = 0; part < kParts / 2 && changes.size() < 5; ++part) {
     double before = 1.0 * part / kParts, after = (part + 1.0) / kParts;
     const std::set<int> nearest = nearest_at(before);
     if (nearest == nearest_at(after)) continue;
@@ -288,6 +294,7 @@ TEST(SoftPixel, OpenGlEqualsTheReference) {
     SceneSpec spec;
     SoftSpec soft;
   };
+  const CameraModel camera = CameraModel::Pinhole(96, 72, 80);
   const auto cap = CapViewpoints(60, 0.6, 2.0, 0.03);
   const Case cases[] = {
       {"exact", SquareSpec(), {}},
@@ -311,12 +318,11 @@ TEST(SoftPixel, OpenGlEqualsTheReference) {
       const auto gl = MakeRenderer(scene, {.field = kSoft});
       const auto reference = MakeRenderer(scene, {.field = kSoft, .renderer = RendererKind::kReference});
       for (const Rigid3& pose : {Between(), Between(1.2, 0)}) {
-        const Rendering fast = gl->Render(kPictureCamera, pose),
-                        exact = reference->Render(kPictureCamera, pose);
+        const Rendering fast = gl->Render(camera, pose), exact = reference->Render(camera, pose);
         const Agreement agreement = Compare(fast, exact, cv::Mat::zeros(exact.drawn.size(), CV_8U));
         EXPECT_GE(agreement.within_share, 0.985) << c.name << ", " << proxy;
         EXPECT_LT(agreement.mean_abs, 0.4) << c.name << ", " << proxy;
-        EXPECT_NEAR(static_cast<double>(fast.empty_px), static_cast<double>(exact.empty_px), 70)
+        EXPECT_NEAR(static_cast<double>(fast.empty_px), static_cast<double>(exact.empty_px), 18)
             << c.name << ", " << proxy;
       }
     }
@@ -325,15 +331,12 @@ TEST(SoftPixel, OpenGlEqualsTheReference) {
 
 // Photographs that do not fit into graphics memory together: the mean of each pass has its share.
 TEST(SoftPixel, DrawingInPassesChangesLittle) {
-  SceneSpec spec = SquareSpec();
-  spec.width = 384, spec.height = 288, spec.focal_px = 320;
-  const auto scene = SoftScene(*MakeScene(spec));
+  const auto scene = SoftSquareScene();
   const auto at_once = MakeRenderer(scene, {.field = kSoft});
-  const auto in_passes = MakeRenderer(scene, {.field = kSoft, .gpu_memory_mb = 2});
+  const auto in_passes = MakeRenderer(scene, {.field = kSoft, .gpu_memory_mb = 0.5});
   const Rigid3 pose = Between();
-  CameraModel camera = CameraModel::Pinhole(384, 288, 320);
-  const cv::Mat a = Srgb8FromLinear(at_once->Render(camera, pose).linear),
-                b = Srgb8FromLinear(in_passes->Render(camera, pose).linear);
+  const cv::Mat a = Srgb8FromLinear(at_once->Render(kPictureCamera, pose).linear),
+                b = Srgb8FromLinear(in_passes->Render(kPictureCamera, pose).linear);
   EXPECT_GT(cv::norm(a, b, cv::NORM_INF), 0) << "in passes, indeed";
   EXPECT_GT(cv::PSNR(a, b), 30);
 }

@@ -2,8 +2,11 @@
 #include "tests/render/scenes/held_photograph.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
+#include <mutex>
 #include <random>
 
 #include "core/image/image.h"
@@ -141,9 +144,7 @@ ViewPyramid PyramidWithGaps(const SceneView& view, std::size_t index, bool with_
   return MakeLinearPyramid(light);
 }
 
-}  // namespace
-
-std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec) {
+std::shared_ptr<RenderScene> DrawScene(const SceneSpec& spec) {
   auto scene = std::make_shared<RenderScene>();
   scene->subject = {spec.unit * spec.subject.center_in_world, spec.unit * spec.subject.radius};
   scene->up_in_world = Vector3d::UnitY();
@@ -162,6 +163,23 @@ std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec) {
   scene->mesh = MakeViewpointMesh(scene->Centers(), scene->subject);
   scene->proxy = std::make_shared<PlaneProxy>(scene->subject);
   return scene;
+}
+
+}  // namespace
+
+// The tests of a program ask for few scenes, again and again: the last ones are kept.
+std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec) {
+  constexpr std::size_t kMostKept = 12;
+  static std::mutex mutex;
+  static std::deque<std::pair<SceneSpec, std::shared_ptr<const RenderScene>>> kept;
+  const std::lock_guard lock(mutex);
+  auto known = std::ranges::find(kept, spec, [](const auto& one) -> const SceneSpec& { return one.first; });
+  if (known == kept.end()) {
+    if (kept.size() == kMostKept) kept.pop_front();
+    kept.emplace_back(spec, DrawScene(spec));
+    known = std::prev(kept.end());
+  }
+  return std::make_shared<RenderScene>(*known->second);
 }
 
 void WriteLightField(const std::filesystem::path& dir, const SceneSpec& spec, bool with_subject) {

@@ -34,6 +34,7 @@ struct SceneSpec {
   // Half floats of linear light; every fifth photograph has a hole in its middle.
   bool linear_with_gaps = false;
   double unit = 1;  // of what is above: the same scene, a thousand times larger or smaller
+  bool operator==(const SceneSpec&) const = default;
 };
 
 // The square: |x| and |y| up to kSquareHalf at z = kSquareZ, seen from both sides.
@@ -43,6 +44,8 @@ std::shared_ptr<const TriangleMesh> PlaneAndSquare(double unit = 1);
 // Points of the plane's middle and of the square, the same for the same counts.
 std::vector<ScenePoint> PointsOfPlaneAndSquare(int on_plane, int on_square, double unit = 1);
 
+// The caller's own scene. Its photographs may be shared with another one of the same spec: whoever changes one
+// gives the view another.
 std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec);
 
 // Linear light of the plane z = 0 at a point of it: smooth waves with some hard-edged tiles.

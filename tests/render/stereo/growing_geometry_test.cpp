@@ -62,6 +62,12 @@ GrowingGeometry Grown(const GrowingGeometryOptions& options) {
   return geometry;
 }
 
+// Made once: tests change copies of it.
+const GrowingGeometry& OfAllViews() {
+  static const GrowingGeometry geometry = Grown(Small());
+  return geometry;
+}
+
 // Of the maps' depths, by the depth that is right where there is one.
 std::vector<double> RelativeErrors(const std::vector<ViewDepth>& maps, double scale = 1) {
   std::vector<double> errors;
@@ -80,7 +86,7 @@ std::vector<double> RelativeErrors(const std::vector<ViewDepth>& maps, double sc
 }
 
 TEST(GrowingGeometry, MapsOfViewsOneByOneAreRight) {
-  const GrowingGeometry geometry = Grown(Small());
+  const GrowingGeometry& geometry = OfAllViews();
   EXPECT_EQ(geometry.views(), 25);
   EXPECT_GE(geometry.maps(), 6);
   EXPECT_LT(geometry.maps(), 20) << "neighbouring views share a map";
@@ -167,7 +173,7 @@ TEST(GrowingGeometry, NoMoreMapsThanAsked) {
 
 // The world grows by a tenth, as a loop that closes may have it: depths grow with it, nothing is made anew.
 TEST(GrowingGeometry, MapsFollowACorrectedScale) {
-  GrowingGeometry geometry = Grown(Small());
+  GrowingGeometry geometry = OfAllViews();
   const int maps = geometry.maps();
   constexpr double kScale = 1.1;
   std::map<int, Rigid3> moved;
@@ -202,7 +208,7 @@ std::vector<double> RelativeErrors(const std::map<int, ViewDepthMap>& maps, doub
 
 // Every pixel has a depth, by its own map or the mesh, and is as deep as the world is by then.
 TEST(GrowingGeometry, RenderingMapsFollowTheWorld) {
-  GrowingGeometry geometry = Grown(Small());
+  GrowingGeometry geometry = OfAllViews();
   const auto for_rendering = [&](const Subject& subject) {
     const MapsMesh mesh = MeshOfMaps(geometry.Maps(), subject, geometry.options().mesh);
     return geometry.MapsForRendering(mesh.mesh);
@@ -236,7 +242,7 @@ TEST(GrowingGeometry, RenderingMapsFollowTheWorld) {
 }
 
 TEST(GrowingGeometry, MapOfAMovedViewIsMadeAgain) {
-  GrowingGeometry geometry = Grown(Small());
+  GrowingGeometry geometry = OfAllViews();
   const int maps = geometry.maps();
   const ViewDepth first = geometry.Maps().front();
   const auto id = std::ranges::find_if(GridOfViews(),
@@ -254,7 +260,7 @@ TEST(GrowingGeometry, MapOfAMovedViewIsMadeAgain) {
 }
 
 TEST(GrowingGeometry, ViewThatWasTakenBackIsGone) {
-  GrowingGeometry geometry = Grown(Small());
+  GrowingGeometry geometry = OfAllViews();
   const int maps = geometry.maps();
   const std::uint64_t revision = geometry.revision();
   for (int id = 0; id < 25; ++id) geometry.RemoveView(id);
@@ -266,7 +272,7 @@ TEST(GrowingGeometry, ViewThatWasTakenBackIsGone) {
 }
 
 TEST(GrowingGeometry, SaysWhetherItsMapsHaveMoved) {
-  GrowingGeometry geometry = Grown(Small());
+  GrowingGeometry geometry = OfAllViews();
   const std::map<int, Rigid3> then = geometry.MapPoses();
   ASSERT_EQ(static_cast<int>(then.size()), geometry.maps());
   EXPECT_FALSE(geometry.HaveMovedSince(then, 0.5));
@@ -314,7 +320,7 @@ TEST(RangeOfKnown, HoldsWhatTheViewSeesInFewerPlanes) {
 }
 
 TEST(MeshOfMaps, ShowsTheDepthThatIsRight) {
-  const MapsMesh mesh = MeshOfMaps(Grown(Small()).Maps(), kSubject);
+  const MapsMesh mesh = MeshOfMaps(OfAllViews().Maps(), kSubject);
   EXPECT_GT(mesh.points, 1000u);
   EXPECT_GT(mesh.agreeing_share, 0.5);
   const Drawn& middle = GridOfViews()[12];

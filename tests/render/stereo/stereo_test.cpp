@@ -126,23 +126,28 @@ TEST(DepthRange, KeepsWhatIsThereAndLeavesOutWhatIsNot) {
   EXPECT_GT(range.least, 1 / 20.0);
 }
 
-// A wall and a post before it, 720 pixels wide; the post takes `post_px` of them.
-std::vector<Drawn> WallAndPost(double post_px) {
-  constexpr int kWidth = 720, kHeight = 200;
+// A wall and a post before it, 720 pixels wide; the post takes 30 of them.
+std::vector<Drawn> DrawWallAndPost() {
+  constexpr int kWidth = 720, kHeight = 200, kPostPx = 30;
   constexpr double kFocalPx = 660, kPostDepth = 1.3;
   const std::vector<Patch> patches{
       Wall(4, Mottled(0.01, 1)),
-      {{0.1, -3, kPostDepth}, {post_px * kPostDepth / kFocalPx, 0, 0}, {0, 6, 0}, Mottled(0.02, 3)}};
+      {{0.1, -3, kPostDepth}, {kPostPx * kPostDepth / kFocalPx, 0, 0}, {0, 6, 0}, Mottled(0.02, 3)}};
   std::vector<Drawn> photographs;
   for (const auto& [x, y] : {std::pair{0., 0.}, {0.15, 0.}, {-0.15, 0.}, {0., 0.1}, {0.1, -0.1}})
     photographs.push_back(Draw(patches, {x, y, 0}, {0, 0, 3}, kWidth, kHeight, kFocalPx));
   return photographs;
 }
 
+const std::vector<Drawn>& WallAndPost() {
+  static const std::vector<Drawn> photographs = DrawWallAndPost();
+  return photographs;
+}
+
 // The first sweep sees photographs of this size at a quarter, and looks for surfaces at an eighth: four
 // pixels of a post are left there. Of one of 18 pixels nothing remains.
 TEST(DepthRange, HoldsAThinPostOfALargePhotograph) {
-  const auto photographs = WallAndPost(30);
+  const auto& photographs = WallAndPost();
   std::vector<const StereoView*> neighbours;
   for (std::size_t i = 1; i < photographs.size(); ++i) neighbours.push_back(&photographs[i].view);
   const InverseDepthRange range = FindRange(photographs[0].view, neighbours, 3);
@@ -152,7 +157,7 @@ TEST(DepthRange, HoldsAThinPostOfALargePhotograph) {
 
 // Whoever waits for a sweep that is given up waits no longer for the sweeps before it.
 TEST(DepthRange, CancellingReturnsAtOnce) {
-  const auto photographs = WallAndPost(30);
+  const auto& photographs = WallAndPost();
   const StereoView& view = photographs[0].view;
   std::vector<const StereoView*> neighbours;
   for (std::size_t i = 1; i < photographs.size(); ++i) neighbours.push_back(&photographs[i].view);
@@ -467,7 +472,7 @@ TEST(PlaneSweep, NearSurfacesAloneGiveTheSameDepths) {
                                    {{0.4, -3, 2.2}, {0.03, 0, 0}, {0, 6, 0}, Mottled(0.02, 3)}};
   std::vector<Drawn> photographs;
   for (const auto& [x, y] : {std::pair{0., 0.}, {0.25, 0.}, {-0.25, 0.}, {0., 0.25}, {0.2, -0.2}})
-    photographs.push_back(Draw(patches, {x, y, 0}, {0, 0, 3}, 480, 360, 440));
+    photographs.push_back(Draw(patches, {x, y, 0}, {0, 0, 3}, 480, 160, 440));
   std::vector<const StereoView*> neighbours;
   for (std::size_t i = 1; i < photographs.size(); ++i) neighbours.push_back(&photographs[i].view);
   const StereoView& view = photographs[0].view;

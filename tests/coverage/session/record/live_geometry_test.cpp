@@ -57,6 +57,16 @@ const std::vector<Rigid3>& Poses() {
   return poses;
 }
 
+// What the camera sees from a pose, kept: every test asks for all of them.
+cv::Mat PictureOf(std::size_t pose) {
+  static const std::vector<cv::Mat> pictures = [] {
+    std::vector<cv::Mat> seen;
+    for (const Rigid3& cam_from_world : Poses()) seen.push_back(Studio().CleanSrgb(cam_from_world));
+    return seen;
+  }();
+  return pictures[pose].clone();
+}
+
 LiveGeometry::Options Small(bool threaded) {
   LiveGeometry::Options options;
   options.growing.size_px = 160;
@@ -71,7 +81,7 @@ LiveGeometry::Options Small(bool threaded) {
 void AddAll(LiveGeometry& geometry) {
   for (std::size_t i = 0; i < Poses().size(); ++i)
     geometry.AddView(
-        static_cast<int>(i), [i] { return Studio().CleanSrgb(Poses()[i]); }, Studio().camera(), Poses()[i]);
+        static_cast<int>(i), [i] { return PictureOf(i); }, Studio().camera(), Poses()[i]);
 }
 
 // As if the whole world had moved.
@@ -83,6 +93,17 @@ std::map<int, Rigid3> MovedPoses(const Vector3d& moved) {
     poses[static_cast<int>(i)] = pose;
   }
   return poses;
+}
+
+// Of all views, made at the end without a thread.
+const FinishedGeometry& OfAllViews() {
+  static const FinishedGeometry finished = [] {
+    LiveGeometry geometry(Small(false));
+    geometry.SetSubject(Studio().scene().subject());
+    AddAll(geometry);
+    return geometry.Finish();
+  }();
+  return finished;
 }
 
 Vector3d MiddleOf(const LiveMesh& mesh) {
@@ -148,10 +169,7 @@ TEST(LiveGeometry, IsRepeatableWithoutAThread) {
 // others take, by the time that passed, which they make longer.
 // Without a subject none can be made.
 TEST(LiveGeometry, GoesOnFromMapsThatWereMadeBefore) {
-  LiveGeometry before(Small(false));
-  before.SetSubject(Studio().scene().subject());
-  AddAll(before);
-  const FinishedGeometry finished = before.Finish();
+  const FinishedGeometry& finished = OfAllViews();
   ASSERT_GE(finished.maps, 4);
   std::vector<KnownMap> known;
   for (const auto& [id, map] : finished.maps_for_rendering) {
@@ -269,7 +287,8 @@ TEST(LiveGeometry, ViewsThatMovedMoveTheMesh) {
     return finished.mesh ? MiddleOf(*finished.mesh) : Vector3d(Vector3d::Zero());
   };
   const Vector3d moved(0.5, -0.2, 0.1);
-  EXPECT_LT((middle_of_mesh(moved) - middle_of_mesh(Vector3d::Zero()) - moved).norm(), 0.01);
+  ASSERT_TRUE(OfAllViews().mesh);
+  EXPECT_LT((middle_of_mesh(moved) - MiddleOf(*OfAllViews().mesh) - moved).norm(), 0.01);
 }
 
 // Pictures of a lens that is 15 % too long show everything farther away.
@@ -279,7 +298,7 @@ TEST(LiveGeometry, StartsAgainUnderAnotherLens) {
     lens.fx *= factor, lens.fy *= factor;
     for (std::size_t i = 0; i < Poses().size(); ++i)
       geometry.AddView(
-          static_cast<int>(i), [i] { return Studio().CleanSrgb(Poses()[i]); }, lens, Poses()[i]);
+          static_cast<int>(i), [i] { return PictureOf(i); }, lens, Poses()[i]);
   };
   for (const bool threaded : {false, true}) {
     LiveGeometry geometry(Small(threaded));
@@ -297,11 +316,8 @@ TEST(LiveGeometry, StartsAgainUnderAnotherLens) {
         << "the mesh of before is gone at once";
     const FinishedGeometry finished = geometry.Finish();
     ASSERT_TRUE(finished.mesh);
-
-    LiveGeometry right(Small(false));
-    right.SetSubject(Studio().scene().subject());
-    add(right, 1);
-    const FinishedGeometry expected = right.Finish();
+    const FinishedGeometry& expected = OfAllViews();
+    ASSERT_TRUE(expected.mesh);
     EXPECT_LT((MiddleOf(*finished.mesh) - MiddleOf(*expected.mesh)).norm(), 0.004);
     EXPECT_GT((too_far - MiddleOf(*expected.mesh)).norm(), 0.01);
     EXPECT_TRUE(geometry.IsCorrected());
@@ -377,7 +393,7 @@ class Stuck {
   cv::Mat Picture(std::size_t pose) {
     if (calls_++ == 0)
       while (!released_) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    return Studio().CleanSrgb(Poses()[pose]);
+    return PictureOf(pose);
   }
 
  private:
@@ -420,8 +436,7 @@ TEST(LiveGeometry, PicturesInMemoryThatWaitAreFew) {
   const auto add = [&](int id, LiveGeometry::Picture where) {
     const std::size_t pose = static_cast<std::size_t>(id);
     geometry.AddView(
-        id, [pose, held] { return Studio().CleanSrgb(Poses()[pose]); }, Studio().camera(), Poses()[pose],
-        where);
+        id, [pose, held] { return PictureOf(pose); }, Studio().camera(), Poses()[pose], where);
   };
   for (int id = 0; id < 10; ++id) add(id, LiveGeometry::Picture::kIsHeld);
   EXPECT_LE(held.use_count(), 1 + 3);

@@ -77,7 +77,7 @@ class TetheredHand {
 
   TetheredHand()
       : live_(Simulated(480, 360)),
-        still_(Simulated(1440, 960)),
+        still_(Simulated(960, 640)),
         body_([this] { return LivePicture(); }, [this](int number) { return Photograph(number); },
               {.shutter_lag_s = 0.02}) {}
 
@@ -230,7 +230,7 @@ TEST_F(StillCaptureTest, PhotographsHaveTheirOwnPoses) {
   const LightField light_field = ReadLightField(Dir());
   ASSERT_EQ(light_field.views.size(), counts.recorded);
   ASSERT_EQ(light_field.cameras.size(), 1u);
-  EXPECT_EQ(light_field.cameras[0].width, 1440);
+  EXPECT_EQ(light_field.cameras[0].width, 960);
   std::vector<TimedPose> poses, truth;
   const auto shots = hand.Shots();
   for (const View& view : light_field.views) {
@@ -242,7 +242,7 @@ TEST_F(StillCaptureTest, PhotographsHaveTheirOwnPoses) {
       truth.push_back({static_cast<double>(number), shot.cam_from_world});
     }
     EXPECT_DOUBLE_EQ(view.exposure_s, 0.002) << "as set on the camera";
-    EXPECT_NEAR(ReadViewImage(light_field, view).width(), 1440, 0);
+    EXPECT_EQ(ReadViewImage(light_field, view).width(), 960);
   }
   ASSERT_EQ(poses.size(), light_field.views.size());
   const auto error = CompareTrajectories(poses, truth, 0.1);

@@ -127,7 +127,7 @@ TEST(ViewSpool, ThreadsWriteTheSameBytesAsNone) {
 TEST(ViewSpool, AViewIsRecordedBeforeItsPhotographIsMade) {
   const ScratchFolder scratch;
   const cv::Size kLarge(2400, 1800);  // a photograph takes a quarter of a second
-  constexpr std::size_t kViews = 8;
+  constexpr std::size_t kViews = 5;
   ViewSpool spool(LightFieldWriter::Create(scratch / "lf", Header(kLarge)), 16, true);
   const Frame frame = FrameNumber(0, true, kLarge);
   for (std::size_t i = 0; i < kViews; ++i) Add(spool, frame);

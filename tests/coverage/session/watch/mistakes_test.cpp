@@ -22,9 +22,9 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// What is noticed within `seconds` of a scene, small where no size is given, at 15 frames a second.
+// What is noticed within `seconds` of a scene, at 15 frames a second. Most mistakes show in small pictures.
 std::vector<NoticedMistake> NoticedIn(const std::string& scene_and_faults, double seconds,
-                                      const std::string& size = "&width=320&height=240") {
+                                      const std::string& size = "&width=240&height=180") {
   const auto device = OpenDevice("sim:" + scene_and_faults + size);
   device->Start();
   MistakeWatch watch(FrameSource::kCamera);
@@ -50,13 +50,13 @@ std::vector<Mistake> Kinds(const std::vector<NoticedMistake>& noticed) {
 
 TEST(Mistakes, NoneIsNoticedWhereNothingIsWrong) {
   for (const auto& [scene, seconds] :
-       {std::pair{"studio?seed=3", 15.0}, {"bust?seed=4", 10.0}, {"wall?seed=5", 10.0}})
+       {std::pair{"studio?seed=3", 15.0}, {"bust?seed=4", 8.0}, {"wall?seed=5", 8.0}})
     for (const NoticedMistake& wrong : NoticedIn(scene, seconds))
       ADD_FAILURE() << scene << ": " << wrong.InWords();
 }
 
 TEST(Mistakes, ALensOutOfFocusIsNoticed) {
-  const auto noticed = NoticedIn("studio?seed=6&fault=defocus=8", 5, "");
+  const auto noticed = NoticedIn("studio?seed=6&fault=defocus=8", 5, "&width=400&height=300");
   ASSERT_THAT(Kinds(noticed), ElementsAre(Mistake::kOutOfFocus));
   EXPECT_THAT(noticed[0].cure, HasSubstr("Focus on the subject"));
 }
