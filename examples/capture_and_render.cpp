@@ -1,6 +1,7 @@
-// capture_and_render DEVICE FOLDER PICTURE.png: records views of a subject until a cap of 30 x 20 degrees around it is
-// covered, says where the next viewpoint would be, and renders what a camera sees halfway between the first two views.
-// DEVICE is a simulated camera, such as sim:studio, which knows its poses: features would be tracked otherwise.
+// capture_and_render DEVICE FOLDER PICTURE.png: records views of a subject until a cap of 30 x 20 degrees
+// around it is covered, says where the next viewpoint would be, and renders what a camera sees halfway
+// between the first two views. DEVICE is a simulated camera, such as sim:studio, which knows its poses:
+// features would be tracked otherwise.
 #include <cstdio>
 #include <exception>
 

@@ -50,8 +50,8 @@ auto TryCall(Call&& call, Arguments... arguments) {
 
 inline std::string Text(const char* text) { return text ? text : ""; }
 
-// Returns copies of the names that `call(arguments..., guint* count, GError**)` returns; empty if it fails. Frees
-// the array of `call` but not its strings (GLib's "transfer container").
+// Returns copies of the names that `call(arguments..., guint* count, GError**)` returns; empty if it fails.
+// Frees the array of `call` but not its strings (GLib's "transfer container").
 template <typename Call, typename... Arguments>
 std::vector<std::string> CallForNames(Call&& call, Arguments... arguments) {
   guint count = 0;

@@ -1,5 +1,5 @@
-// ./run measure charts: what each stage costs against how wrong it is. Each chart stands in a file beside this
-// one, with its words.
+// ./run measure charts: what each stage costs against how wrong it is. Each chart stands in a file beside
+// this one, with its words.
 #include "tests/measure/runner.h"
 
 int main(int count, char** words) {

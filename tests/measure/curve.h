@@ -43,8 +43,8 @@ struct Curve {
   ChartAxis error = {};  // of an answer, with its unit
   std::function<Trial(double difficulty, unsigned seed)> trial = {};
   unsigned seeds = 40;
-  // Why the method does not break at any of the values. Then it is no curve of the page, and needs no title: a
-  // test drives it through all of them, and nine in ten must be right everywhere.
+  // Why the method does not break at any of the values. Then it is no curve of the page, and needs no title:
+  // a test drives it through all of them, and nine in ten must be right everywhere.
   std::string never_breaks = {};
   // Wrong without a word is this share of the trials at most, and any from this difficulty on: known, and
   // why.

@@ -5,8 +5,9 @@
 
 namespace ulf::test {
 
-// Thresholds, and what counts as right, were settled on seeds below this one (most on 1 to 20, on the
-// simulator's usual scene and on the recordings whose chart says so). What is reported comes from this one on.
+// Thresholds, and what counts as right, were settled on seeds below this one (most on 1 to 20, on
+// the simulator's usual scene and on the recordings whose chart says so). What is reported comes
+// from this one on.
 inline constexpr unsigned kFirstSeed = 101;
 
 struct Effort {

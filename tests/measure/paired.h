@@ -10,8 +10,8 @@
 
 namespace ulf::test {
 
-// A round of every contender before the next one, until `goes_on(rounds so far)` says no. Who begins changes, so
-// that a machine that grows busier favours nobody. By contender.
+// A round of every contender before the next one, until `goes_on(rounds so far)` says no. Who begins changes,
+// so that a machine that grows busier favours nobody. By contender.
 template <typename Round>
 std::vector<std::vector<Round>> InTurn(const std::vector<std::function<Round()>>& contenders,
                                        const std::function<bool(std::size_t)>& goes_on) {

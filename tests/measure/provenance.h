@@ -12,8 +12,8 @@ inline constexpr char kMeasureChanged[] = "ULF_MEASURE_CHANGED";
 // pages differ from the commit, so that nobody could make the same again.
 std::string Provenance(const std::string& command);
 
-// Puts `text` into a page between the marks `<!-- NAME -->` and `<!-- /NAME -->`, with them at its end where it
-// has none. Throws Error.
+// Puts `text` into a page between the marks `<!-- NAME -->` and `<!-- /NAME -->`, with them at its end where
+// it has none. Throws Error.
 void ReplacePart(const std::string& page, const std::string& name, const std::string& text);
 
 }  // namespace ulf::test

@@ -49,9 +49,9 @@ struct MeasuringProgram {
 //   PROGRAM FOLDER [--quick] [NAME...]   measures, and writes table, SVG and PNG of each
 //   PROGRAM FOLDER --draw [NAME...]      draws the tables of the folder anew, with the words of today
 //
-// Each in a process of its own: its threads, memory and network are none of the next one's. The exit status is
-// 0; 1 where one failed or had a complaint; 2 for words that are not understood; 3 where this machine could
-// not measure one.
+// Each in a process of its own: its threads, memory and network are none of the next one's. The exit status
+// is 0; 1 where one failed or had a complaint; 2 for words that are not understood; 3 where this machine
+// could not measure one.
 int RunMeasurements(const MeasuringProgram& program, int argc, char** argv);
 
 // Parses the words, and runs; tells errors after the app's name. The exit status is 1 for errors, 2 for words

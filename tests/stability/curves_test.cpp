@@ -1,5 +1,6 @@
-// Two points of every curve, on the first of the seeds that are reported: an easy one that must be right, and
-// one beyond the breaking point that must not be wrong without a word. And all of what must not break anywhere.
+// Two points of every curve, on the first of the seeds that are reported: an easy one that must be
+// right, and one beyond the breaking point that must not be wrong without a word. And all of what must
+// not break anywhere.
 #include "tests/measure/curve.h"
 
 #include <gtest/gtest.h>

@@ -52,8 +52,8 @@ inline constexpr std::uint32_t kLeastThroughput = 1'000'000, kMostThroughput = 2
 // their values.
 std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation);
 
-// What the registers of a camera at an IPv4 address hold before any client has written them. `line_hz`: pulses
-// a second on Line0.
+// What the registers of a camera at an IPv4 address hold before any client has written them. `line_hz`:
+// pulses a second on Line0.
 struct GigeStartValues {
   std::string address, serial;
   double line_hz = 10;

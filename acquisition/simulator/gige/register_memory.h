@@ -1,6 +1,6 @@
-// The memory of a GigE Vision camera: 64 KiB of registers, and behind them its GenICam description, whose place
-// stands in the registers from 0x200 on. Registers have four bytes and are big-endian, as the control protocol
-// sends them.
+// The memory of a GigE Vision camera: 64 KiB of registers, and behind them its GenICam description, whose
+// place stands in the registers from 0x200 on. Registers have four bytes and are big-endian, as the control
+// protocol sends them.
 //
 // All functions may be called from any thread. An address and what is read or written there must lie within
 // Bytes().

@@ -2,9 +2,10 @@
 // Height, offsets and AcquisitionFrameRate affect the image.
 //
 // Time is real: the hand moves while a client streams and rests otherwise. Frames are rendered ahead into a
-// ring, for the times at which the camera will fire: multiples of the frame period of the system clock. When rendering falls behind, the camera fires late and skips frames, as a real camera with
-// too long an exposure does. A changed setting empties the ring. A loop of pictures that are rendered at the
-// start and played forwards and backwards (`loop`) reaches any frame rate.
+// ring, for the times at which the camera will fire: multiples of the frame period of the system clock. When
+// rendering falls behind, the camera fires late and skips frames, as a real camera with too long an exposure
+// does. A changed setting empties the ring. A loop of pictures that are rendered at the start and played
+// forwards and backwards (`loop`) reaches any frame rate.
 //
 // Formats: all of SensorFormat. Trigger: TriggerMode On with TriggerSource Software or Line0; Line0 gets
 // LinePulseRate pulses per second while a client streams. Two software triggers within the time that the

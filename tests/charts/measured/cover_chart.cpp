@@ -1,5 +1,5 @@
-// Views against the quality of pictures: recording by the bound, and by errors that are measured
-// while capturing. Pictures are rendered over the light field's own mesh at places between the views, against the
+// Views against the quality of pictures: recording by the bound, and by errors that are measured while
+// capturing. Pictures are rendered over the light field's own mesh at places between the views, against the
 // simulator's pictures there.
 #include <fmt/format.h>
 

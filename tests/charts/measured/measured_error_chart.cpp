@@ -1,7 +1,7 @@
-// The error that is measured at frames against the error that is there, on all simulated scenes: a light field
-// that a hand has recorded, and frames that it saw besides; what render/prediction measures at these frames, and
-// what is true there. Frames have noise, and poses the error that is asked for; true pictures and depths have
-// neither.
+// The error that is measured at frames against the error that is there, on all simulated scenes: a light
+// field that a hand has recorded, and frames that it saw besides; what render/prediction measures at these
+// frames, and what is true there. Frames have noise, and poses the error that is asked for; true pictures and
+// depths have neither.
 #include <algorithm>
 #include <cmath>
 #include <memory>

@@ -259,7 +259,7 @@ TEST(PendingRequests, DeleteTakesBackTheViewThatIsMarked) {
   EXPECT_THAT(stage.Asked<TakeBackLast>(), IsEmpty());
 }
 
-TEST(PendingRequests, NothingIsMarkedWithoutACameraToLookFrom) {
+TEST(PendingRequests, NothingIsMarkedWithoutACamera) {
   Desk desk;
   const auto state = Tracked();
   state->view_ids = {1, 2, 3};

@@ -482,8 +482,8 @@ TEST(SubjectMoved, IsSaidOnceAndShown) {
   EXPECT_EQ(times, 1u);
 }
 
-// The real tracker before a wall with a box, which is pushed aside while the camera sways on: noticed within one
-// and a half seconds, and nothing before.
+// The real tracker before a wall with a box, which is pushed aside while the camera sways on: noticed within
+// one and a half seconds, and nothing before.
 TEST(SubjectMoved, IsNoticedOnlyByTheTrackersPoints) {
   constexpr int kPlaced = 50, kPushed = 130, kFrames = kPushed + 45;
   for (const unsigned seed : SeedsOf({1, 2})) {

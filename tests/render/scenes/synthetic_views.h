@@ -44,8 +44,8 @@ std::shared_ptr<const TriangleMesh> PlaneAndSquare(double unit = 1);
 // Points of the plane's middle and of the square, the same for the same counts.
 std::vector<ScenePoint> PointsOfPlaneAndSquare(int on_plane, int on_square, double unit = 1);
 
-// The caller's own scene. Its photographs may be shared with another one of the same spec: whoever changes one
-// gives the view another.
+// The caller's own scene. Its photographs may be shared with another one of the same spec: whoever changes
+// one gives the view another.
 std::shared_ptr<RenderScene> MakeScene(const SceneSpec& spec);
 
 // Linear light of the plane z = 0 at a point of it: smooth waves with some hard-edged tiles.
