@@ -81,6 +81,16 @@ function(ulf_precompile name level)
 endfunction()
 set(ulf_cold_options $<$<CONFIG:Release>:-O1>)
 
+# With ULF_UNITY, compiles a target's files `size` at a time.
+function(ulf_unite name size)
+  if(ULF_UNITY)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # takes a file in a batch for a header
+    endif()
+  endif()
+endfunction()
+
 # ulf_library(NAME [COLD ...] [HEADERS ...] LINK ...): every source under this folder is one library. Private names must
 # differ in a folder's files (CMake keeps files with options of their own apart).
 # COLD: rooms, as regular expressions, that read files, wait for devices and write: the optimiser's first level does for them,
@@ -110,12 +120,7 @@ function(ulf_library name)
   target_precompile_headers(${name} REUSE_FROM ${ARG_HEADERS})
   foreach(part IN LISTS parts)
     target_link_libraries(${part} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
-    if(ULF_UNITY)
-      set_target_properties(${part} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 32)
-      if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-        target_compile_options(${part} PRIVATE -Wno-subobject-linkage)  # takes a file in a batch for a header
-      endif()
-    endif()
+    ulf_unite(${part} 32)
   endforeach()
 endfunction()
 

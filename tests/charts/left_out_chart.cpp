@@ -101,16 +101,16 @@ std::shared_ptr<const TriangleMesh> Mesh(const Set& set) {
       BuildProxy(*LoadScene(set.light_field, options), proxy, &progress).mesh);
 }
 
-// Of a proxy by a field.
+// Holds what one field over one proxy shows of the left-out views.
 struct Cell {
   double inside_db = 0, all_db = 0, ssim = 0, ms = 0;
   bool asked = true;    // or another field, where the viewpoints do not allow it
   bool chosen = false;  // by --field auto, which does not see the views that are left out here
 };
-// By proxy and field.
+// The keys are the proxy and the field.
 using Cells = std::map<std::string, std::map<std::string, Cell>>;
 
-// What `ulf render --field auto` takes over each of the proxies.
+// Marks the field that `ulf render --field auto` takes over each of the proxies.
 void MarkChoices(const Set& set, const RenderScene& scene,
                  const std::vector<std::shared_ptr<const Proxy>>& proxies, Cells& cells) {
   const auto rest = Without(scene, LeftOut(set));

@@ -242,7 +242,7 @@ std::vector<Writer> Writers() {
       {"`ulf info --check-poses`", "info --check-poses {lf}", Ends::kAtOnce},
   };
   if (TRIES == 1) return writers;
-  // As the exports above, by way of a folder beside the new one.
+  // These exports write into a folder beside the new one, as those above do.
   writers.push_back({"`ulf export instant-ngp`", "export instant-ngp {lf} -o {out}", Ends::kAtOnce});
   writers.push_back({"`ulf export nerf-synthetic`", "export nerf-synthetic {lf} -o {out}", Ends::kAtOnce});
   writers.push_back({"`ulf export realityscan`", "export realityscan {lf} -o {out}", Ends::kAtOnce});

@@ -10,8 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool IsACommand(const std::string& line) {
-  static const std::regex first_word(
-      R"(^(build/release/\w+|\./run|ulf|for|sudo|mkfifo|echo)(\s.*)?$)");
+  static const std::regex first_word(R"(^(build/release/\w+|\./run|ulf|for|sudo|mkfifo|echo)(\s.*)?$)");
   return std::regex_match(line, first_word);
 }
 

@@ -49,7 +49,7 @@ class GigeTransport {
   bool IsSet() const ULF_REQUIRES(mutex_);
   std::int64_t AheadNs() const ULF_REQUIRES(mutex_);
   std::uint32_t PtpStatus() const ULF_REQUIRES(mutex_);
-  // What decides whether the camera follows a master.
+  // Sets whether IEEE 1588 is on and whether a master is there: the camera follows the master if both hold.
   void Switch(bool on, bool master) ULF_REQUIRES(mutex_);
 
   RegisterMemory& memory_;

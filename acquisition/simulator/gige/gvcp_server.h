@@ -46,7 +46,7 @@ struct GvcpAccess {
   std::optional<std::uint32_t> written;
 };
 
-// For one thread, except Refused().
+// Only one thread may call it; any thread may call Refused().
 class GvcpServer {
  public:
   // `before` is called before a valid request reads or writes. `memory` must outlive this object.

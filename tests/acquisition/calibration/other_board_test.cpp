@@ -74,7 +74,7 @@ TEST(OtherBoard, IsToldByItsText) {
            {"chessboard:7x5:30", "charuco:7x5:30:20:DICT_4X4_50", "", "ChArUco"},
        }) {
     const Board said = Board::Parse(c.said);
-    // That numbers begin late shows only where whole rows are read.
+    // A board whose numbers begin late is told apart only if whole rows are read.
     const int width = Board::Parse(c.shown).first_marker > 0 ? 640 : kWidth;
     const auto other = BoardInPictures(said, PicturesOf(c.shown, "barrel", 3, 0.5, width));
     ASSERT_TRUE(other) << c.said << " for " << c.shown;

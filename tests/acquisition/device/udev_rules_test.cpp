@@ -76,8 +76,7 @@ constexpr const char* kVideoDevice =
 // allowed here; `why` says what is missing.
 std::optional<std::string> Replay(const std::string& device, const std::string& path, std::string* why) {
   ScratchFolder scratch;
-  Write(scratch / "rules.d/70-ulf-cameras.rules",
-        Read(fs::path(CHECKOUT) / "udev/70-ulf-cameras.rules"));
+  Write(scratch / "rules.d/70-ulf-cameras.rules", Read(fs::path(CHECKOUT) / "udev/70-ulf-cameras.rules"));
   Write(scratch / "device.umockdev", device);
   fs::create_directories(scratch / "empty");
   fs::create_directories(scratch / "own");

@@ -79,7 +79,7 @@ constexpr char kAligned[] = "aligned by poses and geometry", kLying[] = "as they
                kMoving[] = "things that move: precision and recall of ghosts";
 constexpr std::size_t kFew = 200;  // pixels
 
-// Of each stop of light that enough pixels have.
+// Returns the median error of each stop of light that enough pixels have.
 std::map<int, double> MediansOf(const ErrorsByStop& errors) {
   std::map<int, double> medians;
   for (const auto& [stop, all] : errors)
