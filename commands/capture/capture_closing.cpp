@@ -172,6 +172,20 @@ bool MaskTurntable(const CaptureArgs& args) {
   return true;
 }
 
+// Reads a file of true poses again, because a simulator adds to it while the capture runs. A pipe gives its
+// poses once.
+std::optional<PoseErrors> ErrorsAgainst(const std::string& truth, const CaptureRun& run,
+                                        const LightField& light_field) {
+  if (truth.empty()) return std::nullopt;
+  try {
+    const bool is_file = std::filesystem::is_regular_file(truth);
+    return CompareWithTruth(is_file ? ReadTum(truth) : run.truth, run.live, light_field);
+  } catch (const Error& error) {
+    fmt::print(stderr, "not compared with the true poses: {}\n", error.what());
+    return std::nullopt;
+  }
+}
+
 }  // namespace
 
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
@@ -194,8 +208,7 @@ int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverag
                            *hand.poses);
   const LightFieldReport report =
       commands::Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
-  std::optional<PoseErrors> errors;
-  if (!args.truth.empty()) errors = CompareWithTruth(run.truth, run.live, light_field);
+  const std::optional<PoseErrors> errors = ErrorsAgainst(args.truth, run, light_field);
   closing.reset();
   PrintResult(args, summary, report, run.live.size(), errors, Merged(args, summary));
   WarnIfLampChanged(light_field);

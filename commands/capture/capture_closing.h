@@ -19,7 +19,7 @@ namespace ulf::commands {
 struct CaptureRun {
   coverage::CaptureSummary summary;
   acquisition::FrameRecorderSummary kept;  // recorded frames, if requested
-  std::vector<TimedPose> truth;            // as given; empty if none
+  std::vector<TimedPose> truth;            // as they were at the start; empty if none
   std::vector<TimedPose> live;             // live poses of tracked frames
   std::optional<OpenedFolder> folder;      // of the light field
 };

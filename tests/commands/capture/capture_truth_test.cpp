@@ -5,6 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
+#include <fstream>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -31,15 +35,19 @@ std::vector<TimedPose> TruePoses() {
   return poses;
 }
 
+nlohmann::json Capture(const std::string& dir, const std::string& truth) {
+  const auto captured = test::RunUlf(std::string("capture --no-geometry '") + kUri + "' -o " + dir +
+                                     " --headless --deterministic --frames " + std::to_string(kFrames) +
+                                     " --truth " + truth + " --json");
+  EXPECT_EQ(captured.exit_code, 0) << captured.errors;
+  return JsonFromText(captured.output);
+}
+
 nlohmann::json Capture(const test::ScratchFolder& scratch, const std::string& name,
                        const std::vector<TimedPose>& truth) {
   const std::string dir = (scratch / name).string(), file = dir + ".txt";
   WriteTum(file, truth);
-  const auto captured = test::RunUlf(std::string("capture --no-geometry '") + kUri + "' -o " + dir +
-                                     " --headless --deterministic --frames " + std::to_string(kFrames) +
-                                     " --truth " + file + " --json");
-  EXPECT_EQ(captured.exit_code, 0) << captured.errors;
-  return JsonFromText(captured.output);
+  return Capture(dir, file);
 }
 
 TEST(CaptureTruth, IsSmallForTruePosesAndSeesWrongOnes) {
@@ -65,6 +73,30 @@ TEST(CaptureTruth, IsSmallForTruePosesAndSeesWrongOnes) {
                          " --headless --truth " + (scratch / "gone.txt").string())
                 .exit_code,
             2);
+}
+
+TEST(CaptureTruth, MayBeWrittenWhileTheCaptureRuns) {
+  test::ScratchFolder scratch;
+  const std::string dir = (scratch / "grows").string(), file = dir + ".txt";
+  WriteTum(file, {});
+  auto captured = std::async(std::launch::async, [&] { return Capture(dir, file); });
+  while (!std::filesystem::exists(dir) &&
+         captured.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
+  }
+  WriteTum(file, TruePoses());
+  const nlohmann::json errors = captured.get();
+  EXPECT_LT(errors["ate_live_rmse"].get<double>(), 0.005);
+}
+
+TEST(CaptureTruth, OfAPipeIsReadOnce) {
+  test::ScratchFolder scratch;
+  const std::string pipe = (scratch / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  WriteTum(scratch / "truth.txt", TruePoses());
+  auto captured = std::async(std::launch::async, [&] { return Capture((scratch / "lf").string(), pipe); });
+  std::ofstream(pipe) << std::ifstream(scratch / "truth.txt").rdbuf();
+  const nlohmann::json errors = captured.get();
+  EXPECT_LT(errors["ate_live_rmse"].get<double>(), 0.005);
 }
 
 TEST(CaptureOutputs, AreCheckedBeforeTheWork) {
