@@ -86,7 +86,7 @@ double Scan(const EpipolarPlane& plane) { return std::max(CentralPixel(plane), p
 double BoundBy(Search search, const Pairing& pairing) {
   if (!search) return BoundPx(pairing.recorded, pairing.candidate, pairing.subject);
   const EpipolarPlane plane(pairing.recorded, pairing.candidate, pairing.subject,
-                            AcrossAxis(pairing.recorded, pairing.candidate, pairing.subject), 0);
+                            AcrossAxis(pairing.recorded, pairing.candidate, pairing.subject));
   return plane.usable() ? search(plane) : kNoLimit;
 }
 

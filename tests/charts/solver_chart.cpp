@@ -1,5 +1,7 @@
 // Minimal solvers and how many samples are drawn: time against what the pose is off by, OpenGV's solvers side
 // by side in the product's sampler.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <span>
 

@@ -1,5 +1,7 @@
 // Tracking: pyramid levels that corners are detected on, where the camera goes nearer and farther, where it
 // does not, in pictures that are soft or noisy, and with few frames a second.
+#include <fmt/format.h>
+
 #include "tests/charts/tracking/tracking_runs.h"
 #include "tests/measure/runner.h"
 #include "tests/measure/table.h"

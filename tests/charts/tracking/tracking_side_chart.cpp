@@ -1,4 +1,6 @@
 // Tracking: the size that pictures are tracked at, against the error of the poses and what a frame costs.
+#include <fmt/format.h>
+
 #include <limits>
 
 #include "tests/charts/tracking/tracking_runs.h"
