@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cctype>
-#include <ranges>
 #include <set>
 #include <utility>
 #include <vector>
@@ -32,10 +31,11 @@ std::string Finding::Words() const {
   constexpr std::size_t kNamed = 3;
   const std::size_t at = text.find(kMark);
   if (at == std::string::npos) return text;
-  auto shown = views | std::views::values | std::views::take(kNamed);
-  const std::string names =
-      fmt::format("{}{}", fmt::join(shown.begin(), shown.end(), ", "), views.size() > kNamed ? ", ..." : "");
-  return text.substr(0, at) + fmt::format("{} ({})", ViewNumbers(views), names) +
+  std::vector<std::string> names;
+  for (auto view = views.begin(); view != views.end() && names.size() < kNamed; ++view)
+    names.push_back(view->second);
+  if (views.size() > kNamed) names.push_back("...");
+  return text.substr(0, at) + fmt::format("{} ({})", ViewNumbers(views), fmt::join(names, ", ")) +
          text.substr(at + kMark.size());
 }
 

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <functional>
 #include <opencv2/core.hpp>
-#include <ranges>
 #include <set>
 
 #include "core/base/counted.h"
@@ -54,8 +53,9 @@ Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& 
 }
 
 std::set<int> Ids(const std::map<int, View>& views) {
-  const auto ids = views | std::views::keys;
-  return {ids.begin(), ids.end()};
+  std::set<int> ids;
+  for (const auto& [id, view] : views) ids.insert(ids.end(), id);
+  return ids;
 }
 
 // Adds the differences between `views` and the journal.

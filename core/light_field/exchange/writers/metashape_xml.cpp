@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <iterator>
-#include <ranges>
 
 #include "core/light_field/formats/xml_file.h"
 
@@ -59,9 +58,12 @@ std::string CameraText(const View& view, std::size_t id) {
 }  // namespace
 
 std::string MetashapeXmlText(const LightField& exported) {
-  std::string sensors, cameras;
+  std::string sensors, cameras, numbers;
   for (std::size_t i = 0; i < exported.cameras.size(); ++i) sensors += SensorText(exported.cameras[i], i);
-  for (std::size_t i = 0; i < exported.views.size(); ++i) cameras += CameraText(exported.views[i], i);
+  for (std::size_t i = 0; i < exported.views.size(); ++i) {
+    cameras += CameraText(exported.views[i], i);
+    numbers += fmt::format("{}{}", i == 0 ? "" : " ", i);
+  }
   // A scale says that units are metres.
   const char* transform = exported.units == "metres" ? "        <transform>\n"
                                                        "          <rotation>1 0 0 0 1 0 0 0 1</rotation>\n"
@@ -82,9 +84,7 @@ std::string MetashapeXmlText(const LightField& exported) {
       "    <cameras next_id=\"{}\" next_group_id=\"0\">\n{}    </cameras>\n"
       "  </chunk>\n"
       "</document>\n",
-      exported.cameras.size(), sensors, transform,
-      fmt::join(std::views::iota(std::size_t{0}, exported.views.size()), " "), exported.views.size(),
-      cameras);
+      exported.cameras.size(), sensors, transform, numbers, exported.views.size(), cameras);
 }
 
 }  // namespace ulf
