@@ -163,11 +163,11 @@ inline std::chrono::steady_clock::duration DurationOf(double seconds) {
 }
 
 // Return a refusal without a value, "WHAT: WHY; REMEDY", of a device or of what its URI asks for.
-inline Refusal Refused(std::string what, std::string why, std::string remedy = "") {
-  return {std::move(what), "", std::move(why), std::move(remedy)};
+inline Refusal Refused(const std::string& what, const std::string& why, const std::string& remedy = "") {
+  return {what, "", why, remedy};
 }
-inline Refusal Refused(const DeviceUri& uri, std::string why, std::string remedy = "") {
-  return Refused(fmt::format("'{}'", uri.Text()), std::move(why), std::move(remedy));
+inline Refusal Refused(const DeviceUri& uri, const std::string& why, const std::string& remedy = "") {
+  return Refused(fmt::format("'{}'", uri.Text()), why, remedy);
 }
 
 // Throws Error where no live frames will ever come, with the alternative: photographs, and poses afterwards.

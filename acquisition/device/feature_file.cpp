@@ -28,10 +28,10 @@ std::vector<std::string> ValuesOf(const CameraFeature& selector) {
   if (selector.type == FeatureType::kBoolean) return {"false", "true"};
   if (selector.type == FeatureType::kInteger && selector.min && selector.max) {
     const double step = std::max(1.0, selector.step.value_or(1));
-    if ((*selector.max - *selector.min) / step < kLongestIntegerSelector) {
+    const double steps = (*selector.max - *selector.min) / step;
+    if (steps < kLongestIntegerSelector) {
       std::vector<std::string> values;
-      for (double value = *selector.min; value <= *selector.max; value += step)
-        values.push_back(fmt::format("{:.0f}", value));
+      for (int i = 0; i <= steps; ++i) values.push_back(fmt::format("{:.0f}", *selector.min + i * step));
       return values;
     }
   }

@@ -82,7 +82,7 @@ Turn BareTurn(const BareStream& wanted, std::size_t frames_wanted) {
                  static_cast<gint>(std::max<std::size_t>(2 * bytes, 2 << 20)), nullptr);
   for (int i = 0; i < kSlack; ++i) arv_stream_push_buffer(stream, arv_buffer_new_allocate(bytes));
   arv_camera_start_acquisition(camera, nullptr);
-  const Turn turn = Measure(
+  Turn turn = Measure(
       [&](double& device_time_s) {
         ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream, 1'000'000);
         if (!buffer) return 0;

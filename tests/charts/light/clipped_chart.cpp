@@ -109,7 +109,7 @@ Errors ErrorsOf(const SimulatedCamera& camera, const std::shared_ptr<const Rende
         const auto ray = camera.camera().ImgFromCam(
             Eigen::Vector3d((x + 0.5 - pinhole.cx) / pinhole.fx, (y + 0.5 - pinhole.cy) / pinhole.fy, 1));
         if (!ray || !camera.camera().Contains(*ray)) continue;
-        const cv::Vec3f should = truth.at<cv::Vec3f>(static_cast<int>(ray->y()), static_cast<int>(ray->x()));
+        const auto& should = truth.at<cv::Vec3f>(static_cast<int>(ray->y()), static_cast<int>(ray->x()));
         const cv::Vec3f& is = picture.at<cv::Vec3f>(y, x);
         double squares = 0;
         for (int c = 0; c < 3; ++c) {
