@@ -19,14 +19,14 @@ struct Aperture {
   bool operator==(const Aperture&) const = default;
 };
 
-// Returns the depth of the focal plane along the optical axis, world units. It is always positive: a camera
-// beside or in front of the focus point focuses close to itself.
+// Returns the depth of the focal plane along the optical axis, world units. It is always positive: if the
+// focus point is not before the camera, the plane lies close before it.
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world);
 
-// Returns the radius in metres of an f-number's aperture. The picture of `width_px` pixels covers a sensor of
-// `sensor_width_mm`.
+// Returns the radius in metres of an f-number's aperture, for a camera of focal length `focal_px` whose
+// picture of `width_px` pixels covers a sensor of `sensor_width_mm`.
 double ApertureRadius(double f_number, double focal_px, int width_px, double sensor_width_mm);
-// Returns the f-number of a radius.
+// Does the reverse.
 double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm);
 
 // The focal plane as a proxy, which hides nothing. With an aperture it replaces the scene's proxy, whose
@@ -43,7 +43,8 @@ class FocalPlane : public Proxy {
 
 std::shared_ptr<const RenderScene> WithFocalPlane(const RenderScene& scene, const Aperture& aperture);
 
-// Returns the proxy's point at `img` of an undistorted camera, in the world frame, on which a click focuses.
+// Returns the point of the proxy that an undistorted camera sees at `img` (px), in the world frame: a click
+// there focuses on it.
 Eigen::Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid3& cam_from_world,
                              const Eigen::Vector2d& img);
 

@@ -11,7 +11,7 @@
 
 namespace ulf::render {
 
-// Returns the inverse of `corners`, also for badly shaped triangles; zero if they are seen edge-on.
+// Returns the inverse of `corners`, also for badly shaped triangles; zero for one that is seen edge-on.
 inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
   constexpr double kLeastVolume = 1e-15;  // share of a right-angled cone's volume: rounding
   const double size = corners.col(0).norm() * corners.col(1).norm() * corners.col(2).norm();
@@ -19,6 +19,7 @@ inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
   return corners.inverse();
 }
 
+// Returns the barycentric coordinates at which a ray meets the triangle; none if it misses the triangle.
 inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_from_ray,
                                                   const Eigen::Vector3d& ray) {
   // A ray within rounding of an edge belongs to both triangles, so that no ray falls between them.
