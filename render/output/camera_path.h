@@ -1,5 +1,5 @@
-// Camera paths, and named ones around the subject (path_files.h reads those in files). Poses are in the light
-// field's world.
+// Makes camera paths around the subject, which have names; path_files.h reads those in files. Poses are in
+// the light field's world. The named paths throw Error if all views stand at the subject's centre.
 #pragma once
 
 #include <optional>
@@ -23,9 +23,9 @@ struct CameraPath {
   }
 };
 
-// Returns an ellipse through the viewpoints' directions, shrunk until it stays inside their hull, at their
-// median distance, aimed at the subject; a full circle if the views stand all around the subject; to and fro
-// along a row of views. One frame is the middle.
+// Goes along an ellipse through the viewpoints' directions, shrunk until it stays inside their hull, at their
+// median distance, aimed at the subject; along a full circle if the views stand all around the subject; to
+// and fro along a row of views. If `frames` is 1, the pose is in the middle.
 CameraPath OrbitPath(const RenderScene& scene, int frames);
 
 // Goes from the viewpoints' median distance straight towards the subject, down to `nearest_share` of that
@@ -47,8 +47,9 @@ CameraPath SpiralPath(const RenderScene& scene, int frames);
 CameraPath RisePath(const RenderScene& scene, int frames);
 CameraPath SweepPath(const RenderScene& scene, int frames);
 
-// Returns the smallest zoom, at least 1, at which the photographs fill the pictures along the path. Cameras
-// that were not held level leave the corners of pictures from other places uncovered.
+// Returns the smallest zoom from 1 to 1.6 at which the photographs fill the pictures along the path but for
+// half a per cent; 1.6 if none does. Cameras that were not held level leave the corners of pictures from
+// other places uncovered. Renders small pictures at some poses.
 double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
 
 bool IsNamedPath(const std::string& path);

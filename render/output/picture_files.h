@@ -32,19 +32,19 @@ struct PictureEncoding {
   // The colour (B G R, 0 to 1 in PNG's encoding) behind a picture with alpha; none: PNG and EXR keep the
   // alpha.
   std::optional<cv::Vec3d> background = {};
-  bool closes_narrow_gaps = true;  // for PNG (WithNarrowGapsClosed())
+  bool closes_narrow_gaps = true;  // in PNG and video (WithNarrowGapsClosed())
   ExrCompression exr_compression = ExrCompression::kZip;
   bool knows_colors = true;  // RenderScene::knows_colors: an EXR may name its colour space
 };
 
 // Returns the format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws
-// Refusal if they contradict each other.
+// Refusal if they contradict each other, or for a file of another ending.
 PictureFormat FormatOf(const std::filesystem::path& out, const std::string& format);
 
-bool IsSinglePicture(const std::filesystem::path& out);
-bool IsVideo(const std::filesystem::path& out);
+bool IsSinglePicture(const std::filesystem::path& out);  // by its ending, .png or .exr
+bool IsVideo(const std::filesystem::path& out);          // by its ending, .mp4
 
-std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);
+std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);  // a file's content
 // Returns the picture for a display, 8-bit sRGB, over the background or over black.
 cv::Mat DisplayPicture(const Rendering& picture, const PictureEncoding& encoding);
 // Returns 8-bit sRGB, brighter by `exposure_stops`.
@@ -63,7 +63,7 @@ class PictureFiles {
   // render.json, which may be of another program.
   PictureFiles(std::filesystem::path out, const PictureEncoding& encoding,
                const std::map<std::string, std::string>& settings, bool overwrite);
-  // Returns whether the picture exists and is kept.
+  // Returns whether the picture exists in the folder and is to be kept (no `overwrite`).
   bool Has(int number) const;
   // Throws DiskFullError or Error; then nothing of this picture remains, and all other pictures do.
   void Write(int number, const Rendering& picture);
@@ -80,7 +80,7 @@ class PictureFiles {
 // if one of its pixels is farther than this share of the longer side from what is drawn. Guessed.
 inline constexpr double kNarrowGapShare = 0.03;
 
-// `linear` is CV_32FC3, `drawn` CV_8U (Rendering). A picture without gaps is returned unchanged.
+// `linear` and `drawn` are those of Rendering. A picture without gaps is returned unchanged.
 cv::Mat WithNarrowGapsClosed(const cv::Mat& linear, const cv::Mat& drawn);
 
 }  // namespace ulf::render
