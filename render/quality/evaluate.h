@@ -18,7 +18,7 @@
 
 namespace ulf::render {
 
-// A picture of a left-out view beside its photograph, both in 8-bit sRGB.
+// A picture of a left-out view beside its photograph, both in 8-bit sRGB. The images do not outlive the call.
 struct ComparedPicture {
   int view_id = 0;
   const cv::Mat& rendered;
@@ -38,8 +38,7 @@ struct EvaluateOptions {
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
   int window_px = 0;         // size limit of the evaluated middle of each picture; 0: all of it
-  std::function<void(const ComparedPicture&)> look =
-      {};  // called with each picture, which ends with the call
+  std::function<void(const ComparedPicture&)> look = {};  // called with each picture
   // Called before each picture, and at the end, with the share that is done, 0 to 1; what it throws ends the
   // evaluation.
   std::function<void(double share)> between = {};

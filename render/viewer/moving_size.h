@@ -1,5 +1,5 @@
 // Chooses the size at which a picture is drawn while its camera moves: the largest that allows the wanted
-// frame rate, in steps that halve the number of pixels, and not below a quarter of the width. Assumes that
+// frame rate, in steps that halve the number of pixels, and not below a quarter of the width. It assumes that
 // the time is proportional to the number of pixels.
 #pragma once
 
