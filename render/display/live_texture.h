@@ -1,5 +1,4 @@
-// A picture that changes every frame, as an OpenGL texture. The surface's context must be current, in the
-// destructor too.
+// A picture that changes every frame, as an OpenGL texture. Its surface must outlive it.
 #pragma once
 
 #include <memory>
@@ -18,8 +17,7 @@ class LiveTexture {
   LiveTexture& operator=(const LiveTexture&) = delete;
   void Upload(const cv::Mat& srgb8);  // 8-bit B, G, R
   // Fills the bound framebuffer of size `screen`: the picture in `area` (pixels from the upper left), the
-  // colour `around_rgb` (0 to 1) elsewhere. It copies without blending, which a software rasteriser does
-  // slowly.
+  // colour `around_rgb` (0 to 1) elsewhere. It does not blend, which is slow on software rasterisers.
   void FillScreen(const cv::Rect2d& area, const cv::Size& screen, const cv::Vec3f& around_rgb) const;
   bool empty() const { return texture_ == 0; }  // until the first Upload()
 

@@ -17,8 +17,7 @@ inline constexpr Rgba kText{235, 235, 235}, kDim{170, 170, 170}, kGood{110, 220,
     kCareful{255, 200, 70}, kPanel{0, 0, 0, 175};
 }
 
-// Returns the pixels per point for texts: the screen's, or fewer for small windows, where texts
-// would overlap.
+// Returns pixels per point for texts: the screen's, or fewer in small windows, where they would overlap.
 double ScaleOf(const Surface& surface);
 
 // An item of the status line; items are drawn from left to right.

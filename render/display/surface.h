@@ -1,7 +1,6 @@
 // A surface for drawing and input: a window (GLFW), or a picture without a window (EGL). Both use the same
-// drawing code. Input events are values, so that a test can simulate the user. While a surface lives, its
-// OpenGL 4.5 core context is current in the thread that made it, which alone may use the surface. Only one
-// surface may live at a time.
+// drawing code. Input events are values, so that a test can simulate the user. While a surface lives, OpenGL
+// 4.5 core is current in the thread that made it, which alone may use it. One surface may live at a time.
 #pragma once
 
 #include <Eigen/Core>
@@ -59,8 +58,7 @@ class SurfaceGone : public Error {
   using Error::Error;
 };
 
-// Reports that the display server still runs but has cut the connection, as xkill makes it do: the user
-// wanted to close the window.
+// Reports that the display server runs but has cut the connection, as xkill makes it do to close the window.
 class SurfaceKilled : public SurfaceGone {
  public:
   using SurfaceGone::SurfaceGone;

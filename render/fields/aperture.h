@@ -1,7 +1,6 @@
 // A virtual lens with a wide aperture (thesis, section 5.5). Rays enter through a disc around the virtual
 // camera's centre, perpendicular to its optical axis. Points on the focal plane, which is perpendicular to
-// the axis as well, are sharp. Recorded views are sample points of the disc; aperture_field.h computes their
-// weights.
+// the axis as well, are sharp. Recorded views are samples of the disc; aperture_field.h weights them.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,8 +42,7 @@ class FocalPlane : public Proxy {
 
 std::shared_ptr<const RenderScene> WithFocalPlane(const RenderScene& scene, const Aperture& aperture);
 
-// Returns the point of the proxy that an undistorted camera sees at `img` (px), in the world frame: a click
-// there focuses on it.
+// Returns the point of the proxy, world frame, that an undistorted camera sees at `img` (px).
 Eigen::Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid3& cam_from_world,
                              const Eigen::Vector2d& img);
 

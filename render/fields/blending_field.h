@@ -2,8 +2,8 @@
 //
 // All fields have one contract. Given the virtual camera's centre V, and for a pixel the ray through V and
 // the point P where that ray meets the proxy, a field returns a list of (view, weight). Weights are not
-// negative and sum to one; the list is empty where the field has no view. The renderer checks which of the
-// views really see P.
+// negative and sum to one; the list is empty where the field has no view. The renderer checks which views see
+// P.
 //
 //   kLinear, kSubdivision  by where the line through V crosses the mesh of viewpoints (thesis, 5.1 and 5.3)
 //   kLumigraph             the k best views by angle and resolution at P (Buehler et al. 2001)
@@ -26,8 +26,7 @@ struct ViewWeight {
 // A field's result for one ray.
 struct FieldSample {
   std::vector<ViewWeight> weights;  // each view once
-  // It is 1 between views that stand close together, less in wide triangles and outside the hull, and 0
-  // without weights.
+  // 1 between views that stand close together, less in wide triangles and outside the hull, 0 without any.
   double confidence = 0;
   bool extrapolated = false;  // the ray crosses the viewpoint mesh outside the hull
   // Adds to the view's weight; weights of 0 or less are ignored.

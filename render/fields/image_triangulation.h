@@ -1,6 +1,5 @@
 // Computes lumigraph weights at the vertices of a Delaunay triangulation of the image (Buehler et al. 2001,
-// section 4). The vertices are a regular grid and the projected viewpoints; between them weights are linear
-// in the image.
+// section 4). The vertices are a regular grid and the projected viewpoints; weights are linear between them.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,8 +23,7 @@ struct WeightedImageTriangulation {
 
 // Returns the proxy's depth at a point of the image, world units.
 using DepthAt = std::function<double(const Eigen::Vector2d& img)>;
-// Reads depths from `drawn` (CV_32F, the proxy's triangles as `camera` sees them); where that is 0 or empty,
-// they are the plane's.
+// Reads depths from `drawn` (CV_32F: the proxy's triangles); where that is 0 or empty they are the plane's.
 DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const CameraModel& camera);
 
 // `options` must be the result of FieldThatServes(); `camera` has no distortion.

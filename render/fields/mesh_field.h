@@ -12,8 +12,7 @@
 // is moved off the mesh, along the direction from the subject, so that the triangle at V covers the image.
 //
 // Outside the hull, strips extend the boundary outward; their weights are the boundary's. If triangles
-// overlap (strips across a concave rim, or a fold that smoothing left), the last one counts; strips come
-// first.
+// overlap (strips across a concave rim, or a remaining fold), the last one counts; strips come first.
 #pragma once
 
 #include <memory>

@@ -31,8 +31,7 @@ void CheckMade(const char* doing, const std::function<void()>& release);
 // Samples a texture with `filter` (GL_NEAREST or GL_LINEAR) and clamps coordinates to its edges.
 void SetSampling(unsigned texture, unsigned filter);
 
-// Enables the depth test with `function` (GL_EQUAL and so on); `writes` lets passing pixels write their
-// depth.
+// Enables the depth test with `function` (GL_EQUAL ...); if it `writes`, passing pixels write their depth.
 void SetDepthTest(unsigned function, bool writes);
 
 class GlProgram {

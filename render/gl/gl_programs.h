@@ -12,8 +12,7 @@ namespace ulf::render {
 
 class GlPrograms {
  public:
-  // `has_triangles`: the proxy has triangles, whose depth is drawn first. Leaves out code that the scene does
-  // not need.
+  // `has_triangles`: the proxy has triangles, whose depth is drawn first. Leaves out code of no use.
   void Build(const RenderScene& scene, bool show_field, bool has_triangles);
 
   const GlProgram& cover() const { return cover_; }  // draws the triangles' order and confidence

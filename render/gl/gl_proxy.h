@@ -1,5 +1,4 @@
-// Draws the depths of the proxy's triangles in OpenGL, before anything is blended. The context must be
-// current for all functions.
+// Draws the depths of the proxy's triangles, before anything is blended. The context must be current.
 #pragma once
 
 #include <memory>

@@ -74,8 +74,7 @@ class GlRenderer : public Renderer {
   std::unique_ptr<struct GlRendererState> state_;
 };
 
-// Makes the renderer of options.renderer. Throws Error for a scene without views and, for kGl, without a
-// usable OpenGL 4.5.
+// Makes the renderer of options.renderer. Throws Error without views, or for kGl without OpenGL 4.5.
 std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
                                        const RenderOptions& options);
 

@@ -27,8 +27,7 @@ class GlViews {
   std::vector<GlPhotographs::LevelRequest> LevelRequests(std::span<const int> views) const;
 
   // Sets the layers of the photographs of the first views in `views` whose textures fit into kMostArrays
-  // arrays, and returns how many these are; all other views have none. The n-th of `arrays` is the shaders'
-  // array n.
+  // arrays, and returns how many these are; all other views have none. `arrays` are in the shaders' order.
   std::size_t SetPlaces(std::span<const int> views, const GlPhotographs& photographs,
                         std::vector<unsigned>& arrays);
   // Sets the layers alone, of all views, for shaders that read no photograph, or one array at a time.

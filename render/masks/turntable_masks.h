@@ -1,5 +1,4 @@
-// Makes masks that exclude the still background of a light field whose subject turned before a standing
-// camera.
+// Makes masks that exclude the still background of a light field whose subject turned before the camera.
 //
 // 1. The poses give the turntable's axis and the camera's stands: times in which it stayed in one place
 //    (core/geometry/turn_axis.h).

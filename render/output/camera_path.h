@@ -28,8 +28,7 @@ struct CameraPath {
 // and fro along a row of views. If `frames` is 1, the pose is in the middle.
 CameraPath OrbitPath(const RenderScene& scene, int frames);
 
-// Goes from the viewpoints' median distance straight towards the subject, down to `nearest_share` of that
-// distance.
+// Goes straight towards the subject, from the viewpoints' median distance to `nearest_share` of it.
 CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share = 0.5);
 
 // Zooms out while the camera approaches, so that the plane through the subject's centre keeps its size and
@@ -57,8 +56,7 @@ bool IsNamedPath(const std::string& path);
 // the request, such as "0:2/7".
 void RequireFrames(const CameraPath& path, int asked, const std::string& frames);
 
-// Selects the pictures of a path that are rendered: a number of them, or a part of all, so that several
-// machines can share the work.
+// Selects the pictures of a path that are rendered: their number, or a part for one of several machines.
 struct FrameRange {
   int count = 0;  // pictures of the whole path; 0: the path's own number
   int first = 0;

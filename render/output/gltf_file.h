@@ -1,5 +1,4 @@
-// Writes a mesh with its cameras as glTF 2.0 (registry.khronos.org/glTF/specs/2.0), in one binary file
-// (.glb).
+// Writes a mesh with its cameras as glTF 2.0 (registry.khronos.org/glTF/specs/2.0), in one .glb file.
 //
 // glTF's world has y up; the light field's lies below a node "world" that rotates it, so that all in it keeps
 // its numbers. glTF's cameras look along -z with y up, have square or oblong pixels, the principal point in

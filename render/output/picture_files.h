@@ -3,8 +3,7 @@
 // A picture is written under a temporary name and renamed, so that every picture in the folder is complete. A
 // render that was killed therefore continues when it is started again, and several renders can fill one
 // folder, each with a part of the path. The folder's render.json holds the settings that all its pictures
-// have in common. A render with other settings is refused, because the folder would mix the pictures of two
-// renders.
+// have in common. A render with other settings is refused, because it would mix two renders.
 #pragma once
 
 #include <cstdint>

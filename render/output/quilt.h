@@ -6,8 +6,7 @@
 // look in the same direction; each frustum is sheared so that it goes through the window (off its axis),
 // never rotated towards the subject: that would tilt the plane of focus and give vertical parallax. Tile 0,
 // the leftmost viewpoint, is at the bottom left; tiles follow from left to right, then upwards. The file's
-// name holds the display's aspect (_qs8x6a0.75: columns x rows, width over height), because tiles may be
-// squeezed.
+// name holds the display's aspect (_qs8x6a0.75: columns x rows, width over height), as tiles may be squeezed.
 #pragma once
 
 #include <functional>

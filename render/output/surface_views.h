@@ -1,10 +1,8 @@
-// Determines which photographs show the vertices of a mesh, and how well, to blend textures and vertex
-// colours.
+// Determines which photographs show a mesh's vertices, and how well, to blend textures and vertex colours.
 //
 // A view's score at a vertex is how squarely and how largely it shows the surface there, times how well it
 // sees the vertex past the proxy and the edge of its picture (the feather of SceneView::ProjectVisible()).
-// The best few views have shares, which fall to zero where the next view takes over, so that they change
-// smoothly along the surface.
+// The best few views have shares, which fall to zero where the next view takes over.
 #pragma once
 
 #include <opencv2/core.hpp>

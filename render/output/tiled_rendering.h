@@ -1,5 +1,4 @@
-// Renders pictures that are larger than the graphics hardware or its memory allows, in tiles with shifted
-// principal points.
+// Renders pictures that are too large for the graphics hardware in tiles with shifted principal points.
 #pragma once
 
 #include "render/renderer/renderer.h"

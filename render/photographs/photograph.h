@@ -1,8 +1,7 @@
 // A photograph as a pyramid, of which renderers read one level at a time.
 //
 // Level 0 is the photograph; each further level is half the size (areas averaged in linear light), with the
-// sizes of OpenGL's mipmaps: rounded down, at least one pixel. All photographs of a scene have the same form,
-// one of two:
+// sizes of OpenGL's mipmaps: rounded down, at least one pixel. A scene's photographs have one form of two:
 //
 //   CV_8UC3   8-bit sRGB, B G R
 //   CV_16FC4  half floats in linear light: B G R, premultiplied by the fourth channel, the pixel's share (as

@@ -33,8 +33,7 @@ class PhotographLoader {
   // Once this many bytes were read and not taken, the loader continues only during Wait(). Guessed.
   static constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 
-  // Returns the level, if it was requested and has been read; the request is then done. Throws what reading
-  // threw.
+  // Returns the level if it was requested and is read; the request is then done. Throws what reading threw.
   std::optional<cv::Mat> Take(const Key& key);
   // Does the same but waits. A level that was not requested never comes.
   cv::Mat Wait(const Key& key);

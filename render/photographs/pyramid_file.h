@@ -22,8 +22,7 @@ struct PixelCounts {
   bool operator==(const PixelCounts&) const = default;
 };
 
-// Writes under a temporary name and renames, since two programs may write one file. Throws DiskFullError or
-// Error.
+// Writes under a temporary name and renames: two programs may write one file. Throws DiskFullError or Error.
 void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
                       const PixelCounts& counts = {});
 
@@ -31,8 +30,7 @@ struct StoredLevel {
   cv::Mat pixels;
   PixelCounts counts = {};  // of the whole photograph
 };
-// Returns a level; none if the file is missing or damaged, or has another key or a photograph of another size
-// or form.
+// Returns a level; none if the file is missing or damaged, or has another key, size or form of photograph.
 std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,
                                            const Photograph& photograph, int level);
 

@@ -15,8 +15,7 @@ namespace ulf::render {
 // row of a block is one vector operation.
 inline constexpr int kBlockPx = 12;
 
-// The noise variance of a smoothed picture's gradients, along x or y, over that of its pixels: both kernels
-// are known.
+// Noise variance of a smoothed picture's gradients, along x or y, over that of its pixels: from both kernels.
 inline constexpr double kGradientNoiseShare = 0.417;
 
 struct BlockAlignmentOptions {

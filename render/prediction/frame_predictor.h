@@ -44,8 +44,8 @@ struct PredictedFrame {
   double noise_share = 1;              // share of a view's noise variance that the blend keeps
   std::vector<PredictedByView> views;  // nearest first
   double nearest_view_angle = 0;       // radians at the subject
-  // 0: as seen from the subject, the views stand all round the frame, or one in its place; 1:
-  // all on one side.
+  // As seen from the subject: 0 if the views stand all round the frame, or one in its place; 1: all on one
+  // side.
   double one_sided = 0;
 };
 
@@ -53,8 +53,7 @@ struct FramePredictorOptions {
   int views = 4;  // number of blended views. Guessed: as many as fill a pixel of the renderer.
 };
 
-// Smooths a picture before comparison (3x3, binomial), because interpolation between pixels blurs and this
-// must not count as an error.
+// Smooths a picture before comparison (3x3, binomial), so that the blur of interpolation is no error.
 cv::Mat Smoothed(const cv::Mat& grey);
 inline constexpr double kSmoothedNoiseShare = 0.140625;  // remaining share of the noise variance
 

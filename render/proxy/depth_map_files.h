@@ -33,8 +33,7 @@ struct KeptGeometry {
 KeptGeometry WriteGeometryFiles(const LightField& light_field, const std::string& mesh_ply,
                                 const std::map<int, ViewDepthMap>& maps, FormerGeometry former);
 
-// Finishes a WriteGeometryFiles() that was killed: removes the maps that do not belong to the mesh, or moves
-// them to kept/.
+// Finishes a killed WriteGeometryFiles(): removes maps that belong to another mesh, or moves them to kept/.
 void FinishGeometryFiles(const std::filesystem::path& light_field_folder);
 
 // Removes from `maps` those of views that `light_field` does not have, and those whose view has another pose

@@ -26,8 +26,7 @@ struct MeshReading {
   std::string Dropped() const;
 };
 
-// Throws Error that names the file and the fault: missing, neither PLY nor OBJ, truncated, a corner that is
-// not a vertex, no triangle.
+// Throws Error that names file and fault: missing, not PLY or OBJ, truncated, an unknown vertex, no triangle.
 MeshReading ReadMeshFile(const std::filesystem::path& file);
 
 // Returns the bytes of a PLY file; `comments` are lines for its header.

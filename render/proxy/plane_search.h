@@ -38,9 +38,8 @@ struct PlaneSearch {
 // Examines the finite points of the light field; the views only tell from where points were seen.
 PlaneSearch FindPlanes(const LightField& light_field);
 
-// Returns for each point of the light field the viewpoints of the views that show it, the nearest first; for
-// a point without a track the nearest viewpoint of all. Empty for a point that is not finite, and without
-// views.
+// Returns for each point of the light field the viewpoints of the views that show it, the nearest first;
+// without a track the nearest viewpoint of all. Empty for a point that is not finite, and without views.
 std::vector<std::vector<Eigen::Vector3d>> ViewpointsOfPoints(const LightField& light_field);
 
 // Returns the median distance from a point to its fourth nearest, which is a little more than the points'

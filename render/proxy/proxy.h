@@ -18,8 +18,7 @@
 
 namespace ulf::render {
 
-// The plane of points x in the camera frame with normal . x = offset; the normal points away from the camera,
-// and offset > 0.
+// The plane of points x in the camera frame with normal . x = offset > 0: the normal points away from it.
 struct PlaneInCamera {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   double offset = 1;       // world units

@@ -1,5 +1,4 @@
-// Determines what the proxy hides from a recorded view, by a shadow map: a small depth map of the proxy from
-// the view's place.
+// Determines what the proxy hides from a recorded view by a shadow map: a small depth map from the view.
 //
 // A point is compared with the four texels around it (percentage closer filtering, Reeves et al. 1987), so
 // that visibility fades over one texel. The fade lies outside the proxy's outline, because a photograph
@@ -19,8 +18,7 @@ namespace ulf::render {
 
 struct ShadowMap {
   CameraModel camera;  // without distortion, covering the view's image
-  // CV_32F, 1 / (depth along the optical axis), tolerance included: points of smaller inverse
-  // depth are hidden.
+  // CV_32F, 1 / (depth along the optical axis) with tolerance: points of smaller inverse depth are hidden.
   cv::Mat least_inverse_depth;
 
   // Returns 0 (hidden) to 1 (visible). Points outside the map or behind the camera are visible.

@@ -27,8 +27,7 @@ struct ErrorShares {
   double of_worst_hundredth = 0;                // share of all error in the worst hundredth of the pixels
 };
 
-// Pictures are 8-bit sRGB; `valid` is CV_8U, 0 at pixels that do not count; `depth` and `confidence` are
-// those of Rendering.
+// Pictures are 8-bit sRGB; `valid` is CV_8U, 0 where pixels do not count; the others are Rendering's.
 ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
                         const cv::Mat& depth, const cv::Mat& confidence);
 

@@ -1,5 +1,4 @@
-// Held-out evaluation: every k-th view is left out, rendered from the others, and compared with its
-// photograph.
+// Evaluates a field: every k-th view is left out, rendered from the others, and compared with its photograph.
 //
 // The pinhole rendering is compared with the undistorted photograph at its own exposure, in 8-bit sRGB, on
 // the full image and inside the silhouette of the subject's sphere (the disc). Pixels that other views fill

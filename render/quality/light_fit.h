@@ -1,6 +1,5 @@
 // Estimates the brightness of each photograph relative to the others, and the vignetting (fall-off) of the
-// lens, for all views together: imported sets do not record exposure, and a phone changes it from picture to
-// picture.
+// lens, for all views together: imported sets do not record exposure, and phones vary it.
 //
 // Points of the proxy's surface that several views see should send the same light to all of them. The model
 //

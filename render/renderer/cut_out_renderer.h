@@ -13,8 +13,7 @@
 namespace ulf::render {
 
 // Up to the first of these blends of the masks alpha is 0, from the second on 1, linear between. Guessed:
-// geometry that is off by a pixel at the rim makes views disagree there, and the blend itself as alpha would
-// leave a veil.
+// geometry that is off by a pixel at the rim makes views disagree there; the blend itself would leave a veil.
 constexpr float kOutsideShare = 0.3f, kInsideShare = 0.7f;
 
 class CutOutRenderer : public Renderer {

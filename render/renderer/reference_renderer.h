@@ -38,8 +38,7 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const PlacedFi
                                         const cv::Mat& depth, const RenderOptions& options);
 
 // Interpolates a photograph's level bilinearly between pixel centres, edges repeated: linear B G R, not
-// premultiplied, and the share of the four pixels that has light (0: none). `img` is in pixels of `camera`,
-// whatever the level.
+// premultiplied, and the share of the four pixels that has light (0: none). `img` is in `camera`'s pixels.
 cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
 // Does the same for a view, on the scene's common scale of light. `level` is one of its photograph.

@@ -39,8 +39,8 @@ struct RenderOptions {
   bool show_field = false;  // show a colour for each view as its photograph (thesis, figure 5-1)
   bool depth = false;       // fill Rendering::depth
   bool weights = false;     // fill Rendering::weights, which takes as long as the reference renderer
-  // Memory for photographs on the GPU; 0: GlPhotographs::LimitBytes(). A picture that needs more is drawn in
-  // several passes.
+  // Memory for photographs on the GPU; 0: GlPhotographs::LimitBytes(). Pictures that need more take several
+  // passes.
   double gpu_memory_mb = 0;
   // Wait for photographs that are not read yet. Otherwise a picture is drawn from the loaded ones (coarser
   // levels, fewer views), and improves from picture to picture, until loading() returns false.
@@ -93,8 +93,7 @@ class Renderer {
   virtual const RenderScene& scene() const = 0;
 };
 
-// If the weights of the field's views that see a pixel's point sum to less, none counts as
-// seeing it. Guessed.
+// If the weights of the views that see a pixel's point sum to less, none counts as seeing it. Guessed.
 inline constexpr double kLeastWeight = 1e-4;
 
 // Says how other views fill pixels that the field's own views hardly see.

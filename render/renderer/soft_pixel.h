@@ -106,8 +106,7 @@ class SoftPixel {
   SoftConstants constants_;
 };
 
-// Returns for each tile of the picture the views that its pixels examine, nearest to the virtual camera
-// first.
+// Returns for each tile of the picture the views that its pixels examine, nearest first.
 ViewTiles SoftViewsOfTiles(ViewTiler& tiler, const RenderScene& scene, const CameraModel& camera,
                            const Rigid3& cam_from_world);
 

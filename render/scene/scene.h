@@ -23,8 +23,7 @@ struct Seen {
   double feather = 1;   // the view's weight: 0 at the edge of its image, 1 from kFeatherShare inwards
 };
 
-// The width of the band at the edge of a view's image in which its weight grows from 0 to 1, over the shorter
-// side of the image. Guessed.
+// The width of the band at an image's edge in which weight grows from 0 to 1, over the shorter side. Guessed.
 inline constexpr double kFeatherShare = 0.03;
 
 // A photograph's brightness relative to the other views', where it was not recorded but estimated from the
@@ -60,8 +59,8 @@ struct SceneView {
   cv::Mat Srgb8() const;
   // Returns none if the point is behind the camera or outside its image.
   std::optional<Seen> Project(const Eigen::Vector3d& point_in_world) const;
-  // Does the same, and returns none also if the proxy hides the point; the feather then fades at the outlines
-  // of what hides, too.
+  // Does the same, and returns none also if the proxy hides the point; the feather then also fades at
+  // outlines.
   std::optional<Seen> ProjectVisible(const Eigen::Vector3d& point_in_world) const;
 };
 
@@ -76,8 +75,7 @@ struct RenderScene {
   // Whether light is linear sRGB, by a colour profile, a raw file's own matrix, or the camera's encoding.
   // Otherwise (linear masters without a profile) colours are the sensor's own.
   bool knows_colors = true;
-  // Whether masked areas are no part of the scene (LightField::turntable), so that renderings
-  // are empty there.
+  // Whether masked areas are no part of the scene (LightField::turntable), and empty in renderings.
   bool is_cut_out = false;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null if they are in memory

@@ -44,8 +44,7 @@ std::shared_ptr<const Proxy> ProxyForBrackets(const LightField& light_field);
 // Returns the depth of the photograph's pixels along the optical axis: CV_32FC1, world units.
 cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy& proxy);
 
-// `view` has other exposures. Throws Error for files that cannot be read, Refusal if the view's own exposure
-// time is unknown.
+// Throws Error for files that cannot be read, Refusal if the view's own exposure time is unknown.
 MergedView MergeExposuresOf(const LightField& light_field, const View& view, const Proxy& proxy,
                             const BracketMergeOptions& options = {});
 

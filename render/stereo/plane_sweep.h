@@ -84,8 +84,7 @@ class PlanesOfTiles {
 PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                  const InverseDepthRange& range, const SweepOptions& options = {});
 
-// Returns the cost of each plane at each pixel, in 8 bits; on the processor. A null `compared` means all
-// planes.
+// Returns the cost of each plane at each pixel, in 8 bits; on the processor. Null `compared`: all planes.
 CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                          const InverseDepthRange& range, const SweepOptions& options = {},
                          const PlanesOfTiles* compared = nullptr);
@@ -94,8 +93,7 @@ int KeptNeighbours(std::size_t neighbours);
 constexpr float kCostUnit = 80;  // 8-bit units for a cost of 1: the largest, 2, still fits
 std::uint8_t CostByte(float cost);
 
-// Chooses the planes. There is no depth where the photograph is masked or the least cost is at an end of the
-// range.
+// Chooses the planes. Masked pixels, and those of least cost at an end of the range, have no depth.
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
                           const SweepOptions& options = {});
 // Runs MatchingCosts(), for all planes or for those near surfaces, and DepthOfLeastCost().

@@ -27,8 +27,7 @@ struct StereoView {
 // Returns the view at half the size.
 StereoView HalfSize(const StereoView& view);
 
-// Makes the view of a scene's photograph. The longer side gets `size_px` pixels, or keeps the photograph's
-// size if that is smaller.
+// Makes the view of a photograph, with a longer side of `size_px`, or the photograph's if that is smaller.
 StereoView MakeStereoView(const SceneView& view, int size_px);
 
 // Does the same for pictures of a running capture, 8-bit sRGB B G R: it reduces them first, and caches the

@@ -33,8 +33,7 @@ void WriteSweptMaps(const std::filesystem::path& folder, const MapShare& share, 
 // The maps of all shares of a folder, as their indices name them; each is read on demand.
 class SweptMapFiles {
  public:
-  // Reads the map of a view (View::id). Throws Error for a map that is missing, whose bytes have changed, or
-  // that is not of `size`.
+  // Reads the map of View::id `id`. Throws Error if it is missing, not of `size`, or its bytes have changed.
   SweptMap Read(int id, const cv::Size& size) const;
 
  private:

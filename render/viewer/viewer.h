@@ -40,8 +40,7 @@ struct ViewerOptions {
 
 class Viewer {
  public:
-  // The surface's context must be current as long as the viewer lives. Throws Error without OpenGL 4.5, and
-  // as the first proxy does.
+  // The surface must outlive the viewer. Throws Error without OpenGL 4.5, and as the first proxy does.
   Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const ViewerOptions& options);
 
   // Handles input, for which it waits up to `patience_s`, and draws if something has changed, if the last

@@ -1,5 +1,4 @@
-// Delaunay triangulations of directions and of points in the plane. They are CGAL's (GPL), which
-// delaunay.cpp alone includes.
+// Delaunay triangulations of directions and of points in the plane. CGAL (GPL) makes them.
 #pragma once
 
 #include <Eigen/Core>

@@ -16,8 +16,7 @@
 //               the outer sheet twice.
 //   Outside     Each boundary vertex has an outward tangent, along which the mesh is extended past the hull.
 //
-// Sets that span no surface (one view, two views, a row, a ring, all views in one place) are marked by
-// `span`.
+// Sets that span no surface (one view, two, a row, a ring, all in one place) are marked by `span`.
 #pragma once
 
 #include <Eigen/Core>
@@ -53,8 +52,7 @@ struct ViewpointMesh {
   int boundary_vertices = 0;
   int smoothing_rounds = 0;
   bool folds_remain = false;
-  // Number of groups of views whose directions are at least 60 degrees apart from group to group; 0 for
-  // kPlace.
+  // Number of groups of views, at least 60 degrees apart as seen from the subject's centre; 0 for kPlace.
   int groups = 0;
   double median_distance = 0;  // of the views to the subject's centre, world units
   double mean_edge_rad = 0;    // mean angle of an edge as seen from the subject's centre; 0 unless kSurface

@@ -7,8 +7,8 @@
 //   OUT/data/*.js    cameras, blending field, geometry, small and fine pictures, in order of need
 //
 // Expensive steps are done here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh),
-// geometry of few triangles, photographs without distortion on one scale of light. The page draws as the GL
-// renderer does.
+// geometry of few triangles, photographs without distortion on one scale of light. The page draws as
+// GlRenderer does.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // Converts the photographs of a light field to pictures for a page: without distortion, on one scale of light
-// (exposures, gains and fall-offs divided out), in sRGB, as WebP, each in two sizes. Their size and quality
-// follow from the allowed bytes.
+// (exposures, gains and fall-offs divided out), in sRGB, as WebP, each in two sizes. Size and quality follow
+// from the allowed bytes.
 #pragma once
 
 #include <cstddef>
