@@ -32,8 +32,7 @@ class LiveTexture {
 class PictureWindow {
  public:
   explicit PictureWindow(const std::string& title);  // throws Error if no window can be opened
-  // `srgb8`: 8-bit B, G, R. Returns false if q, Escape or the close button was pressed since the last call.
-  // Throws SurfaceGone.
+  // `srgb8`: 8-bit B, G, R. Returns false if q, Escape or the close button was pressed. Throws SurfaceGone.
   bool Show(const cv::Mat& srgb8);
 
  private:

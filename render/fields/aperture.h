@@ -19,7 +19,7 @@ struct Aperture {
 };
 
 // Returns the depth of the focal plane along the optical axis, world units. It is always positive: if the
-// focus point is not before the camera, the plane lies close before it.
+// focus point is not in front of the camera, the plane lies close in front of it.
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world);
 
 // Returns the radius in metres of an f-number's aperture, for a camera of focal length `focal_px` whose

@@ -2,8 +2,7 @@
 //
 // All fields have one contract. Given the virtual camera's centre V, and for a pixel the ray through V and
 // the point P where that ray meets the proxy, a field returns a list of (view, weight). Weights are not
-// negative and sum to one; the list is empty where the field has no view. The renderer checks which views see
-// P.
+// negative and sum to one; the list is empty without a view. The renderer checks which views see P.
 //
 //   kLinear, kSubdivision  by where the line through V crosses the mesh of viewpoints (thesis, 5.1 and 5.3)
 //   kLumigraph             the k best views by angle and resolution at P (Buehler et al. 2001)

@@ -31,8 +31,8 @@ inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_fr
   return clamped / clamped.sum();
 }
 
-// Returns false if no ray within `half_angle` (radians) of `axis` meets the triangle, because all of them lie
-// outside one side of its cone.
+// Returns false if all rays within `half_angle` (radians) of `axis` lie outside one side of the triangle's
+// cone.
 inline bool MayMeet(const Eigen::Matrix3d& cone_from_ray, const Eigen::Vector3d& axis, double half_angle) {
   constexpr double kRounding = 1e-9;
   const double limit = -std::sin(half_angle) - kRounding;

@@ -12,8 +12,7 @@ namespace ulf::render {
 
 class GlDepthMaps {
  public:
-  // Forgets all maps; comes first, and before another proxy. `views` must stay unchanged until the next
-  // Reset().
+  // Forgets all maps; comes first. `views` must stay unchanged until the next Reset(), for another proxy.
   void Reset(const std::vector<SceneView>& views);
   // Makes or reads the maps that are missing of these views (indices), on all processors. Throws Error if
   // OpenGL has no room for so many.

@@ -14,8 +14,8 @@
 
 namespace ulf::render {
 
-// Returns the largest number of layers of a texture array: the driver's limit, but at most 4095, since the
-// shaders put two such numbers into one float (fan_batch.vert).
+// Returns the largest number of layers of a texture array: the driver's limit, but at most 4095, of which two
+// fit into one float (fan_batch.vert).
 int MostLayers();
 
 // Returns the remedy for full graphics memory, for a program that holds photographs there.

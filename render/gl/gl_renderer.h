@@ -19,8 +19,7 @@
 // in their images (render/scene/view_tiles).
 //
 // A picture whose photographs do not fit into memory at the same time is drawn in several passes; it differs
-// only by the rounding of sums. Before passes over all views, a marking pass finds the views that the pixels
-// need.
+// only by the rounding of sums. Before passes over all views, a marking pass finds the needed views.
 #pragma once
 
 #include <memory>

@@ -15,8 +15,7 @@ inline constexpr float kShadowMapScale = 0x1p-64f;
 
 class GlShadowMaps {
  public:
-  // Forgets all maps; comes first, and before another proxy. `views` must stay unchanged until the next
-  // Reset().
+  // Forgets all maps; comes first. `views` must stay unchanged until the next Reset(), for another proxy.
   void Reset(const std::vector<SceneView>& views);
   // Makes the maps that are missing of these views (indices), on all processors; returns whether there were
   // any. Throws Error if OpenGL has no room for so many.

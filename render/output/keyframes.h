@@ -40,8 +40,7 @@ struct KeyframedPose {
 // two keyframes between which the path is not determined.
 std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>& keyframes, int frames);
 
-// A natural cubic spline, whose second derivative is 0 at both ends. Row i of `values` is for times[i]; times
-// grow.
+// A natural cubic spline (second derivative 0 at both ends); row i of `values` is for times[i], which grow.
 class CubicSpline {
  public:
   CubicSpline(std::vector<double> times, Eigen::MatrixXd values);

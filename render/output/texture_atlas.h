@@ -40,8 +40,8 @@ TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh
 // Bakes the texture of an atlas from the photographs: CV_8UC3, 8-bit sRGB, in the page's size. Each texel is
 // blended from the views that share its triangle's corners (`shares`, by the vertices of the mesh that was
 // cut), with shares that change evenly over the triangle. Texels around a chart show the surface beyond its
-// edge, then repeat the nearest, so that neighbouring charts do not bleed into it; texels without light are
-// filled, too.
+// edge, then repeat the nearest, so that charts do not bleed into each other; texels without light are
+// filled.
 cv::Mat BakeTexture(const RenderScene& scene, const TextureAtlas& atlas,
                     const std::vector<ViewShares>& shares);
 

@@ -4,8 +4,8 @@
 // A level comes from memory; or from the photograph's pyramid file under the light field's cache/
 // (render/photographs/pyramid_file); or the store decodes the photograph, makes all its levels, and writes
 // the pyramid file. Pyramid files are written only if the light field has a journal, and the photographs keep
-// their size and are not masks. Deleting them is safe at any time. If they cannot be written (less than 1 GB
-// is free) the store warns once and decodes each time.
+// their size and are not masks. Deleting them is safe at any time. If they cannot be written, or less than 1
+// GB is free, the store warns once and decodes each time.
 //
 // Several threads may call all functions.
 #pragma once

@@ -44,8 +44,7 @@ struct PredictedFrame {
   double noise_share = 1;              // share of a view's noise variance that the blend keeps
   std::vector<PredictedByView> views;  // nearest first
   double nearest_view_angle = 0;       // radians at the subject
-  // As seen from the subject: 0 if the views stand all round the frame, or one in its place; 1: all on one
-  // side.
+  // As seen from the subject: 0 if views stand all round the frame, or one in its place; 1: all on one side.
   double one_sided = 0;
 };
 

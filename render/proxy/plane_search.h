@@ -43,7 +43,7 @@ PlaneSearch FindPlanes(const LightField& light_field);
 std::vector<std::vector<Eigen::Vector3d>> ViewpointsOfPoints(const LightField& light_field);
 
 // Returns the median distance from a point to its fourth nearest, which is a little more than the points'
-// spacing, in a square grid its mesh width. At least one point; of many, it asks `most_asked` to twice that.
+// spacing, in a square grid its mesh width. Needs a point; of many, `most_asked` to twice as many count.
 template <typename Point>
 double SpacingOf(const std::vector<Point>& points, std::size_t most_asked = SIZE_MAX) {
   constexpr std::size_t kNeighbour = 4;

@@ -18,7 +18,7 @@
 
 namespace ulf::render {
 
-// The plane of points x in the camera frame with normal . x = offset > 0: the normal points away from it.
+// The plane normal . x = offset > 0 of points x in the camera frame; the normal points away from the camera.
 struct PlaneInCamera {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   double offset = 1;       // world units

@@ -29,7 +29,7 @@ std::vector<FieldOptions> EveryField(const FieldOptions& details = {});
 struct ScoredChoice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
-  double psnr_db = 0;  // mean over the left-out views
+  double psnr_db = 0;  // mean over the left-out views inside the hull (FieldScore::Main())
   double ms = 0;       // per picture
 };
 

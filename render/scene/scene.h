@@ -59,8 +59,7 @@ struct SceneView {
   cv::Mat Srgb8() const;
   // Returns none if the point is behind the camera or outside its image.
   std::optional<Seen> Project(const Eigen::Vector3d& point_in_world) const;
-  // Does the same, and returns none also if the proxy hides the point; the feather then also fades at
-  // outlines.
+  // Does the same, and returns none if the proxy hides the point; the feather also fades at its outlines.
   std::optional<Seen> ProjectVisible(const Eigen::Vector3d& point_in_world) const;
 };
 
@@ -75,7 +74,7 @@ struct RenderScene {
   // Whether light is linear sRGB, by a colour profile, a raw file's own matrix, or the camera's encoding.
   // Otherwise (linear masters without a profile) colours are the sensor's own.
   bool knows_colors = true;
-  // Whether masked areas are no part of the scene (LightField::turntable), and empty in renderings.
+  // Whether masked areas are no part of the scene (LightField::turntable) and stay empty in renderings.
   bool is_cut_out = false;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null if they are in memory

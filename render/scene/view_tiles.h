@@ -1,6 +1,6 @@
 // Finds, for each tile of a picture, the recorded views that may have what it shows in their images, so that
-// its pixels need not try all others. A view is left out of a tile only if the pyramid of its image proves
-// that it sees nothing of the tile.
+// its pixels need not try all others. A view is left out of a tile only if its frustum proves that it sees
+// nothing of the tile.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -56,8 +56,8 @@ std::string MergedExr(const View& view, const MergedView& merged);
 struct BracketReport {
   std::size_t views = 0;      // merged now
   std::size_t exposures = 0;  // number of merged exposures
-  std::size_t left_out = 0;   // exposures whose light contradicts their time
-  double stops = 0;           // largest ratio of the longest to the shortest exposure
+  std::size_t left_out = 0;   // number of exposures whose light contradicts their time
+  double stops = 0;           // largest ratio of a view's longest to its shortest exposure, in stops
   std::string geometry;       // name of the proxy for alignment
   // Shares of the merged views' pixels.
   double ghosts_median = 0, ghosts_most = 0;

@@ -1,6 +1,6 @@
 // Fuses the depth maps of several views into one set of points. A depth is kept if enough maps of other views
-// agree, and more than see through it; it becomes the mean of these (in inverse depth). A surface point seen
-// by several views becomes one point with a list of these views.
+// agree with it, and more than see through it; it becomes the mean (in inverse depth) of what agrees. A
+// surface point seen by several views becomes one point with a list of these views.
 #pragma once
 
 #include <Eigen/Core>

@@ -34,8 +34,8 @@ InverseDepthRange FindRange(const StereoView& view, const std::vector<const Ster
 // Limits of InverseDepthRange::planes: fewer give no minimum, more take too long. Guessed.
 inline constexpr int kFewestPlanes = 16, kMostPlanes = 256;
 
-// Returns the range from `nearest` to `farthest` (world units), with planes from one to the next of which the
-// middle of the image moves by about a pixel in the neighbour where it moves most.
+// Returns the range from `nearest` to `farthest` (world units). From plane to plane the middle of the image
+// moves by about a pixel in the neighbour where it moves most.
 InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                    double nearest, double farthest);
 

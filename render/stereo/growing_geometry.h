@@ -5,8 +5,7 @@
 //
 // A view gets a depth map if it stands apart from the views that have one and enough neighbours are around
 // it. Depths are kept in the view's own frame: when poses are corrected, a map moves with its view, is scaled
-// with its baselines (a loop closure may change the scale), and is made anew if its neighbours moved in other
-// ways.
+// with its baselines (a loop closure may change the scale), and is made anew after any other motion.
 #pragma once
 
 #include <atomic>

@@ -15,8 +15,8 @@
 namespace ulf::render {
 
 struct MapsMeshOptions {
-  // Points are spaced wider until there are at most half as many, which give about this many triangles.
-  // Measured (docs/measured/speed_and_accuracy.md: beyond 77,000 triangles more hardly help).
+  // Points are spaced wider until they are at most half of this number: they give about twice as many
+  // triangles. Measured (docs/measured/speed_and_accuracy.md: beyond 77,000 triangles more hardly help).
   int most_triangles = 400000;
   bool in_this_thread = false;  // otherwise on all processors
 };

@@ -5,8 +5,7 @@
 // The cost of a plane at a pixel is 1 - ZNCC (zero-mean normalised cross-correlation) over a small window,
 // truncated; ZNCC does not depend on exposure. The cost is the mean over the better half of the neighbours,
 // because the others may see an occluder. In a window without texture every plane costs the same. Semi-global
-// matching (Hirschmueller 2008) chooses the planes, and a parabola through the costs gives the depth between
-// planes.
+// matching (Hirschmueller 2008) chooses planes, and a parabola through costs gives the depth between them.
 //
 // Most planes are far from every surface. SweepPlanes() therefore sweeps at half the size first, and then
 // compares in each tile of the image only planes near those that were chosen by a pixel of the tile or its
@@ -26,7 +25,7 @@ namespace ulf::render {
 struct InverseDepthRange {
   double least = 0, most = 0;  // 1 / (depth along the optical axis)
   int planes = 0;
-  // Returns the inverse depth of a plane, from 0, or between two.
+  // Returns the inverse depth of a plane (the first is 0), or between two.
   double At(double plane) const { return least + (most - least) * plane / (planes - 1); }
 };
 

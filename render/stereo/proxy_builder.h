@@ -67,14 +67,13 @@ SweptMaps SweepShare(const RenderScene& scene, const ProxyOptions& options, cons
 // Throws Error if a map is missing, damaged or of another size than its view.
 ProxyMesh BuildProxyOf(const SweptMapFiles& maps, const RenderScene& scene, const ProxyOptions& options,
                        Progress* progress = nullptr);
-// Reads the photographs' files. Returns a digest of all that the maps depend on: photographs, masks, cameras,
-// poses, options.
+// Reads the photographs. Returns a digest of all on which maps depend: these, masks, cameras, poses, options.
 std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options);
 
 // Loads the views from which geometry is made: 8 bits, or linear if there are masks, of at most `size_px`.
 std::shared_ptr<const RenderScene> LoadForGeometry(const LightField& light_field, const SceneOptions& options,
                                                    int size_px);
-// Throws Error that names the light field's folder `dir` if fewer than two views remain without `left_out`.
+// Throws Error that names the folder `dir` if fewer than two views remain without `left_out` of them.
 void RequireViewsForMesh(const LightField& light_field, const std::filesystem::path& dir,
                          std::size_t left_out);
 

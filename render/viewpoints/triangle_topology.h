@@ -1,6 +1,6 @@
 // Finds neighbours in a triangle mesh. Triangles are counter-clockwise as seen from outside. The mesh must be
 // manifold: at most two triangles share an edge, and the triangles at a vertex are one fan, in which each
-// shares an edge with the next (SplitPinches() sees to the latter).
+// shares an edge with the next (SplitPinches() makes it so).
 #pragma once
 
 #include <array>
