@@ -41,8 +41,8 @@ struct SemiGlobalOptions {
   float edge_grey = 12;  // a change of the grey value that halves the cost of a larger change
 };
 
-// Returns CV_32F labels, with fractions by a parabola through the pixel's own costs. (The summed costs favour
-// whole labels, because changes by one label cost.) `grey` is the view's image, CV_32F.
+// Returns CV_32F labels, with fractions by a parabola through the costs of the pixel and its neighbours of
+// about the same label (sums along paths favour whole labels). `grey` is the view's image, CV_32F.
 cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const SemiGlobalOptions& options);
 
 }  // namespace ulf::render

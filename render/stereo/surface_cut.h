@@ -3,7 +3,7 @@
 // is evidence that the tetrahedra on the line are empty and the one behind the point is filled; a minimum cut
 // finds the labels, empty or filled, that contradict the least evidence (Labatut, Pons, Keriven 2009; with
 // the soft visibility of Vu et al. 2012). The surface adapts to the density of the points, from the subject
-// to the far background, needs no normals, and closes over unseen parts.
+// to the far background, needs no normals, and closes over unseen parts of less than 60 px.
 #pragma once
 
 #include <vector>

@@ -27,7 +27,7 @@ struct WebPicture {
 };
 
 // The fine pictures are this many times as wide and high as the small ones.
-inline constexpr int kSmallWebPicture = 4;
+inline constexpr int kSmallWebPictureDivisor = 4;
 
 // Bytes of a view's two pictures, of 64 px and a quarter of that, at the least quality: fewer than the mean
 // of any set that was measured (docs/web_page.md).
