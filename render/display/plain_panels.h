@@ -17,7 +17,7 @@ inline constexpr Rgba kText{235, 235, 235}, kDim{170, 170, 170}, kGood{110, 220,
     kCareful{255, 200, 70}, kPanel{0, 0, 0, 175};
 }
 
-// Returns pixels per point: the screen's, or fewer for small windows, in which texts would overlap.
+// Returns pixels per point for texts: the screen's, or fewer in small windows, where they would overlap.
 double ScaleOf(const Surface& surface);
 
 // An item of the status line; items are drawn from left to right.
@@ -27,13 +27,13 @@ struct StatusItem {
 };
 
 struct TableRow {
-  std::optional<Rgba> swatch;
+  std::optional<Rgba> swatch;  // a square of this colour before the row
   std::string left = {}, right = {};
   Rgba color = ink::kText;
 };
 
 struct KeyHelp {
-  const char *keys, *what;
+  const char *keys, *what;  // names of keys, and what they do
 };
 
 // Draws the panels of one frame. `scale` is in pixels per point.
@@ -43,7 +43,7 @@ class PlainPanels {
       : painter_(painter), screen_(screen), scale_(scale) {}
 
   void Status(const std::vector<StatusItem>& items) const;  // along the top
-  // `anchor` is the point of the table that lies at `corner`: 0,0 its upper left, 1,1 its lower right.
+  // `anchor` is the point of the table that lies at `corner` (px): 0,0 its upper left, 1,1 its lower right.
   void Table(const std::vector<TableRow>& rows, const Eigen::Vector2d& corner, const Eigen::Vector2d& anchor,
              double wrap_points = 0) const;
   void Instruction(const std::string& words, const Rgba& color) const;  // large, below the middle
@@ -51,8 +51,7 @@ class PlainPanels {
   void Hint(const std::string& words) const;    // in the lower right corner
   // Draws the name and the keys of a mode in the lower left corner.
   void Mode(const std::vector<TableRow>& rows) const;
-  // Draws over a darkened picture, in two columns that part at the first row without words on the left, if
-  // any.
+  // Draws the rows over the darkened picture, in two tables if a row without words on the left parts them.
   void Keys(const std::vector<TableRow>& rows) const;
   void Flash(const Rgba& color) const;  // along the window's edges, visible from the corner of the eye
 

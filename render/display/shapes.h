@@ -1,7 +1,7 @@
-// Shapes that are drawn over a picture, as values.
+// Shapes that Painter draws over a picture, as values.
 //
-// Places are pixels of the picture, with pixel centres at integer + 0.5. Widths, radii and text sizes are in
-// points: pixels of a screen of ordinary density.
+// Places (`img`) are pixels of the picture, with pixel centres at integer + 0.5. Widths, radii and text sizes
+// are in points: pixels of a screen of ordinary density.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,6 +24,7 @@ struct Rgba {
   bool operator==(const Rgba&) const = default;
 };
 
+// Interpolates: `share` 0 gives `from`, 1 gives `to`.
 inline Rgba Mix(const Rgba& from, const Rgba& to, double share) {
   const auto mix = [share = std::clamp(share, 0.0, 1.0)](std::uint8_t a, std::uint8_t b) {
     return static_cast<std::uint8_t>(std::lround((1 - share) * a + share * b));

@@ -1,7 +1,6 @@
 // A surface for drawing and input: a window (GLFW), or a picture without a window (EGL). Both use the same
 // drawing code. Input events are values, so that a test can simulate the user. While a surface lives, OpenGL
-// 4.5 core is current in the thread that made it, which alone may use it. Only one surface may live at a
-// time.
+// 4.5 core is current in the thread that made it, which alone may use it. One surface may live at a time.
 #pragma once
 
 #include <Eigen/Core>
@@ -59,14 +58,13 @@ class SurfaceGone : public Error {
   using Error::Error;
 };
 
-// Reports that the display server still runs but has cut the connection, as xkill makes it do: the user
-// wanted to close the window.
+// Reports that the display server runs but has cut the connection, as xkill makes it do to close the window.
 class SurfaceKilled : public SurfaceGone {
  public:
   using SurfaceGone::SurfaceGone;
 };
 
-// Keeps an object until the process ends and never destroys it (SurfaceGone).
+// Keeps an object until the process ends and never destroys it: for what needs a surface that has gone.
 template <typename Thing>
 void Abandon(std::unique_ptr<Thing> thing) {
   static auto* const abandoned = new std::vector<Thing*>;
@@ -122,8 +120,8 @@ class OffscreenSurface : public Surface {
 };
 
 // Parses names of keys, separated by commas: "b,comma,Left,Shift+Up". A single character, `comma` or `Space`
-// becomes Typed. Left, Right, Up, Down, PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1 and F11
-// become KeyPressed, with Shift held after "Shift+". Throws Refusal for other names.
+// becomes Typed. Left, Right, Up, Down, PageUp (PgUp), PageDown (PgDn), Home, Enter, Escape (Esc), Backspace,
+// Delete, F1 and F11 become KeyPressed, with Shift held after "Shift+". Throws Refusal for other names.
 std::vector<InputEvent> KeysFromNames(const std::string& names);
 
 }  // namespace ulf::render

@@ -1,7 +1,6 @@
 // A virtual lens with a wide aperture (thesis, section 5.5). Rays enter through a disc around the virtual
 // camera's centre, perpendicular to its optical axis. Points on the focal plane, which is perpendicular to
-// the axis as well, are sharp. Recorded views are sample points of the disc; aperture_field.h computes their
-// weights.
+// the axis as well, are sharp. Recorded views are samples of the disc; aperture_field.h weights them.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,14 +18,14 @@ struct Aperture {
   bool operator==(const Aperture&) const = default;
 };
 
-// Returns the depth of the focal plane along the optical axis, world units. It is always positive: a camera
-// beside or in front of the focus point focuses close to itself.
+// Returns the depth of the focal plane along the optical axis, world units. It is always positive: if the
+// focus point is not in front of the camera, the plane lies close in front of it.
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world);
 
-// Returns the radius in metres of an f-number's aperture. The picture of `width_px` pixels covers a sensor of
-// `sensor_width_mm`.
+// Returns the radius in metres of an f-number's aperture, for a camera of focal length `focal_px` whose
+// picture of `width_px` pixels covers a sensor of `sensor_width_mm`.
 double ApertureRadius(double f_number, double focal_px, int width_px, double sensor_width_mm);
-// Returns the f-number of a radius.
+// Does the reverse.
 double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm);
 
 // The focal plane as a proxy, which hides nothing. With an aperture it replaces the scene's proxy, whose
@@ -43,7 +42,7 @@ class FocalPlane : public Proxy {
 
 std::shared_ptr<const RenderScene> WithFocalPlane(const RenderScene& scene, const Aperture& aperture);
 
-// Returns the proxy's point at `img` of an undistorted camera, in the world frame, on which a click focuses.
+// Returns the point of the proxy, world frame, that an undistorted camera sees at `img` (px).
 Eigen::Vector3d PointOnProxy(const Proxy& proxy, const CameraModel& camera, const Rigid3& cam_from_world,
                              const Eigen::Vector2d& img);
 

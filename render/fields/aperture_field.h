@@ -17,10 +17,10 @@
 // stays, so that an aperture smaller than the viewpoints' spacing changes nothing. A vertex that moves also
 // comes into W's depth, in the same proportion. Vertices of the mesh's extension follow their rim vertices.
 //
-// The weights of all rings are added and normalised. Where triangles of the ordinary field overlap (at a
-// ragged rim) only one counts, while all rings count. Therefore the ordinary field is added with weight 1
-// against the weight `share` of the rings. `share` is 0 where nothing has moved and grows without bound, so
-// that the field is continuous in the radius.
+// The weights of all rings are added and normalised. Without an aperture this is not quite the ordinary
+// field: where triangles overlap (at a ragged rim) the ordinary field counts only one, the rings count all.
+// Therefore the ordinary field is added with weight 1 against the weight `share` of the rings. `share` is 0
+// while nothing has moved and grows without bound, so that the field is continuous in the radius.
 #pragma once
 
 #include <array>
@@ -33,12 +33,12 @@
 
 namespace ulf::render {
 
-// A triangle of one view's warped ring, in the camera's axes.
+// A triangle of one view's warped ring.
 struct WarpedTriangle {
-  int triangle = 0;                        // of the field mesh
+  int triangle = 0;                        // index in FieldMesh::triangles
   int vertex = 0;                          // of the viewpoint mesh: the ring's centre
-  Eigen::Vector3d weights;                 // at the corners
-  Eigen::Matrix3d corners, cone_from_ray;  // as in PlacedMesh
+  Eigen::Vector3d weights;                 // the view's, at the corners
+  Eigen::Matrix3d corners, cone_from_ray;  // as in PlacedMesh, but in the camera's axes
 };
 
 struct WarpedRings {
@@ -46,10 +46,11 @@ struct WarpedRings {
   std::vector<WarpedTriangle> triangles;
 };
 
+// Makes the rings of a field once, and warps them for each camera and aperture.
 class ApertureField {
  public:
   explicit ApertureField(std::shared_ptr<const MeshField> field);
-  // `placed` is the mesh as seen from the camera's centre.
+  // Returns the rings for a camera and an aperture. `placed` is MeshField::Place() of the camera's centre.
   WarpedRings Warp(const PlacedMesh& placed, const Rigid3& cam_from_world, const Aperture& aperture) const;
   // Returns the weights of all rays through the aperture that meet a point of the focal plane; the ordinary
   // field's weights if nothing moved. The result may outlive this object.

@@ -1,5 +1,5 @@
-// Options of the blending field that is drawn (blending_field.h): kinds, their names, and the field that
-// viewpoints allow.
+// Says which blending field is drawn (blending_field.h): its kind, its name on the command line, its details,
+// and the field that the viewpoints allow instead.
 #pragma once
 
 #include <string>
@@ -19,14 +19,14 @@ enum class FieldKind {
   kNearest,
 };
 
-// The values of FieldOptions::soft_width between which evidence chooses.
+// The two values of FieldOptions::soft_width between which evidence chooses (render/quality/choice.h).
 inline constexpr double kNarrowSoft = 0.5, kWideSoft = 0.8;
 // The largest FieldOptions::lumigraph_k: the shaders have arrays of this size.
 inline constexpr int kMostLumigraphViews = 8;
 
 bool UsesMesh(FieldKind kind);          // whether the weights come from the viewpoint mesh
 std::string FieldName(FieldKind kind);  // as on the command line
-// Throws Refusal that names `parameter` and lists the names.
+// Throws Refusal for an unknown name; it names `parameter` and lists the names.
 FieldKind FieldFromName(const std::string& name, std::string_view parameter = "field");
 
 struct FieldOptions {
@@ -35,12 +35,13 @@ struct FieldOptions {
   // further levels bring 0.01 to 0.04 dB).
   int level = 1;
   SubdivisionRules rules = SubdivisionRules::kDelaunay;
-  int lumigraph_k = 0;                // number of weighted views at a point; 0: chosen by FieldThatServes()
-  double lumigraph_resolution = 0.1;  // radians, penalty for a view twice as far away as V
-  int lumigraph_triangles = 2000;     // number of image triangles, for weights at vertices
-  // Standard deviation of the soft field's view weights, as a factor of the fourth smallest penalty. Narrow
-  // keeps highlights in place; wide averages errors of poses and depth out. Settled on fern (0.8) and
-  // fox_half (0.5).
+  int lumigraph_k = 0;  // number of weighted views at a point; 0: FieldThatServes() chooses it
+  // Radians: the penalty of a view that is twice as far from the point as the virtual camera.
+  double lumigraph_resolution = 0.1;
+  int lumigraph_triangles = 2000;  // approximate number of image triangles of kLumigraph
+  // The soft field's weight of a view is a Gaussian of its penalty; this times the fourth smallest penalty at
+  // a point is its standard deviation. Narrow keeps highlights in place; wide averages errors of poses and
+  // depth out. Settled on the data sets fern (0.8) and fox_half (0.5).
   double soft_width = kNarrowSoft;
   bool operator==(const FieldOptions&) const = default;
 };
@@ -50,15 +51,15 @@ std::string FieldText(const FieldOptions& field);
 
 // Returns the field that these viewpoints allow: lumigraph weights instead of a mesh if they span no surface,
 // the nearest view if they are all in one place (ViewpointMesh::Description() explains it). A lumigraph_k of
-// 0 becomes the number of corners of a simplex of the viewpoints plus one, whose penalty is the threshold of
-// the others: four on a surface, three on a line (measured: docs/rendering.md, temple_ring).
+// 0 becomes four on a surface and three on a line: the corners of a simplex of viewpoints, and one more
+// (measured: docs/rendering.md, temple_ring).
 FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh);
 
-// With fewer views, none are left out and compared. Guessed.
+// With fewer views, none is left out to choose a field by evidence (render/quality/choice.h). Guessed.
 inline constexpr int kFewestViewsCompared = 10;
-// Returns the default field, with these details, of every command, the viewer, the review of a capture and a
-// page, unless evidence chooses: lumigraph weights of few views, because they smooth the least, otherwise
-// subdivision, as far as the viewpoints allow.
+// Returns the field that every command, the viewer, the review of a capture and a page draw unless another is
+// chosen, with these details: lumigraph weights for fewer than kFewestViewsCompared views, because they
+// smooth the least, otherwise subdivision; or what the viewpoints allow.
 FieldOptions DefaultField(const RenderScene& scene, const FieldOptions& details = {});
 
 }  // namespace ulf::render

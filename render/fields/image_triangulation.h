@@ -1,6 +1,5 @@
 // Computes lumigraph weights at the vertices of a Delaunay triangulation of the image (Buehler et al. 2001,
-// section 4). The vertices are a regular grid and the projected viewpoints; between them weights are linear
-// in the image.
+// section 4). The vertices are a regular grid and the projected viewpoints; weights are linear between them.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,17 +16,17 @@
 namespace ulf::render {
 
 struct WeightedImageTriangulation {
-  std::vector<Eigen::Vector2d> img;  // px; covers the image and a margin of one pixel
-  std::vector<std::vector<ViewWeight>> weights;
+  std::vector<Eigen::Vector2d> img;  // the vertices, px; they span the image and a margin of one pixel
+  std::vector<std::vector<ViewWeight>> weights;  // per vertex; they sum to one, or are empty
   std::vector<Triangle> triangles;
 };
 
 // Returns the proxy's depth at a point of the image, world units.
 using DepthAt = std::function<double(const Eigen::Vector2d& img)>;
-// Reads the pixel's depth from `drawn` (CV_32F, or empty), or takes the plane's where that is 0.
+// Reads depths from `drawn` (CV_32F: the proxy's triangles); where that is 0 or empty they are the plane's.
 DepthAt DepthFromPicture(const cv::Mat& drawn, const PlaneInCamera& plane, const CameraModel& camera);
 
-// `options` are the result of FieldThatServes().
+// `options` must be the result of FieldThatServes(); `camera` has no distortion.
 WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const CameraModel& camera,
                                                 const Rigid3& cam_from_world, const DepthAt& depth_at,
                                                 const FieldOptions& options);

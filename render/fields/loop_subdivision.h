@@ -34,7 +34,7 @@ using SparseWeights = std::vector<std::pair<int, double>>;
 
 struct SubdividedMesh {
   std::vector<Eigen::Vector3d> positions;
-  std::vector<Eigen::Vector3d> outward;  // interpolated on boundary edges, zero inside
+  std::vector<Eigen::Vector3d> outward;  // per vertex: interpolated along boundary edges, zero inside
   std::vector<SparseWeights> weights;
   std::vector<Triangle> triangles;
   std::vector<int> parent;  // per triangle: the original triangle that contains it
@@ -44,11 +44,11 @@ inline constexpr int kFinestLevel = 3;
 
 enum class SubdivisionRules {
   kDelaunay,  // as above
-  kLoop  // Loop's and Warren's as published: 3/4, 1/8, 1/8 on the boundary, 3/8, 3/8, 1/8, 1/8 on every edge
+  kLoop       // as published: 3/4, 1/8, 1/8 at boundary vertices, 3/8, 3/8, 1/8, 1/8 on every interior edge
 };
 
-// `triangles` must be Delaunay's. `outward` has a vector for each vertex, zero inside the mesh. At level 0
-// each vertex keeps its own weight (piecewise linear weights); the largest level is kFinestLevel.
+// Subdivides `levels` times, at most kFinestLevel times; 0 leaves each vertex its own weight (piecewise
+// linear weights). `triangles` must be Delaunay's. `outward` has a vector for each vertex, zero inside.
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
                                 const std::vector<Triangle>& triangles, int levels,

@@ -38,23 +38,23 @@ class NearestField : public BlendingField {
   std::shared_ptr<const RenderScene> scene_;
 };
 
-// Returns the indices of all views, nearest to V first; equally near ones in order of index.
+// Returns the indices of all views, nearest to V first; equally near views in order of index.
 std::vector<int> ViewsByDistance(const RenderScene& scene, const Eigen::Vector3d& virtual_center_in_world);
 
 // Returns the penalty of a view in radians. `resolution` is r; the points are in one frame, and V is not P.
 double LumigraphPenalty(const Eigen::Vector3d& point, const Eigen::Vector3d& virtual_center,
                         const Eigen::Vector3d& view_center, double resolution);
 
-// Returns the normalised weights of the k best views, the best first; fewer if fewer views see the point.
-// `penalties` are those of the views that see it, in ViewWeight::weight. k is at least 1.
+// Returns the normalised weights of the k best views, the best first, without weights of 0. `penalties` are
+// those of the views that see the point, in ViewWeight::weight. k is at least 1.
 std::vector<ViewWeight> LumigraphWeights(std::vector<ViewWeight> penalties, std::size_t k);
 
 // If the smallest penalty is at most this, in radians, its view gets all the weight: 1 / 0 is infinite.
 inline constexpr double kLumigraphZeroPenalty = 1e-6;
-// The threshold is at least this many times the k-th penalty, because all weights would be 0 if the k+1
+// The threshold T is at least this many times the k-th penalty, because all weights would be 0 if the k+1
 // smallest penalties were equal.
 inline constexpr double kThresholdAboveTie = 1.001;
-// The threshold is this multiple of the largest penalty if there is no (k+1)-th view. Guessed.
+// T is this multiple of the largest penalty if there is no (k+1)-th view. Guessed.
 inline constexpr double kThresholdAboveLargest = 1.1;
 
 }  // namespace ulf::render

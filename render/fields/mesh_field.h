@@ -1,5 +1,5 @@
-// Weights a pixel's ray by its crossing with the viewpoint mesh: the line through the virtual camera's centre
-// V along the ray, on the sheet that it enters from outside (ray . outward normal < 0).
+// Weights views by where a pixel's line of sight crosses the viewpoint mesh: the line through the virtual
+// camera's centre V along the ray, on the sheet that it enters from outside (ray . outward normal < 0).
 //
 // The line crosses a triangle with corners v_k at ray = sum_k lambda_k (v_k - V). If all lambda are positive,
 // the crossing lies in front of V; if all are negative, behind it. On the facing sheet the first holds
@@ -12,8 +12,7 @@
 // is moved off the mesh, along the direction from the subject, so that the triangle at V covers the image.
 //
 // Outside the hull, strips extend the boundary outward; their weights are the boundary's. If triangles
-// overlap (strips across a concave rim, or a fold that smoothing left), the last one counts; strips come
-// first.
+// overlap (strips across a concave rim, or a remaining fold), the last one counts; strips come first.
 #pragma once
 
 #include <memory>
@@ -24,11 +23,11 @@
 
 namespace ulf::render {
 
-// The mesh with weights at its vertices, which are linear over a triangle.
+// The subdivided viewpoint mesh and its extension, with weights at the vertices, linear over a triangle.
 struct FieldMesh {
   int level = 0;                                // subdivision level
   std::vector<Eigen::Vector3d> positions = {};  // in world; the viewpoint mesh's vertices first
-  std::vector<SparseWeights> weights = {};      // per vertex, over the viewpoint mesh's vertices
+  std::vector<SparseWeights> weights = {};      // per vertex: weights of the viewpoint mesh's vertices
   std::vector<int> extends = {};                // per vertex of the extension: its rim vertex; else -1
   std::vector<Triangle> triangles = {};         // the extension's strips first
   std::vector<double> confidence = {};          // per triangle
@@ -43,7 +42,7 @@ struct PlacedMesh {
   Eigen::Vector3d virtual_center_in_world;     // V, moved off the mesh if it lay on it
   std::vector<Eigen::Matrix3d> corners;        // columns: s (v_k - V), in world axes
   std::vector<Eigen::Matrix3d> cone_from_ray;  // inverse of corners; zero if V lies in the triangle's plane
-  std::vector<int> view_of_vertex;             // per vertex of the viewpoint mesh, for V's distance
+  std::vector<int> view_of_vertex;             // per vertex of the viewpoint mesh: ViewAt() V's distance
 };
 
 class MeshField : public BlendingField {
@@ -54,7 +53,7 @@ class MeshField : public BlendingField {
 
   PlacedMesh Place(const Eigen::Vector3d& virtual_center_in_world) const;
   const FieldMesh& field_mesh() const { return *mesh_; }
-  const Eigen::Vector3d& center_in_world() const { return scene_->mesh.center_in_world; }
+  const Eigen::Vector3d& center_in_world() const { return scene_->mesh.center_in_world; }  // the subject's
 
  private:
   Eigen::Vector3d MovedOffMesh(const Eigen::Vector3d& virtual_center_in_world) const;
@@ -65,8 +64,8 @@ class MeshField : public BlendingField {
   std::vector<Eigen::Matrix3d> cone_from_direction_;  // per triangle, from the subject's centre
 };
 
-// V counts as on the mesh if its distance is below this share of the triangle's shortest edge; it is then
-// moved to this distance. Guessed.
+// V counts as on the mesh if its distance from a triangle's plane is below this share of the triangle's
+// shortest edge; it is then moved to this distance. Guessed.
 inline constexpr double kOnMeshShare = 1e-3;
 
 }  // namespace ulf::render

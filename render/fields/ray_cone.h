@@ -11,7 +11,7 @@
 
 namespace ulf::render {
 
-// Returns the inverse of `corners`, also for badly shaped triangles; zero if they are seen edge-on.
+// Returns the inverse of `corners`, also for badly shaped triangles; zero for one that is seen edge-on.
 inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
   constexpr double kLeastVolume = 1e-15;  // share of a right-angled cone's volume: rounding
   const double size = corners.col(0).norm() * corners.col(1).norm() * corners.col(2).norm();
@@ -19,6 +19,7 @@ inline Eigen::Matrix3d ConeFromRay(const Eigen::Matrix3d& corners) {
   return corners.inverse();
 }
 
+// Returns the barycentric coordinates at which a ray meets the triangle; none if it misses the triangle.
 inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_from_ray,
                                                   const Eigen::Vector3d& ray) {
   // A ray within rounding of an edge belongs to both triangles, so that no ray falls between them.
@@ -30,8 +31,8 @@ inline std::optional<Eigen::Vector3d> Barycentric(const Eigen::Matrix3d& cone_fr
   return clamped / clamped.sum();
 }
 
-// Returns false if no ray within `half_angle` (radians) of `axis` meets the triangle, because all of them lie
-// outside one side of its cone.
+// Returns false if all rays within `half_angle` (radians) of `axis` lie outside one side of the triangle's
+// cone.
 inline bool MayMeet(const Eigen::Matrix3d& cone_from_ray, const Eigen::Vector3d& axis, double half_angle) {
   constexpr double kRounding = 1e-9;
   const double limit = -std::sin(half_angle) - kRounding;

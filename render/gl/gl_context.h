@@ -1,6 +1,5 @@
 // An OpenGL 4.5 core context without a window or a display server, through EGL: on the first GPU that
-// provides one, otherwise on Mesa's software rasteriser. It can also use the caller's current context, such
-// as a window's.
+// provides one, otherwise on Mesa's software rasteriser. It can also stand for the caller's context.
 #pragma once
 
 #include <string>
@@ -14,13 +13,13 @@ enum class GlContextKind {
 
 class GlContext {
  public:
-  // Throws Error that says what was tried and what to install.
+  // Throws Error that says what was tried and what to install. A created context is not current yet.
   explicit GlContext(GlContextKind kind = GlContextKind::kOwn);
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  // Makes it this thread's current context; the destructor makes the former one current again.
+  // Makes the context current in this thread; the destructor restores the former. Does nothing for kCurrent.
   class Current {
    public:
     explicit Current(const GlContext& context);

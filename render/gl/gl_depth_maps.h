@@ -12,12 +12,12 @@ namespace ulf::render {
 
 class GlDepthMaps {
  public:
-  // Forgets all maps, for a scene with another proxy. `views` must live and stay unchanged until
-  // the next Reset().
+  // Forgets all maps; comes first. `views` must stay unchanged until the next Reset(), for another proxy.
   void Reset(const std::vector<SceneView>& views);
-  // Makes or reads the maps that are missing, on all processors. Throws Error for too many.
+  // Makes or reads the maps that are missing of these views (indices), on all processors. Throws Error if
+  // OpenGL has no room for so many.
   void Provide(std::span<const int> of_views);
-  // Returns -1 if the view has no map.
+  // Returns -1 for a view whose map was not provided, or that has none.
   int LayerOf(int view) const { return layer_[static_cast<std::size_t>(view)]; }
   void Bind(unsigned unit) const;
   void Release();

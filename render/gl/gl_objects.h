@@ -1,5 +1,5 @@
 // Thin wrappers of the OpenGL objects that the renderer uses. Their context must be current whenever they are
-// used, and for Release(); they do not release anything by themselves.
+// used, and for Release(), which their owner must call: destructors release nothing.
 #pragma once
 
 #include <array>
@@ -14,14 +14,15 @@
 
 namespace ulf::render {
 
-// Returns the largest number of layers of a texture array: the driver's limit, but no more than allows two
-// such numbers to share a float in the shaders (fan_batch.vert).
+// Returns the largest number of layers of a texture array: the driver's limit, but at most 4095, of which two
+// fit into one float (fan_batch.vert).
 int MostLayers();
 
 // Returns the remedy for full graphics memory, for a program that holds photographs there.
 std::string FewerPhotographs();
 
-// Throws Error with OpenGL's error and `doing`, what was being done; if memory is exhausted also `way_out`.
+// Throws Error if OpenGL reports an error; its text has `doing`, what was being done, and, if memory is
+// exhausted, the remedy that `way_out` returns.
 void CheckGl(const char* doing, std::string (*way_out)() = FewerPhotographs);
 // Does the same after an allocation: `release` frees an object whose allocation failed, so that it is not
 // used later as if it were valid.
@@ -30,12 +31,12 @@ void CheckMade(const char* doing, const std::function<void()>& release);
 // Samples a texture with `filter` (GL_NEAREST or GL_LINEAR) and clamps coordinates to its edges.
 void SetSampling(unsigned texture, unsigned filter);
 
-// Enables the depth test with `function` (GL_EQUAL and so on); `writes` lets passing pixels write their
-// depth.
+// Enables the depth test with `function` (GL_EQUAL ...); if it `writes`, passing pixels write their depth.
 void SetDepthTest(unsigned function, bool writes);
 
 class GlProgram {
  public:
+  // Both throw Error, which has the driver's reason, if the shaders do not compile; `name` is for its text.
   void Build(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
   void BuildCompute(const std::string& name, const std::string& source);
   void Use() const;
@@ -69,7 +70,7 @@ class GlBuffer {
   unsigned buffer_ = 0;
 };
 
-// Integers, or structs of vectors of four floats, which shaders read as texels.
+// A buffer of integers, or of structs of vectors of four floats, that shaders read as texels.
 class GlTexelBuffer {
  public:
   // Throws Error for more than the driver can address.
@@ -98,7 +99,7 @@ class GlEmptyVertexArray {
   unsigned array_ = 0;
 };
 
-// Counts the pixels that reach the target between Begin() and End().
+// Counts the pixels that pass the depth test between Begin() and End().
 class GlPixelCounter {
  public:
   void Begin();
@@ -122,7 +123,7 @@ class GlDepth {
   unsigned buffer_ = 0;
 };
 
-// A float image to draw into.
+// An image to draw into, with a depth buffer if Resize() gets one.
 class GlTarget {
  public:
   explicit GlTarget(unsigned format) : format_(format) {}  // GL_RGBA32F and so on

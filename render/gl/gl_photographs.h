@@ -1,10 +1,10 @@
-// The cache of photographs in graphics memory. It holds the one level of each view that a picture reads, up
-// to a limit of memory, in texture arrays that each have one size. The least recently used level is evicted.
+// The cache of photographs in graphics memory. Of each view it holds the pyramid level that a picture reads,
+// up to a limit of memory, in texture arrays for one size each. The least recently used level is evicted.
 //
 // Require() is for pictures that must be exact: it waits for missing levels. If they do not all fit at once,
 // the caller draws with the resident ones and requires the rest afterwards. Offer() is for pictures that must
-// not wait: it takes the levels that the loader has read meanwhile, substitutes other levels for missing
-// ones, and lets the loader read these.
+// not wait: it takes the levels that the loader has read meanwhile, and substitutes other levels for missing
+// ones, which RequestMissing() then lets the loader read.
 //
 // The context must be current for all functions, and for Release().
 #pragma once
@@ -38,15 +38,15 @@ class GlPhotographs {
   static std::size_t LimitBytes(double asked_mb);
 
   // `photographs` are those of the scene's views, in their order. All textures together never take more than
-  // `limit_bytes`.
+  // `limit_bytes`, or than the coarsest level of one photograph if that is larger.
   void Build(std::vector<std::shared_ptr<const Photograph>> photographs, std::size_t limit_bytes);
 
   // Makes as many of the first `level_requests` resident as fit, at least one, and returns how many. A level
   // that is larger than the limit is replaced by a coarser one. Throws what reading them throws.
   std::size_t Require(std::span<const LevelRequest> level_requests);
-  // Returns whether all requested levels are resident; for the others it uses other levels, or none. It may
-  // be called again with more requests for the same picture. It warns once of a photograph that cannot be
-  // read, and then ignores it.
+  // Returns whether all requested levels are resident, coarsened alike until they fit at once; for a missing
+  // one it uses another level of the view, or none. Further requests for the same picture are offered
+  // together with the earlier ones. It warns once of a photograph that cannot be read, and then ignores it.
   bool Offer(std::span<const LevelRequest> level_requests);
   // Requests from the loader what the last Offer() lacked, then what is expected.
   void RequestMissing() { RequestFromLoader(missing_, true); }

@@ -12,22 +12,21 @@ namespace ulf::render {
 
 class GlPrograms {
  public:
-  // `has_triangles`: the proxy has triangles, whose depth is drawn first. Leaves out code that the scene does
-  // not need.
+  // `has_triangles`: the proxy has triangles, whose depth is drawn first. Leaves out code of no use.
   void Build(const RenderScene& scene, bool show_field, bool has_triangles);
 
-  const GlProgram& cover() const { return cover_; }
-  // Returns the program for up to `views` views of a triangle; `direct` says that these are all its views. It
-  // is built at the first call.
+  const GlProgram& cover() const { return cover_; }  // draws the triangles' order and confidence
+  // Returns the program that adds the light of up to `views` views of a triangle; `direct`: these are all its
+  // views, and it finishes the pixels. It is built at the first call.
   const GlProgram& FanBatch(int views, bool direct);
   int most_views_of_fan_batch() const { return most_views_of_fan_batch_; }
   // Returns whether all views have the same camera, which then is a uniform.
   bool one_camera() const { return one_camera_; }
-  // Returns the weights of a wide aperture's rings, by which FanBatch() multiplies light; built at the first
-  // call.
+  // Returns the program that adds up the weights of a wide aperture's rings; built at the first call.
   const GlProgram& RingWeight();
-  const GlProgram& open() const { return open_; }
-  const GlProgram& normalise() const { return normalise_; }
+  const GlProgram& open() const { return open_; }            // draws every pixel, to count the uncovered ones
+  const GlProgram& normalise() const { return normalise_; }  // divides by the sum of weights
+  // Both mark the views whose photographs the pixels of Lumigraph() and Fill() need.
   const GlProgram& mark_lumigraph() const { return mark_lumigraph_; }
   const GlProgram& mark_fill() const { return mark_fill_; }
   // These read many photographs at a pixel, from `arrays` texture arrays, and are built at the first call.

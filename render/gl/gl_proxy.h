@@ -1,5 +1,4 @@
-// The proxy's triangles in OpenGL: a pass that draws the depth of every pixel, before anything is blended.
-// The context must be current for all functions.
+// Draws the depths of the proxy's triangles, before anything is blended. The context must be current.
 #pragma once
 
 #include <memory>
@@ -16,8 +15,8 @@ class GlProxy {
   void Build();
 
   // Draws `mesh` into an image of depths along the optical axis, world units, and fills its holes from the
-  // depths around them (as FillHoles() of depth_raster.h); 0 everywhere if nothing of the mesh is drawn.
-  // Points nearer than kNearShare times `usual_depth` are not drawn.
+  // depths around them (as FillHoles() of depth_raster.h); all are 0 if nothing of the mesh is drawn. Points
+  // nearer than kNearShare times `usual_depth` are not drawn.
   void Draw(const std::shared_ptr<const TriangleMesh>& mesh, const CameraModel& camera,
             const Rigid3& cam_from_world, double usual_depth);
   void BindDepth(unsigned unit) const { depth_.BindTexture(unit); }

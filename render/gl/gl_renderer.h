@@ -5,10 +5,10 @@
 // For each photograph that a picture needs, the level that it reads lies in a texture array
 // (render/gl/gl_photographs). Triangles that meet the image are drawn in batches. A fan (the thesis's word)
 // is a triangle with one of the views that have weight in it; a batch is up to nine fans of a triangle whose
-// photographs lie in one array. The data of the views is constant over a triangle and passed with its
+// photographs lie in one array. The data of the views are constant over a triangle and passed with its
 // vertices, so that fragments read no buffers; on a software rasteriser this is many times faster. Usually
 // every triangle has one batch: with one camera, one level of subdivision and no viewpoint with more than
-// eight neighbours. Then its pixels are finished at once, in the order of the triangles (of overlapping
+// eight neighbours. Then the pixels are finished at once, in the order of the triangles (of overlapping
 // triangles the last one counts). Otherwise a first pass draws the triangles' order and confidence, a second
 // adds up their batches in 32-bit float, and a third divides by the sum of weights.
 //
@@ -19,8 +19,7 @@
 // in their images (render/scene/view_tiles).
 //
 // A picture whose photographs do not fit into memory at the same time is drawn in several passes; it differs
-// only by the rounding of sums. Before passes over all views, a marking pass finds the views that the pixels
-// need.
+// only by the rounding of sums. Before passes over all views, a marking pass finds the needed views.
 #pragma once
 
 #include <memory>
@@ -56,7 +55,7 @@ class GlRenderer : public Renderer {
   void Prefetch(const CameraModel& camera, const Rigid3& cam_from_world) override;
   bool loading() const override;
   GlPhotographs::Counts photograph_counts() const;
-  // Returns whether the triangles of the last picture were finished in one pass, not added up.
+  // Returns whether the triangles of the last picture were finished at once, not added up.
   bool drew_at_once() const;
   FieldOptions field() const override;
   std::string Name() const override;
@@ -64,8 +63,8 @@ class GlRenderer : public Renderer {
 
   // Draws and waits without reading the picture back, as an interactive viewer does. Returns milliseconds.
   double Draw(const CameraModel& camera, const Rigid3& cam_from_world);
-  // Writes the picture of the last Draw(), in sRGB, to every pixel of the viewport of the framebuffer that is
-  // bound in the caller's context.
+  // Shows the picture of the last Draw(), in sRGB, stretched over the viewport of the framebuffer that is
+  // bound in the caller's context (kCurrent).
   void Show(const DisplayTransform& transform) const;
   // Sets RenderOptions::show_field.
   void ShowField(bool show);
@@ -74,8 +73,7 @@ class GlRenderer : public Renderer {
   std::unique_ptr<struct GlRendererState> state_;
 };
 
-// Throws Error for a scene without views. RendererKind::kGl throws Error without a usable OpenGL 4.5; it says
-// what was tried and names the reference renderer.
+// Makes the renderer of options.renderer. Throws Error without views, or for kGl without OpenGL 4.5.
 std::unique_ptr<Renderer> MakeRenderer(std::shared_ptr<const RenderScene> scene,
                                        const RenderOptions& options);
 

@@ -1,6 +1,6 @@
-// The data of a GlRenderer and its passes. Private to gl_renderer.cpp (the order of passes),
+// The data of a GlRenderer and its passes. It is private to gl_renderer.cpp (the order of passes),
 // gl_over_triangles.cpp (passes over triangles) and gl_over_views.cpp (passes whose pixels go through all
-// views).
+// views), where comments explain the functions.
 #pragma once
 
 #include <functional>
@@ -43,16 +43,16 @@ struct GlRendererState {
   GlTexelBuffer nearest_first;
   GlPixelCounter open_px;
   ViewTiler tiler;
-  std::shared_ptr<const TriangleMesh> proxy_triangles;  // of the last frame
+  std::shared_ptr<const TriangleMesh> proxy_triangles;  // in the current picture, or in the last one
   GlEmptyVertexArray no_vertices;
   GlDepth depth;
   GlTarget drawn{GL_RGBA32F}, confidence{GL_RG32F}, resolved{GL_RGBA32F}, shown{GL_RGBA8};
-  bool has_triangles = false;  // of the proxy
-  bool programs_stale = false;
-  std::vector<bool> gaps_known;  // views whose photographs were searched for pixels without light
+  bool has_triangles = false;    // of the proxy
+  bool programs_stale = false;   // must be built again
+  std::vector<bool> gaps_known;  // by view: its photograph was searched for pixels without light
 
   // State of the current picture, or of the last one: its camera, all levels offered, whether some are
-  // missing, and whether a pass used coarser levels than are resident now.
+  // missing (`lacks`), and whether a pass used coarser levels than are resident now (`outdated`).
   CameraModel camera;
   Rigid3 cam_from_world;
   PlaneInCamera plane;  // the proxy's background
@@ -117,7 +117,7 @@ struct GlRendererState {
   bool HasOpenPixels();
   void FillOpenPixels();
   void Resolve();
-  cv::Mat Depth() const;  // of the last frame
+  cv::Mat Depth() const;  // of the last picture's pixels, CV_32F
 };
 
 }  // namespace ulf::render

@@ -9,17 +9,16 @@
 
 namespace ulf::render {
 
-// Depth textures hold 0 to 1, while inverse depths depend on the scene's unit. The maps hold them times this
-// factor, a power of two, which loses no bit.
+// Depth textures hold 0 to 1, while inverse depths depend on the scene's unit. The textures hold them times
+// this factor, a power of two, which loses no bit.
 inline constexpr float kShadowMapScale = 0x1p-64f;
 
 class GlShadowMaps {
  public:
-  // Forgets all maps, for a scene with another proxy. `views` must live and stay unchanged until the next
-  // Reset().
+  // Forgets all maps; comes first. `views` must stay unchanged until the next Reset(), for another proxy.
   void Reset(const std::vector<SceneView>& views);
-  // Makes the maps that are missing, on all processors; returns whether there were any. Throws Error for too
-  // many.
+  // Makes the maps that are missing of these views (indices), on all processors; returns whether there were
+  // any. Throws Error if OpenGL has no room for so many.
   bool Provide(std::span<const int> of_views);
   // Returns -1 without a map yet. If the proxy hides nothing, all views have layer 0, which no shader reads.
   int LayerOf(int view) const { return layer_[static_cast<std::size_t>(view)]; }

@@ -1,6 +1,6 @@
-// The data of one draw of triangles of the viewpoint mesh or of the image. Each triangle has an order and a
-// confidence, and a fan (the thesis's word) for each view that has weight in it; several fans are drawn
-// together as a batch.
+// Prepares triangles of the viewpoint mesh or of the image for drawing. Each triangle has an order and a
+// confidence, and a fan (the thesis's word) for each view that has weight in it; several fans of a triangle
+// are drawn together as a batch.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,17 +24,17 @@ inline Vec4 MakeVec4(double x, double y, double z, double w) {
 
 // These are the shaders' structs (std430).
 struct GpuTriangle {
-  std::array<Vec4, 3> corner;
-  std::array<Vec4, 3> row;
+  std::array<Vec4, 3> corner;  // clip coordinates; the depth is that of the order
+  std::array<Vec4, 3> row;     // of the matrix from rays in the camera to barycentric; w: the confidence
 };
 struct GpuFan {
-  std::uint32_t triangle, view;
+  std::uint32_t triangle, view;  // indices
   std::array<std::uint32_t, 2> unused;
-  Vec4 weights;
+  Vec4 weights;  // at the three corners; w is unused
 };
 
 struct GpuFanBatch {
-  std::uint32_t triangle, first, count;  // of its fans
+  std::uint32_t triangle, first, count;  // its triangle; its fans in FanBatches::fans
   std::uint32_t array;                   // the texture of their photographs; the shaders do not read it
 };
 
@@ -51,12 +51,12 @@ struct FanBatches {
   std::vector<GpuFanBatch> batches;
   bool one_each = true;  // no triangle has two batches; the batches are in the order of the triangles
 };
-// Forms batches of up to `most` fans. `array_of` returns the texture of a view's photograph; fans of views
-// without one are left out.
+// Forms batches of up to `most` fans. `array_of` returns the texture array of a view's photograph, or none:
+// the view's fans are then left out.
 FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
                           const std::function<std::optional<unsigned>(int view)>& array_of, int most);
 
-// Lists, for each triangle, the views that have weight in it.
+// Lists, for each triangle, the views (or vertices that stand for views) that have weight in it.
 struct EntryTable {
   // A view's weights at the corners of a triangle.
   struct Entry {
@@ -64,10 +64,10 @@ struct EntryTable {
     std::array<double, 3> weights;
   };
   std::vector<Entry> entries;
-  std::vector<std::size_t> first;  // per triangle, and the end
+  std::vector<std::size_t> first;  // per triangle, its first entry; then the number of all entries
 };
 
-// `weights_of_corner(corner, add)` calls add(key, weight).
+// `weights_of_corner(vertex, add)` must call add(key, weight) for each weight at a vertex of the triangles.
 template <typename WeightsOfCorner>
 EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&& weights_of_corner) {
   EntryTable table;
@@ -82,13 +82,14 @@ EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&&
   return table;
 }
 
-// Returns none if the triangle does not meet the image. Corners are in the camera's axes. `along` (0 to 1)
-// grows with the triangles' order, so that of overlapping triangles the last one counts.
+// Returns none if the triangle does not meet the image. The columns of `corners_in_cam` are the corners from
+// the camera's centre, in its axes; the second matrix is their ConeFromRay(). `along` (0 to 1) grows with the
+// triangles' order, so that of overlapping triangles the last one counts.
 std::optional<GpuTriangle> MakeTriangle(const Eigen::Matrix3d& corners_in_cam,
                                         const Eigen::Matrix3d& cone_from_ray_in_cam,
                                         const CameraModel& camera, double confidence, double along);
 
-// Adds triangle `index` of `table` in front of all earlier ones if it meets the image, and returns whether it
+// Appends triangle `index` of `table` with its fans to `batch` if it meets the image, and returns whether it
 // does. `view_of_key` has the view of each key of the table; empty means that keys are views.
 bool AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,

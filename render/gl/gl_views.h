@@ -16,22 +16,21 @@ namespace ulf::render {
 
 class GlViews {
  public:
-  // The photographs use the texture units 0 to kMostArrays - 1.
+  // The photographs use the texture units 0 to kMostArrays - 1; the views' data use kUnit.
   static constexpr int kMostArrays = 9;
   static constexpr unsigned kUnit = 9;
 
-  void Build(const RenderScene& scene);
+  void Build(const RenderScene& scene);  // comes first
   // Sets a picture's camera; photographs and shadow maps have no layers yet.
   void Place(const RenderScene& scene, const CameraModel& camera, const Rigid3& cam_from_world);
   // Returns the levels of these views that the picture of the last Place() reads.
   std::vector<GlPhotographs::LevelRequest> LevelRequests(std::span<const int> views) const;
 
   // Sets the layers of the photographs of the first views in `views` whose textures fit into kMostArrays
-  // arrays, and returns how many these are; all other views have none. The n-th of `arrays` is the shaders'
-  // array n.
+  // arrays, and returns how many these are; all other views have none. `arrays` are in the shaders' order.
   std::size_t SetPlaces(std::span<const int> views, const GlPhotographs& photographs,
                         std::vector<unsigned>& arrays);
-  // Does the same for shaders that read no photograph, or one array at a time.
+  // Sets the layers alone, of all views, for shaders that read no photograph, or one array at a time.
   void SetPlaces(const GlPhotographs& photographs);
 
   // Sets the layers of the views' shadow maps; nothing is hidden from a view without a map.

@@ -1,5 +1,6 @@
-// The visual hull of silhouettes (Laurentini 1994) in cells: a cell is empty if several silhouettes that have
-// it in their picture exclude it. One silhouette alone may be wrong.
+// The visual hull of silhouettes (Laurentini 1994), in a cube of cells: a cell is empty if at least two of
+// the silhouettes that have it in their picture exclude it (of many more, for one alone may be wrong), or if
+// fewer than two have it there.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,20 +16,20 @@ namespace ulf::render {
 struct Silhouette {
   CameraModel camera;  // of the mask's size
   Rigid3 cam_from_world;
-  cv::Mat mask;  // CV_8U, 0 outside
+  cv::Mat mask;  // CV_8U, 0 outside the subject
 };
 
 class SilhouetteHull {
  public:
-  // `cells` is their number along a side of the cube.
+  // `half_side` is half of the cube's side, world units; `cells` is their number along a side.
   SilhouetteHull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& center_in_world,
                  double half_side, int cells = 112);
 
   bool empty() const { return surface_.empty(); }
-  double CellSize() const { return 2 * half_side_ / cells_; }
-  // Returns the hull as a camera sees it, CV_8U, 255 inside, dilated by half a cell.
+  double CellSize() const { return 2 * half_side_ / cells_; }  // world units
+  // Returns the hull as a camera sees it, CV_8U, 255 inside; each cell is drawn as the disc around it.
   cv::Mat ProjectedInto(const CameraModel& camera, const Rigid3& cam_from_world) const;
-  // Returns the size of a cell in such a picture, pixels.
+  // Returns the size in pixels of a cell in the middle of the cube, as this camera sees it.
   double CellPx(const CameraModel& camera, const Rigid3& cam_from_world) const;
 
  private:

@@ -1,12 +1,13 @@
-// Makes masks that exclude the still background of a light field whose subject turned before a standing
-// camera.
+// Makes masks that exclude the still background of a light field whose subject turned before the camera.
 //
-// 1. The poses give the turntable's axis and the camera's stands (core/geometry/turn_axis.h).
-// 2. Each stand's views give the still background (still_background.h). The board is known to turn.
+// 1. The poses give the turntable's axis and the camera's stands: times in which it stayed in one place
+//    (core/geometry/turn_axis.h).
+// 2. The views of each stand give its still background (still_background.h). The board on the table is known
+//    to turn.
 // 3. Each view is cut from its background (background_cut.h).
 // 4. The masks of all views give the subject's hull (silhouette_hull.h). Each view is cut again: outside the
-//    hull nothing turns, and well inside it nothing stands still. Views that were taken while the camera was
-//    moved, which have no background, get the hull's outline.
+//    hull nothing turns, and well inside it hardly anything stands still. Views without a background, taken
+//    between stands or in one of fewer than eight views, get the hull's outline.
 //
 // Limits: a subject that is round about the axis and of one colour looks still; shadows that turn with the
 // subject are taken for the subject, as far as the hull allows. The camera may wobble by a few pixels.
@@ -28,8 +29,8 @@ struct TurntableMaskOptions {
 };
 
 struct Stand {
-  std::vector<int> views;  // by index into LightField::views
-  double turned = 0;       // radians: the sum of rotations between them
+  std::vector<int> views;  // indices into LightField::views
+  double turned = 0;       // radians: the sum of the rotations from view to view
   double shift_px = 0;     // px at the compared size: the largest shift of a view against the background
 };
 
@@ -41,8 +42,8 @@ struct TurntableMasks {
   double turning_share = 0;   // mean share of subject pixels
 };
 
-// Throws Error if the poses do not turn about an axis, if no stand has enough views, or if nothing moves in
-// the pictures.
+// Throws Error if the poses do not turn about an axis, if no stand has eight views, or if nothing turns in
+// most of the pictures.
 TurntableMasks MakeTurntableMasks(const LightField& light_field, const TurntableMaskOptions& options = {},
                                   Progress* progress = nullptr);
 

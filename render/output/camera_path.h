@@ -1,5 +1,5 @@
-// Camera paths, and named ones around the subject (path_files.h reads those in files). Poses are in the light
-// field's world.
+// Makes camera paths around the subject, which have names; path_files.h reads those in files. Poses are in
+// the light field's world. The named paths throw Error if all views stand at the subject's centre.
 #pragma once
 
 #include <optional>
@@ -23,13 +23,12 @@ struct CameraPath {
   }
 };
 
-// Returns an ellipse through the viewpoints' directions, shrunk until it stays inside their hull, at their
-// median distance, aimed at the subject; a full circle if the views stand all around the subject; to and fro
-// along a row of views. One frame is the middle.
+// Goes along an ellipse through the viewpoints' directions, shrunk until it stays inside their hull, at their
+// median distance, aimed at the subject; along a full circle if the views stand all around the subject; to
+// and fro along a row of views. If `frames` is 1, the pose is in the middle.
 CameraPath OrbitPath(const RenderScene& scene, int frames);
 
-// Goes from the viewpoints' median distance straight towards the subject, down to `nearest_share` of that
-// distance.
+// Goes straight towards the subject, from the viewpoints' median distance to `nearest_share` of it.
 CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share = 0.5);
 
 // Zooms out while the camera approaches, so that the plane through the subject's centre keeps its size and
@@ -47,8 +46,9 @@ CameraPath SpiralPath(const RenderScene& scene, int frames);
 CameraPath RisePath(const RenderScene& scene, int frames);
 CameraPath SweepPath(const RenderScene& scene, int frames);
 
-// Returns the smallest zoom, at least 1, at which the photographs fill the pictures along the path. Cameras
-// that were not held level leave the corners of pictures from other places uncovered.
+// Returns the smallest zoom from 1 to 1.6 at which the photographs fill the pictures along the path but for
+// half a per cent; 1.6 if none does. Cameras that were not held level leave the corners of pictures from
+// other places uncovered. Renders small pictures at some poses.
 double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
 
 bool IsNamedPath(const std::string& path);
@@ -56,8 +56,7 @@ bool IsNamedPath(const std::string& path);
 // the request, such as "0:2/7".
 void RequireFrames(const CameraPath& path, int asked, const std::string& frames);
 
-// Selects the pictures of a path that are rendered: a number of them, or a part of all, so that several
-// machines can share the work.
+// Selects the pictures of a path that are rendered: their number, or a part for one of several machines.
 struct FrameRange {
   int count = 0;  // pictures of the whole path; 0: the path's own number
   int first = 0;

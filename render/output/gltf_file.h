@@ -1,11 +1,10 @@
-// Writes a mesh with its cameras as glTF 2.0 (registry.khronos.org/glTF/specs/2.0), in one binary file
-// (.glb).
+// Writes a mesh with its cameras as glTF 2.0 (registry.khronos.org/glTF/specs/2.0), in one .glb file.
 //
 // glTF's world has y up; the light field's lies below a node "world" that rotates it, so that all in it keeps
 // its numbers. glTF's cameras look along -z with y up, have square or oblong pixels, the principal point in
 // the middle and no distortion. Photographs contain the scene's lighting: materials are unlit
-// (KHR_materials_unlit), seen from both sides. glTF's unit is the metre; if the light field's is arbitrary,
-// "extras" of the world's node say so.
+// (KHR_materials_unlit), seen from both sides. glTF's unit is the metre; "extras" of the world's node tell
+// the light field's unit.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,8 +29,8 @@ struct GltfCamera {
 struct GltfModel {
   std::string name;
   TriangleMesh mesh;
-  // Give either a texture or colours: viewers multiply them.
-  std::vector<Eigen::Vector2f> texel;  // per vertex, pixels of the texture
+  // Give either a texture (the next three) or colours: viewers multiply them.
+  std::vector<Eigen::Vector2f> texel;  // per vertex, pixels of the texture from its upper left corner
   std::string texture_png;
   cv::Size texture_size;
   std::vector<cv::Vec3f> colors;  // per vertex, linear B G R

@@ -19,13 +19,13 @@ namespace ulf::render {
 struct PathKeyframe {
   double time_s = 0;
   Eigen::Vector3d eye_in_world = Eigen::Vector3d::Zero();
-  // It has either the point at which the camera looks, with `up_in_world` upwards, or its rotation.
+  // The camera looks at this point, with `up_in_world` upwards; none: it has the rotation `world_from_cam`.
   std::optional<Eigen::Vector3d> target_in_world = {};
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   Eigen::Quaterniond world_from_cam = Eigen::Quaterniond::Identity();
   double focal_px = 1;
   double aperture_radius = 0;  // world units
-  double focus_depth = 1;      // depth of its focal plane along the optical axis
+  double focus_depth = 1;      // of the focal plane along the optical axis, world units; positive
 };
 
 struct KeyframedPose {
@@ -35,13 +35,12 @@ struct KeyframedPose {
   double focus_depth = 1;
 };
 
-// Returns poses at evenly spaced times from the first keyframe to the last. Times must grow from keyframe to
-// keyframe. One frame is the first keyframe. Throws Error that names the two keyframes between which the path
-// is not determined.
+// Returns poses at evenly spaced times from the first keyframe to the last; if `frames` is 1, the first
+// keyframe. There must be a keyframe, and times must grow from one to the next. Throws Error that names the
+// two keyframes between which the path is not determined.
 std::vector<KeyframedPose> InterpolateKeyframes(const std::vector<PathKeyframe>& keyframes, int frames);
 
-// A natural cubic spline, whose second derivative is 0 at both ends. Row i of `values` belongs to `times[i]`;
-// times grow.
+// A natural cubic spline (second derivative 0 at both ends); row i of `values` is for times[i], which grow.
 class CubicSpline {
  public:
   CubicSpline(std::vector<double> times, Eigen::MatrixXd values);

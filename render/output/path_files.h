@@ -17,18 +17,18 @@ namespace ulf::render {
 
 struct PathRequest {
   std::string path = "orbit";  // a name or a file
-  int frames = 0;              // for a named or keyframed path; 0: 120, or by the keyframes' times
+  int frames = 0;              // of a named or keyframed path; 0: 120, or by the keyframes' times and `fps`
   CameraModel camera = {};     // for paths without cameras
   double fps = 30;             // for keyframed paths
   // The light field that is rendered: its transforms.json completes nerfstudio's files.
   std::filesystem::path light_field = {};
 };
 
-// Throws Error that names the file and the line, frame or key of a value that is missing, not finite, not a
-// rotation or not supported, and for a path without a pose.
+// Reads `file`, not request.path. Throws Error that names the file and the line, frame or key of a value that
+// is missing, not finite, not a rotation or not supported, and for a path without a pose.
 CameraPath PathFromFile(const std::filesystem::path& file, const PathRequest& request,
                         const RenderScene& scene);
-// It throws PathFromFile()'s errors.
+// Makes the path of request.path, a name or a file. Throws as PathFromFile() does.
 CameraPath MakePath(const PathRequest& request, const RenderScene& scene);
 
 }  // namespace ulf::render

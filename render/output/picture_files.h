@@ -3,8 +3,7 @@
 // A picture is written under a temporary name and renamed, so that every picture in the folder is complete. A
 // render that was killed therefore continues when it is started again, and several renders can fill one
 // folder, each with a part of the path. The folder's render.json holds the settings that all its pictures
-// have in common. A render with other settings is refused, because the folder would mix the pictures of two
-// renders.
+// have in common. A render with other settings is refused, because it would mix two renders.
 #pragma once
 
 #include <cstdint>
@@ -32,19 +31,19 @@ struct PictureEncoding {
   // The colour (B G R, 0 to 1 in PNG's encoding) behind a picture with alpha; none: PNG and EXR keep the
   // alpha.
   std::optional<cv::Vec3d> background = {};
-  bool closes_narrow_gaps = true;  // for PNG (WithNarrowGapsClosed())
+  bool closes_narrow_gaps = true;  // in PNG and video (WithNarrowGapsClosed())
   ExrCompression exr_compression = ExrCompression::kZip;
   bool knows_colors = true;  // RenderScene::knows_colors: an EXR may name its colour space
 };
 
 // Returns the format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws
-// Refusal if they contradict each other.
+// Refusal if they contradict each other, or for a file of another ending.
 PictureFormat FormatOf(const std::filesystem::path& out, const std::string& format);
 
-bool IsSinglePicture(const std::filesystem::path& out);
-bool IsVideo(const std::filesystem::path& out);
+bool IsSinglePicture(const std::filesystem::path& out);  // by its ending, .png or .exr
+bool IsVideo(const std::filesystem::path& out);          // by its ending, .mp4
 
-std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);
+std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);  // a file's content
 // Returns the picture for a display, 8-bit sRGB, over the background or over black.
 cv::Mat DisplayPicture(const Rendering& picture, const PictureEncoding& encoding);
 // Returns 8-bit sRGB, brighter by `exposure_stops`.
@@ -63,7 +62,7 @@ class PictureFiles {
   // render.json, which may be of another program.
   PictureFiles(std::filesystem::path out, const PictureEncoding& encoding,
                const std::map<std::string, std::string>& settings, bool overwrite);
-  // Returns whether the picture exists and is kept.
+  // Returns whether the picture exists in the folder and is to be kept (no `overwrite`).
   bool Has(int number) const;
   // Throws DiskFullError or Error; then nothing of this picture remains, and all other pictures do.
   void Write(int number, const Rendering& picture);
@@ -80,7 +79,7 @@ class PictureFiles {
 // if one of its pixels is farther than this share of the longer side from what is drawn. Guessed.
 inline constexpr double kNarrowGapShare = 0.03;
 
-// `linear` is CV_32FC3, `drawn` CV_8U (Rendering). A picture without gaps is returned unchanged.
+// `linear` and `drawn` are those of Rendering. A picture without gaps is returned unchanged.
 cv::Mat WithNarrowGapsClosed(const cv::Mat& linear, const cv::Mat& drawn);
 
 }  // namespace ulf::render

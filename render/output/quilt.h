@@ -2,12 +2,11 @@
 // scene from one viewpoint.
 //
 // It follows "Quilts" and "Camera" of docs.lookingglassfactory.com. The display is a window in the plane of
-// focus. All viewpoints stand on a line parallel to it, at equal steps of their angle seen from it, and look
-// in the same direction; each frustum is sheared so that it goes through the same window (off its axis),
+// focus. All viewpoints stand on a line parallel to the window, at equal steps of the angle seen from it, and
+// look in the same direction; each frustum is sheared so that it goes through the window (off its axis),
 // never rotated towards the subject: that would tilt the plane of focus and give vertical parallax. Tile 0,
 // the leftmost viewpoint, is at the bottom left; tiles follow from left to right, then upwards. The file's
-// name holds the display's aspect (_qs8x6a0.75: columns x rows, width over height), because tiles may be
-// squeezed.
+// name holds the display's aspect (_qs8x6a0.75: columns x rows, width over height), as tiles may be squeezed.
 #pragma once
 
 #include <functional>
@@ -23,7 +22,7 @@ namespace ulf::render {
 
 struct QuiltFormat {
   int columns = 8, rows = 6;
-  int width_px = 3360, height_px = 3360;  // maximum size; tiles have whole pixels
+  int width_px = 3360, height_px = 3360;  // maximum size of the quilt; tiles have whole pixels
   double aspect = 0.75;                   // of the display: width over height
 };
 
@@ -49,18 +48,18 @@ inline constexpr double kMostViewCone = 54 * 3.14159265358979323846 / 180;
 struct QuiltViews {
   std::vector<CameraModel> cameras;  // one for each tile, in the order of the tiles
   std::vector<Rigid3> cam_from_world;
-  double view_cone = 0;
-  int outside = 0;  // number of viewpoints outside the recorded ones' hull
+  double view_cone = 0;  // radians
+  int outside = 0;       // number of viewpoints outside the recorded ones' hull
   // The window, world frame.
   Eigen::Vector3d window_center = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::UnitX(),
                   up = Eigen::Vector3d::UnitY();  // unit
   double width = 0, height = 0;                   // world units
 };
 
-// The window stands at the subject's surface as the proxy's triangles show it from the middle (the median
-// within its sphere), or at its centre if there are none. It faces the middle of the recorded viewpoints,
-// whose median distance the line of viewpoints has. Throws Refusal for an invalid format (fewer than 2 tiles,
-// tiles below 16 pixels).
+// Places the window at the subject's surface as the proxy's triangles show it from the middle of the recorded
+// viewpoints (the median depth within its sphere), or at its centre if there are none. The window faces that
+// middle, and the line of viewpoints goes through it. Throws Refusal for an invalid format (fewer than 2
+// tiles, tiles below 16 pixels).
 QuiltViews QuiltViewsOf(const RenderScene& scene, const QuiltOptions& options);
 
 // Returns 8-bit sRGB. `progress` is called after each tile.

@@ -1,9 +1,8 @@
-// Determines which photographs show the vertices of a mesh, and how well, to blend textures and vertex
-// colours.
+// Determines which photographs show a mesh's vertices, and how well, to blend textures and vertex colours.
 //
-// A view's score at a vertex is how squarely and how largely it shows the surface there, times its visibility
-// past the proxy and the edge of its picture (SceneView::ProjectVisible()). The best few views have shares;
-// they fall to zero where the next view takes over, so that they change smoothly along the surface.
+// A view's score at a vertex is how squarely and how largely it shows the surface there, times how well it
+// sees the vertex past the proxy and the edge of its picture (the feather of SceneView::ProjectVisible()).
+// The best few views have shares, which fall to zero where the next view takes over.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -24,8 +23,8 @@ using ViewShares = std::vector<ViewShare>;
 // `scene` must have the mesh as its proxy, which determines occlusion.
 std::vector<ViewShares> SharesOfVertices(const RenderScene& scene, const TriangleMesh& mesh);
 
-// Returns linear B G R at each vertex, averaged over the texels that its triangles cover; if no view sees it,
-// spread from its neighbours, grey without any.
+// Returns linear B G R at each vertex, averaged over about an edge of the mesh; for a vertex that no view
+// sees, the mean of its neighbours, or grey without any.
 std::vector<cv::Vec3f> ColorsOfVertices(const RenderScene& scene, const TriangleMesh& mesh,
                                         const std::vector<ViewShares>& shares);
 

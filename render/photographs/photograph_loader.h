@@ -1,4 +1,4 @@
-// Reads levels of photographs in its own threads, before the renderer needs them.
+// Reads levels of photographs in its own threads, before the renderer needs them. One thread uses it.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,7 @@ namespace ulf::render {
 
 class PhotographLoader {
  public:
-  // A level of a photograph; the caller chooses the photograph's number.
-  using Key = std::pair<int, int>;  // photograph, level
+  using Key = std::pair<int, int>;  // the photograph's number, which the caller chooses, and the level
   struct Request {
     Key key;
     std::shared_ptr<const Photograph> photograph;
@@ -28,16 +27,15 @@ class PhotographLoader {
   explicit PhotographLoader(int threads = 0);  // 0: one for each processor
   ~PhotographLoader();                         // waits for the reads in progress
 
-  // Replaces all earlier requests, most urgent first: levels that were read and are not requested again are
-  // dropped.
+  // Replaces all earlier requests by these, the most urgent first. Levels that were read and are not among
+  // them are dropped.
   void SetRequests(std::vector<Request> requests);
-  // After this many untaken bytes the loader continues only while somebody waits. Guessed.
+  // Once this many bytes were read and not taken, the loader continues only during Wait(). Guessed.
   static constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 
-  // Returns the level, if it was requested and has been read; the request is then done. Throws what reading
-  // threw.
+  // Returns the level if it was requested and is read; the request is then done. Throws what reading threw.
   std::optional<cv::Mat> Take(const Key& key);
-  // Does the same but waits. The level must have been requested.
+  // Does the same but waits. A level that was not requested never comes.
   cv::Mat Wait(const Key& key);
 
  private:

@@ -3,9 +3,9 @@
 //
 // A level comes from memory; or from the photograph's pyramid file under the light field's cache/
 // (render/photographs/pyramid_file); or the store decodes the photograph, makes all its levels, and writes
-// the pyramid file. Pyramid files are written only if the light field has a journal and photographs keep
-// their size. Deleting them is safe at any time. If they cannot be written the store warns once and decodes
-// each time.
+// the pyramid file. Pyramid files are written only if the light field has a journal, and the photographs keep
+// their size and are not masks. Deleting them is safe at any time. If they cannot be written, or less than 1
+// GB is free, the store warns once and decodes each time.
 //
 // Several threads may call all functions.
 #pragma once
@@ -25,8 +25,8 @@ struct PhotographStoreOptions {
   bool masks = false;             // use the views' masks as photographs, white inside; not with `linear`
   int size_limit_px = 0;          // limit of the longer side of photographs; 0: none
   double memory_limit_mb = 2048;  // for cached levels; levels that callers still use come on top
-  // By view index, its clipped pixels get hardly any weight (kShareOfClipped), because others show more
-  // before they clip; needs `linear`. Empty: no view.
+  // By view index: whether the view's clipped pixels get hardly any weight (kShareOfClipped), because views
+  // of a shorter exposure show more there. Works only with `linear`. Empty: no view.
   std::vector<bool> masks_clipped = {};
 };
 
@@ -45,8 +45,9 @@ class PhotographStore {
     std::size_t files_written = 0;  // pyramid files
     std::size_t files_refused = 0;  // pyramid files that existed and were outdated or damaged
     std::size_t held_bytes = 0, most_held_bytes = 0;
-    // Counts of the photographs that were read, in their size on disk.
-    std::uint64_t pixels = 0, clipped_px = 0, masked_px = 0;  // all; clipped; of these, unweighted
+    // Pixels of the photographs that were read, in their size on disk: all; clipped ones; of these, those
+    // with kShareOfClipped.
+    std::uint64_t pixels = 0, clipped_px = 0, masked_px = 0;
     std::size_t photographs = 0;
   };
   Counts counts() const;

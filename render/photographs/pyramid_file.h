@@ -1,10 +1,10 @@
 // Stores a photograph's pyramid in a file, so that any level can be read without decoding. The file is a
 // cache: a program that cannot use it makes it again from the photograph.
 //
-// It holds the pixels as they are in memory, coarsest level first, so that the coarse levels are one read
-// from the beginning of the file. A key identifies what they were made from. Each level has a checksum,
-// because the files are renamed into place but not synced: a power cut may leave anything. Numbers have the
-// machine's byte order.
+// The file holds the pixels as they are in memory, coarsest level first, so that the coarse levels are one
+// read from its beginning. A key, a digest by the caller, identifies what they were made from. Each level has
+// a checksum, because the files are renamed into place but not synced: a power cut may leave anything.
+// Numbers have the machine's byte order.
 #pragma once
 
 #include <cstdint>
@@ -22,16 +22,15 @@ struct PixelCounts {
   bool operator==(const PixelCounts&) const = default;
 };
 
-// Writes under a temporary name and renames, since two programs may write it. Throws DiskFullError, Error.
+// Writes under a temporary name and renames: two programs may write one file. Throws DiskFullError or Error.
 void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
                       const PixelCounts& counts = {});
 
 struct StoredLevel {
   cv::Mat pixels;
-  PixelCounts counts = {};
+  PixelCounts counts = {};  // of the whole photograph
 };
-// Returns a level of the photograph's size and form; none if the file is missing, has another key, or is
-// damaged.
+// Returns a level; none if the file is missing or damaged, or has another key, size or form of photograph.
 std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,
                                            const Photograph& photograph, int level);
 

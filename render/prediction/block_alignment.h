@@ -1,5 +1,5 @@
-// Measures the displacement of one picture against another, block by block: a translation of each block that
-// makes them equal (Lucas and Kanade 1981, coarse to fine), and its covariance.
+// Measures the displacement of one picture against another, block by block: the translation of a block that
+// makes them alike (Lucas and Kanade 1981, coarse to fine), and its covariance.
 //
 // A block's mean brightness is ignored, so that differing light is not taken for displacement. Blocks without
 // texture, and along straight edges, cannot be measured in every direction: their covariance says so.
@@ -15,7 +15,7 @@ namespace ulf::render {
 // row of a block is one vector operation.
 inline constexpr int kBlockPx = 12;
 
-// Noise variance of a smoothed picture's gradients, along x or y, over its own: both kernels are known.
+// Noise variance of a smoothed picture's gradients, along x or y, over that of its pixels: from both kernels.
 inline constexpr double kGradientNoiseShare = 0.417;
 
 struct BlockAlignmentOptions {
@@ -29,7 +29,7 @@ struct BlockShift {
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance =
       Eigen::Matrix2d::Identity();  // px^2, from the pictures' noise and the residual
-  bool converged = false;           // no shift within most_shift_px and the valid pixels improves the match
+  bool converged = false;           // false: the search left the valid pixels, or went beyond 6 px
   // Mean squares of the difference, grey values squared: as predicted, after the shift, and after shift and a
   // brightness factor of the block.
   double mse = 0, mse_shifted = 0, mse_leveled = 0;
@@ -43,10 +43,10 @@ class BlockAlignment {
   BlockAlignment(const cv::Mat& frame, const cv::Mat& predicted, const cv::Mat& valid,
                  const BlockAlignmentOptions& options = {});
 
-  // Returns the blocks with enough valid pixels. The noise variances are those of the frame, smoothed by
-  // Smoothed() of frame_predictor.h, and of the difference of the two pictures.
+  // Returns the blocks of which three quarters are valid, row by row. The noise variances are those of the
+  // frame, smoothed by Smoothed() of frame_predictor.h, and of the difference of the two pictures.
   std::vector<BlockShift> Blocks(double frame_noise_variance, double noise_variance) const;
-  // Returns BlockShift::mse after another shift than the block's own.
+  // Returns what BlockShift::mse would be after another shift.
   double MeanSquareAfter(const BlockShift& block, const Eigen::Vector2d& shift_px) const;
 
  private:

@@ -2,7 +2,8 @@
 //
 //   not seen   no view sees the subject's points, or there is no geometry at the subject
 //   pose       the whole picture is displaced, by more than the pose's uncertainty
-//   light      the error after alignment is brightness: a lamp, a cloud, a clipping exposure
+//   light      the views' exposure factors differ widely, or the error after alignment is brightness: a lamp,
+//              a cloud, a clipping exposure
 //   focus      the frame has less detail than the prediction, everywhere
 //   geometry   each view is displaced differently, and agrees when aligned: depths are wrong
 //   moved      things are displaced, and the views agree among each other: the subject has changed
@@ -23,7 +24,8 @@ inline constexpr std::array kErrorCauses{ErrorCause::kNone,     ErrorCause::kNot
 const char* Name(ErrorCause cause);     // for files: "none", "not_seen", ...
 const char* InWords(ErrorCause cause);  // for the person with the camera
 
-// Above `good_db`, inside the silhouette and without noise, nothing needs a cause. Guessed.
+// From `good_db` on, inside the silhouette and without noise, only kNotSeen, kPose, kLight and kFocus are
+// still found. Guessed.
 ErrorCause CauseOf(const PredictionError& error, double good_db = 33);
 
 }  // namespace ulf::render

@@ -2,11 +2,12 @@
 // are projected over the mesh into the frame and blended. Compared with the frame (prediction_error.h) the
 // prediction gives the light field's error at a viewpoint that it does not have.
 //
-// The views are the nearest in direction from the subject, weighted as in unstructured lumigraph rendering
-// (Buehler et al. 2001): a view's weight falls to 0 at the direction of the first view that is left out. Each
-// view is brought to the frame's exposure first, by one factor for its display-encoded values.
+// The blended views are the nearest in direction from the subject, weighted as in unstructured lumigraph
+// rendering (Buehler et al. 2001): a view's weight falls to 0 at the direction of the first view that is left
+// out. Each view is brought to the frame's exposure first, by one factor for its display-encoded values.
 //
-// It uses no threads. Pictures are grey and reduced: a few milliseconds a frame.
+// The predictor uses no threads, and one thread uses it. Pictures are grey and reduced: a prediction takes a
+// few milliseconds.
 #pragma once
 
 #include <functional>
@@ -27,23 +28,23 @@ namespace ulf::render {
 // One view's part of a prediction.
 struct PredictedByView {
   int id = 0;         // View::id
-  cv::Mat grey;       // in the form of PredictedFrame::grey
+  cv::Mat grey;       // in the form of PredictedFrame::grey, multiplied by `gain`
   cv::Mat seen;       // CV_32F, 1 where the view sees the point, else 0
   double weight = 0;  // in the blend; the weights of all views sum to 1
-  double gain = 1;    // factor on its values
+  double gain = 1;    // from its own values to the frame's exposure
 };
 
 struct PredictedFrame {
   cv::Mat grey;           // CV_32F, as StereoView::grey, smoothed as Smoothed() does; 0 where no view sees
   cv::Mat valid;          // CV_8U, 255 where at least one view sees the point
-  cv::Mat inverse_depth;  // CV_32F, of the mesh with its holes filled
+  cv::Mat inverse_depth;  // CV_32F, 1 / (depth along the optical axis), of the mesh with its holes filled
   cv::Mat on_mesh;        // CV_8U, 255 on the mesh itself
   // CV_32F: variance of the views' values about their mean, grey values squared.
   cv::Mat variance_of_views;
   double noise_share = 1;              // share of a view's noise variance that the blend keeps
   std::vector<PredictedByView> views;  // nearest first
   double nearest_view_angle = 0;       // radians at the subject
-  // 0: the views stand all round the frame, as seen from the subject; 1: all on one side.
+  // As seen from the subject: 0 if views stand all round the frame, or one in its place; 1: all on one side.
   double one_sided = 0;
 };
 
@@ -51,8 +52,7 @@ struct FramePredictorOptions {
   int views = 4;  // number of blended views. Guessed: as many as fill a pixel of the renderer.
 };
 
-// Smooths a picture before comparison (3x3, binomial), because interpolation between pixels blurs and this
-// must not count as an error.
+// Smooths a picture before comparison (3x3, binomial), so that the blur of interpolation is no error.
 cv::Mat Smoothed(const cv::Mat& grey);
 inline constexpr double kSmoothedNoiseShare = 0.140625;  // remaining share of the noise variance
 
@@ -60,11 +60,12 @@ class FramePredictor {
  public:
   explicit FramePredictor(const FramePredictorOptions& options = {}) : options_(options) {}
 
+  // Must come before the first prediction; again with each new mesh.
   void SetGeometry(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh);
   bool has_geometry() const { return mesh_ != nullptr; }
   const Subject& subject() const { return subject_; }
-  // `id` is View::id. `read` returns its small picture when a frame near it is predicted; a view whose
-  // picture cannot be read is left out.
+  // `id` is View::id. `read` is called when a frame near the view is predicted, and returns its small
+  // picture; a view for which it throws is removed.
   void AddView(int id, const Rigid3& cam_from_world, std::function<StereoView()> read);
   void AddView(int id, const StereoView& view);
   void RemoveView(int id) { views_.erase(id); }
@@ -74,7 +75,7 @@ class FramePredictor {
   // Returns the angle at the subject between `center_in_world` and the nearest view, radians; infinite
   // without views.
   double NearestViewAngle(const Eigen::Vector3d& center_in_world) const;
-  // Returns none without geometry, or if no view sees any of the frame.
+  // Returns none without geometry or views, if the frame shows no mesh, or if no view sees any of it.
   std::optional<PredictedFrame> Predict(const StereoView& frame);
 
  private:

@@ -37,8 +37,10 @@ struct RegionError {
   int alignable = 0;              // every other of these, for which alignment is tried
   int measured = 0;               // of these, with enough texture to measure displacement
   double misregistration_px = 0;  // root mean square over the measured blocks
-  double db = 0, db_aligned = 0;  // peak signal to noise ratio of the seen blocks as predicted, and aligned
-  double contrast = 0;            // RMS of the frame in a block, about its mean: 0 no texture
+  // Peak signal to noise ratios of the seen blocks without noise: as predicted but for the pose's part, and
+  // each block aligned. At most 50.
+  double db = 0, db_aligned = 0;
+  double contrast = 0;  // root mean square of the frame about each block's mean, grey values; 0: no texture
 
   double SeenShare() const { return blocks > 0 ? static_cast<double>(seen) / blocks : 0; }
   double MeasuredShare() const { return alignable > 0 ? static_cast<double>(measured) / alignable : 0; }
@@ -48,8 +50,9 @@ struct BlockError {
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
   // Root mean square over the predicting views, by weight, without the pose's part and noise.
   double off_px = 0;
-  bool measured = false, inside = false, on_mesh = false;
-  double mse = 0, mse_aligned = 0, mse_leveled = 0;  // without noise
+  bool measured = false, inside = false, on_mesh = false;  // inside the silhouette
+  // As in BlockShift, without noise, and `mse` without the pose's part.
+  double mse = 0, mse_aligned = 0, mse_leveled = 0;
   double mse_by_view = 0;        // mean over the views, each aligned by itself, without noise; if measured
   double variance_of_views = 0;  // between views, without their noise
 };
@@ -58,8 +61,8 @@ struct PredictionError {
   RegionError inside, outside;  // of the subject's silhouette
   std::vector<BlockError> blocks;
   double noise_sigma = 0;         // of frame - prediction, grey values
-  double pose_px = 0;             // displacement at the subject explained by the frame's pose
-  double pose_off_sigmas = 0;     // the most probable motion, in sigmas of the pose
+  double pose_px = 0;             // displacement at the subject by the most probable motion of the camera
+  double pose_off_sigmas = 0;     // that motion, in standard deviations of the pose
   double nearest_view_angle = 0;  // radians
   double gain_spread = 0;         // ratio of the largest to the smallest exposure factor of the views
   // Mean square gradient of the frame over that of the prediction, inside the silhouette, both without noise:
@@ -68,10 +71,11 @@ struct PredictionError {
   double on_mesh_share = 0;  // share of the silhouette's blocks with geometry
 };
 
-// Estimates the noise of an unsmoothed frame as a standard deviation, grey values, from parts of the image
-// with the least detail: too large if there is detail everywhere.
+// Estimates the noise of an unsmoothed frame (CV_32F) as a standard deviation, grey values, from the parts of
+// the image with the least detail. It is too large if there is detail everywhere.
 double NoiseSigma(const cv::Mat& grey);
 
+// `frame` is the one that FramePredictor::Predict() was given.
 PredictionError MeasureError(const StereoView& frame, const PredictedFrame& predicted, const Subject& subject,
                              const PoseUncertainty& pose, const PredictionErrorOptions& options = {});
 

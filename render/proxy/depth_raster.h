@@ -19,8 +19,7 @@ inline constexpr double kNearShare = 1e-4;
 cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world);
 
 // Fills pixels of 0 from the pixels around them, in place: pull and push over a pyramid of halved images
-// (Gortler et al. 1996). Each level is the mean of the known pixels of the finer one, and fills its unknown
-// ones.
+// (Gortler et al. 1996). Each level is the mean of the finer one's known pixels, and fills the others.
 void FillHoles(cv::Mat& inverse_depth);
 
 }  // namespace ulf::render

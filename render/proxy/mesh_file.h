@@ -2,8 +2,7 @@
 // (ASCII, or binary of either byte order) and Wavefront OBJ of other programs; polygons are cut into
 // triangles, and colours, normals and texture coordinates are ignored.
 //
-// CGAL's readers were tried: they stop at a "nan" in a text file, and their error says only that reading
-// failed.
+// CGAL's readers do not serve: they stop at a "nan" in a text file, and say only that reading failed.
 #pragma once
 
 #include <cstddef>
@@ -27,11 +26,10 @@ struct MeshReading {
   std::string Dropped() const;
 };
 
-// Throws Error that names the file and the fault: missing, neither PLY nor OBJ, truncated, a corner that is
-// not a vertex, no triangle.
+// Throws Error that names file and fault: missing, not PLY or OBJ, truncated, an unknown vertex, no triangle.
 MeshReading ReadMeshFile(const std::filesystem::path& file);
 
-// `comments` are lines for the header.
+// Returns the bytes of a PLY file; `comments` are lines for its header.
 std::string MeshPlyBytes(const TriangleMesh& mesh, const std::vector<std::string>& comments = {});
 // Writes the whole file or nothing. Throws DiskFullError or Error.
 void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh,

@@ -20,14 +20,15 @@ struct MeshSimplification {
   std::size_t most_triangles = 20000;
 };
 
-// Returns the mesh unchanged if it has no more triangles, otherwise one of at most `most_triangles`, and of
-// not many fewer if possible. Collapsed and duplicate triangles are left out.
+// Returns a mesh of at most `most_triangles`, and of not many fewer if possible; the given one if it has no
+// more. Triangles that collapse or coincide are left out.
 TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options);
 // Does the same with cells of one size everywhere.
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles);
 
-// Refines a mesh: edges longer than `most_slope` times the distance of their middle to the nearest view are
-// halved until none is, or until there are `most_triangles`. Triangles that share an edge split it alike.
+// Refines a mesh: in each round, edges longer than `most_slope` times the distance from their middle to the
+// nearest view are halved, until there are none, or at least `most_triangles`. Triangles that share an edge
+// split it alike. `view_centers` are in the world frame.
 TriangleMesh Split(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& view_centers,
                    double most_slope, std::size_t most_triangles);
 

@@ -1,9 +1,9 @@
 // A proxy of a few planes: those of plane_search, each cut to the extent of its points, as one mesh.
 //
-// A grid about as fine as the points' spacing cuts a plane. A cell is kept if it or a neighbour has points,
-// and inside the convex hull of connected points (walls have few features), unless more points behind it were
-// seen through it than it has itself: it is an opening, or beside an edge. Isolated points, far from the
-// others of their plane, are accidental intersections with other surfaces.
+// A grid about as fine as the points' spacing cuts a plane. A cell with points is kept. So is a cell beside
+// one, or inside the convex hull of connected points (walls have few features), unless more than one point
+// behind the plane was seen through it: then it is an opening, or beyond an edge. Isolated points, far from
+// the others of their plane, are accidental intersections with other surfaces and do not count.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace ulf::render {
 
 inline constexpr char kPlanesProxy[] = "planes";
 
-// Returns the cut planes. `light_field` has the points in which they were found.
+// Returns the cut planes as one mesh. `light_field` has the points in which they were found.
 std::shared_ptr<const TriangleMesh> MeshOfPlanes(const std::vector<FoundPlane>& planes,
                                                  const LightField& light_field);
 

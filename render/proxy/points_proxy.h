@@ -1,6 +1,7 @@
 // A proxy of tracked points. For each camera the points that it sees are triangulated in its image
-// (Delaunay), and inverse depth is linear over a triangle (thesis, section 5.4; Buehler et al. 2001). Points
-// around the image, whose depths are extrapolated, extend the triangles past its edges.
+// (Delaunay), and inverse depth is linear over a triangle (thesis, section 5.4; Buehler et al. 2001). A point
+// whose depth differs from all its neighbours' gets their median. Points around the image, whose depths are
+// extrapolated, extend the triangles past its edges.
 #pragma once
 
 #include <vector>

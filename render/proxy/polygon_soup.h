@@ -15,12 +15,13 @@ struct PolygonSoup {
   std::vector<std::uint32_t> sizes;    // number of corners of each polygon
 };
 
-// Both return indices below vertices.size(), and throw Error whose text begins with `name`.
+// Both parse the bytes of a file. All corners they return are below vertices.size(). They throw Error, which
+// begins with `name`, for malformed bytes.
 PolygonSoup PolygonsFromPly(const std::string& bytes, const std::string& name);
 PolygonSoup PolygonsFromObj(const std::string& bytes, const std::string& name);
 
-// Triangulates a polygon by ear clipping; returns indices into `vertices`. It is right for any simple polygon
-// that is nearly planar, and keeps the orientation.
+// Triangulates a polygon by ear clipping, and keeps its orientation; returns indices into `vertices`. The
+// result is right for any simple polygon that is nearly planar.
 std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::Vector3f>& vertices,
                                                       std::vector<std::uint32_t> polygon);
 

@@ -18,18 +18,17 @@
 
 namespace ulf::render {
 
-// The plane of points x in the camera frame with normal . x = offset; the normal points away from the camera,
-// and offset > 0.
+// The plane normal . x = offset > 0 of points x in the camera frame; the normal points away from the camera.
 struct PlaneInCamera {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   double offset = 1;       // world units
-  double far_depth = 1e6;  // the largest depth, and the depth of pixels whose rays do not meet the plane
+  double far_depth = 1e6;  // the largest depth, which pixels whose rays do not meet the plane have as well
 
-  // Returns the depth along the optical axis of the ray (x, y, 1).
+  // Returns the depth along the optical axis at which the ray (x, y, 1) meets the plane.
   double DepthOf(const Eigen::Vector3d& ray_with_unit_z) const;
 };
 
-// Replaces depths of 0 by the plane's.
+// Replaces depths of 0 (CV_32F, of the camera's size) by the plane's.
 void FillWithPlane(const PlaneInCamera& plane, const CameraModel& camera, cv::Mat& depth);
 
 // Returns the plane through the subject's centre that faces the camera. Its far_depth is kFarOverDistance
@@ -41,12 +40,12 @@ class Proxy {
  public:
   virtual ~Proxy() = default;
   virtual std::string Name() const = 0;
-  // Returns a number that differs between proxies of one name; constant if the subject alone defines them.
+  // Returns a number that tells proxies of one name apart; the same for all that the subject alone defines.
   virtual std::uint64_t Fingerprint() const;
   // Returns the plane of pictures that show no triangle.
   virtual PlaneInCamera Background(const Rigid3& cam_from_world) const = 0;
-  // Returns world triangles for this camera, visible from both sides, or null. The same pointer is the same
-  // mesh.
+  // Returns the triangles that this camera may see, in the world frame, visible from both sides; null if
+  // there are none. The same pointer is the same mesh.
   virtual std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& /*camera*/,
                                                         const Rigid3& /*cam_from_world*/) const {
     return nullptr;

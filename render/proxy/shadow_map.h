@@ -1,5 +1,4 @@
-// Determines what the proxy hides from a recorded view, by a shadow map: a small depth map of the proxy from
-// the view's place.
+// Determines what the proxy hides from a recorded view by a shadow map: a small depth map from the view.
 //
 // A point is compared with the four texels around it (percentage closer filtering, Reeves et al. 1987), so
 // that visibility fades over one texel. The fade lies outside the proxy's outline, because a photograph
@@ -19,10 +18,10 @@ namespace ulf::render {
 
 struct ShadowMap {
   CameraModel camera;  // without distortion, covering the view's image
-  // CV_32F, 1 / (depth along the optical axis), tolerance included: points with a smaller one are hidden.
+  // CV_32F, 1 / (depth along the optical axis) with tolerance: points of smaller inverse depth are hidden.
   cv::Mat least_inverse_depth;
 
-  // Returns 0 for hidden to 1 for visible. Points outside the map or behind the camera are visible.
+  // Returns 0 (hidden) to 1 (visible). Points outside the map or behind the camera are visible.
   double Visibility(const Eigen::Vector3d& point_in_view) const;
 };
 
@@ -35,7 +34,7 @@ inline constexpr double kShadowMapTolerance = 0.01;
 // Returns the camera of a view's map, without distortion: it covers what the view sees up to 71 degrees to
 // each side of its axis.
 CameraModel ShadowMapCamera(const CameraModel& view);
-// Draws the map on the CPU.
+// Draws the map on the processor. `tolerance` is a share of the depth (kShadowMapTolerance).
 ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_camera,
                         const Rigid3& view_from_world, double tolerance = kShadowMapTolerance);
 

@@ -1,5 +1,4 @@
-// Triangles in the world frame: the geometry of a mesh proxy. Corners are counter-clockwise as seen from
-// outside.
+// The geometry of a mesh proxy: triangles in the world frame, counter-clockwise as seen from outside.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +14,7 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices of vertices
 };
 
-// Returns unit normals at the vertices: the mean of the triangles' normals by area; zero for a vertex without
-// triangles.
+// Returns unit normals at the vertices, means of the triangles' by area; zero for a vertex without triangles.
 inline std::vector<Eigen::Vector3f> VertexNormals(const TriangleMesh& mesh) {
   std::vector<Eigen::Vector3d> sums(mesh.vertices.size(), Eigen::Vector3d::Zero());
   for (const auto& corners : mesh.triangles) {

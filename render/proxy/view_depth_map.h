@@ -30,10 +30,11 @@ ViewDepthMap MakeViewDepthMap(const CameraModel& camera, const cv::Mat& inverse_
 ViewDepthMap DepthMapOfMesh(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world,
                             double step);
 
-// Returns the largest motion in the image, px of `camera`, of points at `distance` when the pose changes.
+// Returns about how far points at `distance` move in the image, px of `camera`, when its pose changes.
 double MovedPx(const CameraModel& camera, const Rigid3& then, const Rigid3& now, double distance);
 
-// Makes or reads a map at the first Get(), in that thread: a picture needs the maps of a few of many views.
+// Makes or reads a map at the first Get(), in the thread that calls it, because a picture needs the maps of
+// few views. Several threads may call it.
 template <typename Map>
 class Lazy {
  public:

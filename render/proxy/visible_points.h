@@ -1,8 +1,7 @@
-// Finds the points of a cloud that a camera sees (CGAL's convex hull; GPL), although points have no surface
-// that hides others. They are flipped over a large sphere about the camera; a point is hidden if its flipped
-// point lies inside the convex hull of all flipped points (Katz, Tal, Basri: Direct Visibility of Point Sets,
-// 2007). The sphere's radius follows from the density of the points in the image. Only its source includes
-// CGAL's convex hull.
+// Finds the points of a cloud that a camera sees, although points have no surface that hides others. They are
+// flipped over a large sphere about the camera; a point is hidden if its flipped point lies inside the convex
+// hull of all flipped points (Katz, Tal, Basri: Direct Visibility of Point Sets, 2007). The sphere's radius
+// follows from the density of the points in the image. The hull is CGAL's (GPL).
 #pragma once
 
 #include <Eigen/Core>

@@ -29,7 +29,7 @@ std::vector<FieldOptions> EveryField(const FieldOptions& details = {});
 struct ScoredChoice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
-  double psnr_db = 0;  // mean over the left-out views
+  double psnr_db = 0;  // mean over the left-out views inside the hull (FieldScore::Main())
   double ms = 0;       // per picture
 };
 
@@ -60,8 +60,9 @@ struct ChoiceOptions {
   double narrow_within_db = 0.05;
   std::optional<MotionTiming> in_motion = {};  // none: for files
   int fewest_views = kFewestViewsCompared;
-  int views_left_out = 8;    // approximate number, evenly through the light field. Guessed.
-  int size_px = 320;         // longest side of the pictures. Guessed.
+  int views_left_out = 8;  // approximate number, evenly through the light field. Guessed.
+  // Longest side of the pictures; if a proxy has depth maps, the middle of larger ones is compared. Guessed.
+  int size_px = 320;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
   // Called before each picture, and after the last, with the subject of the comparison ("geometry", "fields")
   // and the share that is done, 0 to 1; what it throws ends the comparison.
@@ -78,7 +79,7 @@ const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candid
 const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options = {});
 
-// Returns those that take at most `most_ms`; if all take longer, the quickest.
+// Returns the candidates that take at most `most_ms`; if all take longer, the quickest.
 std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms);
 
 // `fields` and `proxies` are in order of preference, the simplest proxy first. First every proxy is tried
@@ -102,7 +103,7 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          RendererKind renderer);
 
 // Returns the proxies of `proxy`, a name of the command line: that one; for "auto" the plane and the light
-// field's own planes, points and mesh, and if it has neither, a fitted plane.
+// field's own planes, points and mesh, and if it has none of these, also a fitted plane.
 std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
                                                        const FieldOptions& field,
                                                        const std::filesystem::path& light_field,

@@ -10,8 +10,8 @@ namespace ulf::render {
 
 enum class ErrorKind {
   kUnseen,     // no view of the field sees the point: other views filled the pixel, or nothing did
-  kThin,       // on or beside something near that is at most thin_px wide in the rendering's depth
-  kEdge,       // within edge_px of where depth jumps
+  kThin,       // on or beside something near that is at most 8 px wide in the rendering's depth
+  kEdge,       // within 4 px of where depth jumps
   kBlurred,    // the rendering is a blurred photograph
   kDisplaced,  // the rendering is the photograph moved by a pixel or less: wrong depth, pose or lens
   kLight,      // the rendering is brighter, darker or of another tint than the photograph
@@ -27,7 +27,7 @@ struct ErrorShares {
   double of_worst_hundredth = 0;                // share of all error in the worst hundredth of the pixels
 };
 
-// Pictures are 8-bit sRGB; `valid` is CV_8U, `depth` CV_32F, `confidence` CV_32F as in Rendering.
+// Pictures are 8-bit sRGB; `valid` is CV_8U, 0 where pixels do not count; the others are Rendering's.
 ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
                         const cv::Mat& depth, const cv::Mat& confidence);
 

@@ -1,10 +1,9 @@
-// Held-out evaluation: every k-th view is left out, rendered from the others, and compared with its
-// photograph.
+// Evaluates a field: every k-th view is left out, rendered from the others, and compared with its photograph.
 //
-// The pinhole rendering is compared with the undistorted photograph, in 8-bit sRGB, on the full image and
-// inside the silhouette of the subject's sphere (the disc). Pixels that other views fill count like all
-// others; only pixels where the undistorted photograph is empty are left out. Views on the rim of the hull of
-// all viewpoints, which must be extrapolated, are reported separately.
+// The pinhole rendering is compared with the undistorted photograph at its own exposure, in 8-bit sRGB, on
+// the full image and inside the silhouette of the subject's sphere (the disc). Pixels that other views fill
+// count like all others; only pixels where the undistorted photograph is empty are left out. Views on the rim
+// of the hull of all viewpoints, which must be extrapolated, are reported separately.
 #pragma once
 
 #include <functional>
@@ -18,7 +17,7 @@
 
 namespace ulf::render {
 
-// A picture of a left-out view beside its photograph, both in 8-bit sRGB.
+// A picture of a left-out view beside its photograph, both in 8-bit sRGB. The images do not outlive the call.
 struct ComparedPicture {
   int view_id = 0;
   const cv::Mat& rendered;
@@ -30,15 +29,15 @@ struct ComparedPicture {
 
 struct EvaluateOptions {
   int every = 8;
-  std::vector<int> left_out = {};  // indices of views, ascending; empty: every `every`-th
-  std::vector<FieldOptions> fields = {};
+  std::vector<int> left_out = {};         // indices of views, ascending; empty: every `every`-th
+  std::vector<FieldOptions> fields = {};  // at least one
   // Each proxy is combined with each field; empty means the scene's own proxy. Their geometry should not come
   // from the left-out views.
   std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
   int window_px = 0;         // size limit of the evaluated middle of each picture; 0: all of it
-  std::function<void(const ComparedPicture&)> look = {};
+  std::function<void(const ComparedPicture&)> look = {};  // called with each picture
   // Called before each picture, and at the end, with the share that is done, 0 to 1; what it throws ends the
   // evaluation.
   std::function<void(double share)> between = {};
@@ -78,7 +77,8 @@ struct EvaluateSummary {
   std::vector<FieldScore> results = {};
 };
 
-// `scene` has all views. Throws Refusal for an `every` below 2, Error for fewer than two views.
+// `scene` has all views. Throws Refusal for an `every` below 2, Error for fewer than two views, and as
+// MakeRenderer() does. Results are in the order of proxies, and of the fields for each.
 EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& options,
                          Progress* progress = nullptr);
 

@@ -1,5 +1,5 @@
-// Estimates the brightness of each photograph relative to the others, and the lens' vignetting, for all views
-// together: imported sets do not record exposure, and a phone changes it from picture to picture.
+// Estimates the brightness of each photograph relative to the others, and the vignetting (fall-off) of the
+// lens, for all views together: imported sets do not record exposure, and phones vary it.
 //
 // Points of the proxy's surface that several views see should send the same light to all of them. The model
 //
@@ -28,9 +28,9 @@ namespace ulf::render {
 
 struct LightFit {
   LightModel model = LightModel::kAsRecorded;
-  std::map<int, cv::Vec3f> gains = {};                                 // B G R, by SceneView::id
-  std::vector<std::pair<CameraModel, Eigen::Vector2f>> falloffs = {};  // a and b
-  std::size_t points = 0;
+  std::map<int, cv::Vec3f> gains = {};  // factors B G R, by SceneView::id; empty for kAsRecorded
+  std::vector<std::pair<CameraModel, Eigen::Vector2f>> falloffs = {};  // a and b of each camera
+  std::size_t points = 0;                                              // number of compared points
   double stops = 0;  // between the darkest and the brightest view, in the channel with the largest range
   double corner_stops = 0;  // darkening of the corners, the largest of all cameras
   ModelChoice explained = {};
@@ -42,10 +42,10 @@ struct LightFit {
 // which views have no points in common, leaves everything as recorded.
 LightFit FitLight(const RenderScene& scene);
 
-// Returns the scene with the corrections. A view that was not fitted, such as a left-out one, has the
-// fall-off of its camera if another view has the same one, and a gain of 1, because its exposure is unknown.
-// An automatic exposure follows the picture, though: if the fitted views' gains follow from their neighbours'
-// (each predicted without itself), this one is predicted so, too.
+// Returns the scene with the corrections. A view that was not fitted, such as a left-out one, gets the
+// fall-off of its camera if a fitted view has the same one, and a gain of 1, because its exposure is unknown.
+// But an automatic exposure depends on what the picture shows: if the gains of fitted views can be predicted
+// from their neighbours', its gain is predicted so, too.
 std::shared_ptr<const RenderScene> WithLight(const RenderScene& scene, const LightFit& fit);
 
 }  // namespace ulf::render

@@ -10,10 +10,11 @@
 
 namespace ulf::render {
 
-Eigen::Vector2d HalfDiagonal(const CameraModel& camera);  // px
+Eigen::Vector2d HalfDiagonal(const CameraModel& camera);  // px, from a corner to the middle
 
-// A fifth of the points is held out. `camera_of` has each view's camera; `points` receives the number of
-// points. The result does not depend on the number of threads; it is empty over a proxy without triangles.
+// Returns the samples of the channels of all points; a fifth of the points is held out. `camera_of` has the
+// number of each view's camera; `points` receives the number of points. The result does not depend on the
+// number of threads; it is empty over a proxy without triangles.
 std::vector<LightSample> SampleLight(const RenderScene& scene, const std::vector<int>& camera_of,
                                      std::size_t& points);
 

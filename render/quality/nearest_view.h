@@ -1,7 +1,7 @@
-// The cheapest renderer of a light field (thesis, section 4, the phone prototype) shows the photograph whose
-// direction from the subject is nearest to the virtual camera's, projected onto the plane through the subject
-// that faces the camera. A picture is one homography, without OpenGL; it jumps when the nearest photograph
-// changes. FieldKind::kNearest chooses a view for each pixel, which costs more.
+// The cheapest renderer of a light field (thesis, section 4, the phone prototype). It shows the photograph
+// whose direction from the subject is nearest to the virtual camera's, projected onto the plane through the
+// subject that faces the camera. A picture is one homography, without OpenGL; it jumps when the nearest
+// photograph changes. FieldKind::kNearest chooses a view for each pixel, which costs more.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -14,7 +14,7 @@ namespace ulf::render {
 class NearestViewRenderer {
  public:
   // Copies the finest level of every photograph, without distortion and with a common exposure
-  // (SceneOptions::size_limit_px keeps the copies small).
+  // (SceneOptions::size_limit_px keeps the copies small). Throws Error for a scene without views.
   explicit NearestViewRenderer(const RenderScene& scene, Progress* progress = nullptr);
 
   // Returns an index into the scene's views.

@@ -1,4 +1,4 @@
-// The protocols of papers on view synthesis: some photographs are left out, neither geometry, points nor
+// Evaluates as papers on view synthesis do: some photographs are left out, neither geometry, points nor
 // choices depend on them, and the whole frame counts.
 #pragma once
 

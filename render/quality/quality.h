@@ -6,7 +6,7 @@
 namespace ulf::render {
 
 struct Quality {
-  double psnr_db = 0;  // over all three channels; 100 for identical images
+  double psnr_db = 0;  // over all three channels; at most 100, which identical images have
   double ssim = 0;     // Wang et al. 2004, window 11x11, Gaussian sigma 1.5, mean of the channels
   long pixels = 0;     // number of compared pixels
 };

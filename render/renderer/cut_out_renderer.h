@@ -1,7 +1,7 @@
 // Renders the subject of a turntable without the still background.
 //
 // The masks of the views are rendered as if they were photographs, with the same field over the same proxy:
-// their blend is the share of each pixel that shows the subject (Rendering::alpha). A photograph's masked
+// their blend tells the share of each pixel that shows the subject (Rendering::alpha). A photograph's masked
 // pixels give no light, so that no colour of the background comes into the pictures.
 #pragma once
 
@@ -12,9 +12,8 @@
 
 namespace ulf::render {
 
-// If the blend of the masks is below or above these shares, the pixel counts as wholly outside or inside.
-// Guessed: geometry that is off by a pixel at the rim makes views disagree there, and a mean would leave a
-// veil.
+// Up to the first of these blends of the masks alpha is 0, from the second on 1, linear between. Guessed:
+// geometry that is off by a pixel at the rim makes views disagree there; the blend itself would leave a veil.
 constexpr float kOutsideShare = 0.3f, kInsideShare = 0.7f;
 
 class CutOutRenderer : public Renderer {

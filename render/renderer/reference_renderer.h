@@ -1,5 +1,5 @@
-// The reference renderer, against which the OpenGL renderer is tested: one thread, one pixel after the other,
-// double precision up to the photograph's pixels, float light.
+// The reference renderer, against which the OpenGL renderer is tested. It draws in one thread, pixel by
+// pixel, in double precision up to the place in a photograph, with light as float.
 #pragma once
 
 #include "render/fields/aperture_field.h"
@@ -37,12 +37,11 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const PlacedFi
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options);
 
-// Interpolates bilinearly between pixel centres, edges repeated, in linear light: B G R and the share of the
-// four pixels that has light. `img` is in pixels of the view's camera, for every level.
+// Interpolates a photograph's level bilinearly between pixel centres, edges repeated: linear B G R, not
+// premultiplied, and the share of the four pixels that has light (0: none). `img` is in `camera`'s pixels.
 cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
-// Returns light of a view at a point, linear B G R on the scene's common scale, and the share of it that the
-// photograph has there (0: none). `level` is one of the pyramid.
+// Does the same for a view, on the scene's common scale of light. `level` is one of its photograph.
 cv::Vec4f LightOfView(const SceneView& view, const cv::Mat& level, const Eigen::Vector2d& img);
 
 }  // namespace ulf::render

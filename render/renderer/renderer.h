@@ -39,8 +39,8 @@ struct RenderOptions {
   bool show_field = false;  // show a colour for each view as its photograph (thesis, figure 5-1)
   bool depth = false;       // fill Rendering::depth
   bool weights = false;     // fill Rendering::weights, which takes as long as the reference renderer
-  // Memory for photographs on the GPU; 0: three quarters of what the driver says is free, or 2048. A picture
-  // that needs more is drawn in several passes.
+  // Memory for photographs on the GPU; 0: GlPhotographs::LimitBytes(). Pictures that need more take several
+  // passes.
   double gpu_memory_mb = 0;
   // Wait for photographs that are not read yet. Otherwise a picture is drawn from the loaded ones (coarser
   // levels, fewer views), and improves from picture to picture, until loading() returns false.
@@ -48,7 +48,7 @@ struct RenderOptions {
   std::optional<Aperture> aperture = {};  // SetAperture()
 };
 
-// A view's share of each pixel's light.
+// A view's weight in each pixel.
 struct ViewWeights {
   int view_id = 0;
   cv::Mat weight;  // CV_16F
@@ -56,8 +56,8 @@ struct ViewWeights {
 
 struct Rendering {
   cv::Mat linear;  // CV_32FC3, B G R, linear light of the median exposure
-  // CV_32F, 0 to 1: the weight of the views that really see the point; times kExtrapolatedConfidence outside
-  // the hull of the viewpoints, less in wide triangles; 0 if filled or empty.
+  // CV_32F, 0 to 1: the weight of the field's own views that see the point, times FieldSample::confidence; 0
+  // in filled and empty pixels.
   cv::Mat confidence;
   cv::Mat drawn;  // CV_8U, 255 where any view gives light
   cv::Mat alpha;  // CV_32F, the subject's share of a pixel (CutOutRenderer); empty: 1
@@ -65,8 +65,8 @@ struct Rendering {
   // The weights of the views that give light to any pixel, in order of id; they sum to one where there is
   // light. Empty unless requested.
   std::vector<ViewWeights> weights;
-  long filled_px = 0;  // pixels that none of the field's own views sees, filled by other views
-  long empty_px = 0;   // pixels that no view sees
+  long filled_px = 0;  // number of pixels that none of the field's own views sees, filled by other views
+  long empty_px = 0;   // number of pixels to which no view gives light
   double ms = 0;       // time to draw, without reading the picture back
 };
 
@@ -80,7 +80,7 @@ class Renderer {
   // Changes the proxy; the photographs stay in memory.
   virtual void SetProxy(std::shared_ptr<const Proxy> proxy) = 0;
   // With an aperture the focal plane replaces the scene's proxy; without one the scene's proxy is used again.
-  // Fields without a viewpoint mesh have no rings to widen: only their proxy changes.
+  // Only fields on the viewpoint mesh blur what is off this plane (aperture_field.h).
   virtual void SetAperture(const std::optional<Aperture>& aperture) = 0;
   // Starts to read the photographs of the expected next picture.
   virtual void Prefetch(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) {}
@@ -93,21 +93,21 @@ class Renderer {
   virtual const RenderScene& scene() const = 0;
 };
 
-// If the weights of the views that see a pixel's point sum to less, no view sees it. Guessed.
+// If the weights of the views that see a pixel's point sum to less, none counts as seeing it. Guessed.
 inline constexpr double kLeastWeight = 1e-4;
 
-// Says how other views fill pixels that their field's own views hardly see.
+// Says how other views fill pixels that the field's own views hardly see.
 struct Filling {
   double whole = kLeastWeight;  // below this sum of weights a pixel is filled up
   int views = 0;                // number of filling views; 0: pixels are not filled
 };
-// For fields of several views, other views fill up a pixel below this sum of weights. Guessed; with lumigraph
-// weights that fill up gradually it brought 1 dB on fox_half together with the filled holes of the proxy.
+// Other views fill up a pixel below this sum of its own views' weights. Guessed; filling up gradually brought
+// 1 dB on the data set fox_half, together with the filled holes of the proxy.
 inline constexpr double kWholeWeight = 0.5;
 // Number of views that fill a pixel, by lumigraph weights. Guessed.
 inline constexpr int kFillingViews = 4;
-// Pixels are filled only if no own view sees the point for the nearest-view field, which must remain a single
-// view, and for a wide aperture, whose blur consists of all its views.
+// The nearest-view field, which must remain a single view, and a wide aperture, whose blur consists of all
+// its views, are filled only at pixels that no own view sees.
 inline Filling FillingOf(const RenderOptions& options) {
   if (options.field.kind == FieldKind::kNearest) return {kLeastWeight, 1};
   if (!options.fill) return {};

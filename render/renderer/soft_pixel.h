@@ -15,9 +15,9 @@
 //   4. A candidate's colour is the mean of the views that see it, in linear light; what a view sees fades
 //      over a few steps of its map. Their weights are balanced: views on the side where there are fewer count
 //      more, so that the mean of their directions comes near the virtual camera's, as in local linear
-//      regression (Cleveland 1979; no weight becomes negative). Then shading that changes with direction is
-//      nearer to right, and so is what a wrong depth moves. Views far from the mean count less, since a
-//      photograph that is off by an edge, a highlight or a passer-by is.
+//      regression (Cleveland 1979; no weight becomes negative). This comes nearer to shading that changes
+//      with direction, and evens out what a wrong depth displaces. Views whose colour is far from the mean
+//      count less: they are off by an edge, a highlight or a passer-by.
 //   5. Candidates are laid over each other from near to far, each as opaque as it is believed.
 //
 // Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps tell visibility.
@@ -38,19 +38,20 @@ inline constexpr int kSoftViews = 16, kSoftProposers = 8;
 
 // Settled on fern of LLFF and fox_half (docs/rendering.md, Soft geometry); the same in the shader.
 struct SoftConstants {
-  double least_weight = 0.05;  // of the Gaussian: a view with less has no weight
-  double most_taken = 0.9;     // of the nearest view's Gaussian; all views lose this much
+  // A step is one of a map (ViewDepthMap::step); the root of light is its square root.
+  double least_weight = 0.05;  // of the Gaussian: all views lose it, so that lesser ones have no weight
+  double most_taken = 0.9;     // but at most this share of the Gaussian of the view of least penalty
   double own_share = 0.1;      // share of the fourth penalty below which a view begins to take all
-  int search_steps = 3;        // along the ray, in a map's depth
-  double search_end = 2;       // a search whose last step exceeds this, in steps of the map, has failed
-  double merged = 1;           // nearer candidates, in steps, are merged
+  int search_steps = 3;        // number of iterations that look for a map along the ray
+  double search_end = 2;       // a search whose last change exceeds this many steps has failed
+  double merged = 1;           // candidates within this many steps of the finest map are one
   double vote = 2;             // standard deviation of a vote, in steps
   double occluded = 4;         // a map that is this many steps before a point hides it
-  double least_seen = 0.003;   // of a hidden view, if no view sees the point
+  double least_seen = 0.003;   // visibility in a hidden view, which counts if no view sees the point
   double balanced = 1;         // ridge of the balance, in the squared width of the weights
   double agreeing = 0.2;       // standard deviation of colours on a right surface, in the root of light
-  double robust = 0.2;         // difference from the mean that halves a view's weight, in the root of light
-  int robust_steps = 2;
+  double robust = 0.2;         // difference from the mean, in the root of light, that halves a weight
+  int robust_steps = 2;        // number of iterations that reweight
 };
 
 // One view's light in a pixel.
@@ -67,9 +68,9 @@ class SoftPixel {
   // `width` is FieldOptions::soft_width.
   SoftPixel(const RenderScene& scene, const Rigid3& cam_from_world, double width, LightOf light_of);
 
-  // `ray_in_cam` has depth 1; `depth` is the proxy's; `views` are in order of distance. Sets the
-  // contributions, and returns their sum of weights: the share of light in the photographs, times the best
-  // view's visibility.
+  // Sets the contributions of a pixel, and returns their sum of weights: the share of light in the
+  // photographs, times the best view's visibility; 0 without contributions. `ray_in_cam` has depth 1; `depth`
+  // is the proxy's, in world units; `views` are the nearest first (SoftViewsOfTiles).
   double Blend(const Eigen::Vector3d& ray_in_cam, double depth, std::span<const int> views,
                std::vector<Contribution>& contributions) const;
 
@@ -105,8 +106,7 @@ class SoftPixel {
   SoftConstants constants_;
 };
 
-// Returns for each tile of the picture the views that its pixels examine, nearest to the virtual camera
-// first.
+// Returns for each tile of the picture the views that its pixels examine, nearest first.
 ViewTiles SoftViewsOfTiles(ViewTiler& tiler, const RenderScene& scene, const CameraModel& camera,
                            const Rigid3& cam_from_world);
 

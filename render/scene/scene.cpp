@@ -223,8 +223,8 @@ int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vec
   return std::clamp(level, 0, view.photograph->LevelCount() - 1);
 }
 
-cv::Vec3f ViewColor(int index) {
-  std::uint32_t h = static_cast<std::uint32_t>(index) * 2654435761u + 12345u;
+cv::Vec3f ViewColor(int view_id) {
+  std::uint32_t h = static_cast<std::uint32_t>(view_id) * 2654435761u + 12345u;
   const auto next = [&h] {  // xorshift
     h ^= h << 13, h ^= h >> 17, h ^= h << 5;
     return static_cast<float>(h >> 8) / 16777216.0f;

@@ -23,18 +23,18 @@ struct Seen {
   double feather = 1;   // the view's weight: 0 at the edge of its image, 1 from kFeatherShare inwards
 };
 
-// The width of the band at the edge of a view's image in which its weight grows from 0 to 1, over the shorter
-// side of the image. Guessed.
+// The width of the band at an image's edge in which weight grows from 0 to 1, over the shorter side. Guessed.
 inline constexpr double kFeatherShare = 0.03;
 
-// The brightness of a photograph relative to the other views', if not recorded: the result of
-// render/quality/light_fit.
+// A photograph's brightness relative to the other views', where it was not recorded but estimated from the
+// photographs (render/quality/light_fit.h).
 struct LightCorrection {
   cv::Vec3f gain{1, 1, 1};               // B G R, relative to the common scale of all views
   float falloff_r2 = 0, falloff_r4 = 0;  // the lens passes 1 + falloff_r2 r^2 + falloff_r4 r^4
   bool operator==(const LightCorrection&) const = default;
 
-  // r is the distance from the principal point, divided by half of the image's diagonal.
+  // Returns what the lens passes at `img`; r is the distance from the principal point, divided by half of the
+  // image's diagonal.
   float Falloff(const CameraModel& camera, const Eigen::Vector2d& img) const;
 };
 
@@ -44,23 +44,22 @@ struct SceneView {
   Rigid3 cam_from_world;
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
   std::shared_ptr<const Photograph> photograph;
-  // (linear - black) * scale is light on a scale common to all views: their exposures and gains differ.
+  // (linear - black) * scale brings the photograph's linear light to a scale common to all views, whose
+  // exposures differ; it is then divided by `correction`, which by default changes nothing.
   float black = 0;
   float scale = 1;
-  // Light is divided by it after that; by default it changes nothing.
   LightCorrection correction;
 
   std::shared_ptr<const LazyShadowMap> shadow_map;  // null: the proxy hides nothing
   std::shared_ptr<const LazyDepthMap> depth_map;    // null: the proxy has none
 
-  // Returns the factor from light above black to the common scale, at a point of the image: B G R.
+  // Returns the factors from light above black to the common scale at a point of the image, B G R.
   cv::Vec3f ScaleAt(const Eigen::Vector2d& img) const;
   // Returns the photograph in 8-bit sRGB, with its own exposure.
   cv::Mat Srgb8() const;
   // Returns none if the point is behind the camera or outside its image.
   std::optional<Seen> Project(const Eigen::Vector3d& point_in_world) const;
-  // Does the same, and returns none if the proxy hides the point; the feather also fades at the proxy's
-  // edges.
+  // Does the same, and returns none if the proxy hides the point; the feather also fades at its outlines.
   std::optional<Seen> ProjectVisible(const Eigen::Vector3d& point_in_world) const;
 };
 
@@ -69,25 +68,24 @@ struct RenderScene {
   Subject subject;
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   ViewpointMesh mesh;
-  bool mesh_in_plane = false;
-  bool in_metres = false;  // whether world units are metres
-  // The light field records exposure times or gains of the photographs.
-  bool knows_exposures = false;
-  // The light is linear sRGB: by a colour profile, a raw file's own matrix, or the camera's encoding.
+  bool mesh_in_plane = false;    // ViewpointMeshOptions::in_plane
+  bool in_metres = false;        // whether world units are metres
+  bool knows_exposures = false;  // KnowsExposures() of exposure_scales.h
+  // Whether light is linear sRGB, by a colour profile, a raw file's own matrix, or the camera's encoding.
   // Otherwise (linear masters without a profile) colours are the sensor's own.
   bool knows_colors = true;
-  // Masked areas are no part of the scene (LightField::turntable), and renderings are empty there.
+  // Whether masked areas are no part of the scene (LightField::turntable) and stay empty in renderings.
   bool is_cut_out = false;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null if they are in memory
 
-  std::vector<Eigen::Vector3d> Centers() const;
-  void MakeMesh();  // from the views' centres
+  std::vector<Eigen::Vector3d> Centers() const;  // the views', world frame
+  void MakeMesh();                               // from these
 };
 
 enum class PhotographForm {
-  kAuto,       // kLinear if 8 bits would lose light, otherwise kEightBits
-  kEightBits,  // the photographs of images/, even if masters hold more
+  kAuto,       // kLinear if 8 bits would lose light or a photograph has a mask, otherwise kEightBits
+  kEightBits,  // the photographs of images/, even if masters hold more; masks are ignored
   kLinear,     // half floats in linear light, of masters if they exist
 };
 
@@ -100,8 +98,8 @@ struct SceneOptions {
   PhotographForm form = PhotographForm::kAuto;
   bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
   // If the longest exposure is more than this many times the shortest, kAuto reads linear light, since
-  // shadows of 8 bits would be brightened; and clipped pixels of exposures that are so much longer than the
-  // shortest have hardly any weight. Guessed: a third of a stop.
+  // shadows of 8 bits would be brightened; and clipped pixels of the views that were exposed so much longer
+  // than the shortest have hardly any weight. Guessed: a third of a stop.
   float most_exposure_ratio = 1.26f;
   bool of_masks = false;      // use the views' masks as photographs: light 1 inside, 0 outside
   bool masks_clipped = true;  // false: clipped pixels count as light like others, for comparison
@@ -112,22 +110,23 @@ struct SceneOptions {
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
 // Reads no photograph yet, except to estimate a view's unknown exposure (exposure_scales.h). The proxy is the
-// plane through the subject that faces the virtual camera. Throws Error for an empty light field.
+// plane through the subject that faces the virtual camera. Throws Error for an empty light field, and as
+// SubjectOf() does.
 std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options);
 
-// Returns the scene without some of its views: it shares the photographs and gets a mesh of its own.
+// Returns the scene without these views (indices): it shares the photographs and gets a mesh of its own.
 std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::vector<int>& left_out);
 
 // Returns the scene over another proxy. Shadow maps are made when they are first needed.
 std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shared_ptr<const Proxy> proxy);
 
 // Returns the pyramid level at which a view is read: the one nearest to one texel per output pixel at the
-// subject's distance,
+// subject's centre O, for the view's centre C and the virtual camera's centre V,
 //   round(log2((focal_view / |O - C|) / (focal_out / |O - V|))), limited to the pyramid.
 int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vector3d& virtual_center,
                  double output_focal_px);
 
-// Returns a colour for each view, as linear B G R, for pictures of the blending field.
-cv::Vec3f ViewColor(int index);
+// Returns the colour of a view in pictures of the blending field, linear B G R.
+cv::Vec3f ViewColor(int view_id);
 
 }  // namespace ulf::render

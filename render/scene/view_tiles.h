@@ -1,6 +1,6 @@
-// Finds the recorded views that have a tile of a picture in their images, so that pixels which search for a
-// view that sees their point can skip all others. A view is left out of a tile only if the half-spaces of its
-// image prove that it sees nothing of the tile.
+// Finds, for each tile of a picture, the recorded views that may have what it shows in their images, so that
+// its pixels need not try all others. A view is left out of a tile only if its frustum proves that it sees
+// nothing of the tile.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -28,17 +28,17 @@ struct ViewTiles {
 
 class ViewTiler {
  public:
-  explicit ViewTiler(const std::vector<SceneView>& views);
+  explicit ViewTiler(const std::vector<SceneView>& views);  // those that Tile() gets, too
 
-  // The content of the picture: the plane, and points of triangles in front of it or behind it.
+  // What the picture shows: the plane, and points of triangles in front of it or behind it.
   struct Picture {
     CameraModel camera;  // without distortion
     Rigid3 cam_from_world;
     PlaneInCamera plane;
     std::shared_ptr<const TriangleMesh> triangles;
   };
-  // `in_order` lists the views in the order in which pixels examine them. A pixel is done after `enough`
-  // views for which `ends` is true have it in their images.
+  // `in_order` lists the views in the order in which pixels examine them. A pixel needs no further views once
+  // `enough` of those for which `ends` is true have it in their images.
   ViewTiles Tile(const std::vector<SceneView>& views, std::span<const int> in_order, const Picture& picture,
                  const std::function<bool(int view)>& ends, int enough = 1);
 

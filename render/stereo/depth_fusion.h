@@ -1,6 +1,6 @@
-// Fuses the depth maps of several views into one set of points. A depth is kept if the maps of other views
-// agree, and becomes their mean. A surface point seen by several views becomes one point with a list of these
-// views.
+// Fuses the depth maps of several views into one set of points. A depth is kept if enough maps of other views
+// agree with it, and more than see through it; it becomes the mean (in inverse depth) of what agrees. A
+// surface point seen by several views becomes one point with a list of these views.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,8 +31,8 @@ struct FusionOptions {
   bool in_this_thread = false;    // otherwise on all processors
 };
 
-// Sets depths that too few other maps confirm to 0, and the others to the mean of the maps that agree.
-// `others[i]` are the views whose maps are compared with that of view i.
+// Sets depths that other maps do not confirm to 0, and the others to the mean of the maps that agree.
+// `others[i]` are the indices of the views whose maps are compared with that of views[i].
 void KeepConsistentDepths(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
                           const FusionOptions& options);
 

@@ -16,7 +16,7 @@ struct DepthRangeOptions {
   int coarse_from_px = 160;
   // The first sweep's range, in distances to the subject. Guessed.
   double nearest = 0.2, farthest = 100;
-  // The first sweep must give at least this many valid depths, otherwise its own range is used. Guessed.
+  // The first sweep must give at least this many sure depths, otherwise its own range is returned. Guessed.
   std::size_t fewest = 100;
   // Share of these depths that is cut off at either end, as outliers. Guessed.
   double left_out = 0.005;
@@ -27,16 +27,15 @@ struct DepthRangeOptions {
 };
 
 // Returns the range for a view. A first sweep at a small size over a wide range finds the depths; the planes
-// of the result are spaced so that from plane to plane a point moves by about one pixel in the neighbour with
-// the largest motion.
+// of the result are those of PixelSpacedRange(). `subject_distance` is in world units.
 InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                             double subject_distance, const DepthRangeOptions& options = {});
 
 // Limits of InverseDepthRange::planes: fewer give no minimum, more take too long. Guessed.
 inline constexpr int kFewestPlanes = 16, kMostPlanes = 256;
 
-// Returns the range from `nearest` to `farthest` (world units) with planes one pixel apart in the neighbour
-// with the longest path.
+// Returns the range from `nearest` to `farthest` (world units). From plane to plane the middle of the image
+// moves by about a pixel in the neighbour where it moves most.
 InverseDepthRange PixelSpacedRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                    double nearest, double farthest);
 

@@ -1,6 +1,6 @@
-// Computes the sweep's matching costs by OpenGL: they equal those of MatchingCosts(), the reference, up to
-// one unit of their eight bits. It is meant for a GPU; a software rasteriser takes longer than the loops on
-// the processor.
+// Computes the matching costs of the plane sweep by OpenGL: they equal those of MatchingCosts() of
+// plane_sweep.h, the reference, up to one unit of their eight bits. This is meant for a GPU; a software
+// rasteriser takes longer than the loops on the processor.
 #pragma once
 
 #include <string>

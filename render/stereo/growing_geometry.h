@@ -1,11 +1,11 @@
-// Builds geometry of a light field during its capture: one depth map after another, as views come, and a mesh
-// of the present maps at any time. The steps are those of `ulf proxy` (proxy_builder.h), without threads, so
-// that the owner decides when it may cost time.
+// Builds geometry of a light field during its capture: one depth map after another, as views come, from which
+// a mesh can be made at any time (mesh_of_maps.h). The steps are those of `ulf proxy` (proxy_builder.h). A
+// single map is made in the thread that asks for it, so that the owner decides when it may cost time. There
+// is no lock; const functions may run at the same time.
 //
 // A view gets a depth map if it stands apart from the views that have one and enough neighbours are around
 // it. Depths are kept in the view's own frame: when poses are corrected, a map moves with its view, is scaled
-// with its baselines (a loop closure may change the scale), and is made anew if its neighbours moved by more
-// than that.
+// with its baselines (a loop closure may change the scale), and is made anew after any other motion.
 #pragma once
 
 #include <atomic>
@@ -29,13 +29,13 @@ std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const std::vector<const ViewDepth*>& known);
 
 struct GrowingGeometryOptions {
-  int size_px = 320;    // longer side of the compared photographs. Guessed: a sixth of 640's time.
+  int size_px = 320;    // longer side of the compared photographs. Guessed: it takes a sixth of 640's time.
   int depth_maps = 60;  // approximate number; as ProxyOptions::depth_maps
   // A view waits until this many neighbours stand around it, or until this many views have come after it: at
   // the rim none come on one side. Guessed.
   int neighbours_waited_for = 4, views_waited_for = 15;
-  // Least angle at the subject between two views with depth maps, radians; twice that when `depth_maps` are
-  // made, three times beyond. Guessed.
+  // Least angle at the subject between two views with depth maps, radians. It grows from half of `depth_maps`
+  // on, to twice that as the last of them is made, and is three times that afterwards. Guessed.
   double least_apart = Radians(3);
   MapsMeshOptions mesh = {.most_triangles = 150000};
 };
@@ -59,8 +59,9 @@ class GrowingGeometry {
   // none is needed, or there is no subject.
   bool MakeNextMap(bool all_views_are_here);
 
-  // Does the same in two steps, so that this object can be copied at any time: NextMap() takes long and
-  // changes nothing, Keep() takes no time. Returns none if none is needed, or `given_up` became true.
+  // Do the same in two steps, so that this object can be copied at any time: NextMap() takes long and changes
+  // nothing, Keep() takes no time. Between them no view may be added or removed. NextMap() returns none if no
+  // map is needed, or `given_up` became true.
   struct NewMap;
   std::optional<NewMap> NextMap(bool all_views_are_here, const std::atomic<bool>* given_up = nullptr) const;
   void Keep(NewMap map);
@@ -77,12 +78,12 @@ class GrowingGeometry {
   std::uint64_t revision() const { return revision_; }
   // Returns the maps in order of id; cheap, because the pixels are shared.
   std::vector<ViewDepth> Maps() const;
-  // Returns them for the soft field, by View::id (mesh_of_maps.h). `mesh` is MeshOfMaps() of Maps().
+  // Returns the maps for the soft field, by View::id (mesh_of_maps.h). `mesh` is MeshOfMaps() of Maps().
   std::map<int, ViewDepthMap> MapsForRendering(const TriangleMesh& mesh) const;
   // Returns the poses of the views that have maps, by id.
   std::map<int, Rigid3> MapPoses() const;
-  // Returns whether a mesh of the maps with the poses `then` no longer fits: one of them was removed, or has
-  // moved by more than this many pixels of its image.
+  // Returns whether a mesh of the maps with the poses `then` no longer fits: a map was removed, or has moved
+  // by more than `most_px` pixels of its image.
   bool HaveMovedSince(const std::map<int, Rigid3>& then, double most_px) const;
 
  private:

@@ -15,8 +15,8 @@
 namespace ulf::render {
 
 struct MapsMeshOptions {
-  // The points are spaced wider until there are about half as many. Measured
-  // (docs/measured/speed_and_accuracy.md: beyond 77,000 triangles more hardly help).
+  // Points are spaced wider until they are at most half of this number: they give about twice as many
+  // triangles. Measured (docs/measured/speed_and_accuracy.md: beyond 77,000 triangles more hardly help).
   int most_triangles = 400000;
   bool in_this_thread = false;  // otherwise on all processors
 };
@@ -25,13 +25,13 @@ struct MapsMesh {
   TriangleMesh mesh;          // without triangles if the maps agree on no surface
   double agreeing_share = 0;  // of the maps' pixels
   std::size_t points = 0;
-  double fusion_s = 0, surface_s = 0;
+  double fusion_s = 0, surface_s = 0;  // durations of the two steps
 };
 
 MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options = {});
 
-// Returns by View::id the maps where others confirm them, and elsewhere `mesh`, which is MeshOfMaps() of the
-// same maps. `view_ids[i]` belongs to maps[i].
+// Returns a map for each of `maps`, by View::id: its depths where other maps confirm them, and elsewhere
+// those of `mesh`, which is MeshOfMaps() of the same maps. `view_ids[i]` belongs to maps[i].
 std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
                                              const TriangleMesh& mesh, const Subject& subject,
                                              const MapsMeshOptions& options = {});

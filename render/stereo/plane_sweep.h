@@ -2,10 +2,10 @@
 // the image and maps the neighbouring photographs into it; agreement indicates a surface. Planes are evenly
 // spaced in inverse depth.
 //
-// The cost of a plane at a pixel is 1 - ZNCC over a small window, truncated; ZNCC does not depend on
-// exposure. It is the mean over the better half of the neighbours, because the others may see an occluder. In
-// a window without texture every plane costs the same. Semi-global matching (Hirschmueller 2008) chooses the
-// planes, and a parabola through the costs gives the depth between planes.
+// The cost of a plane at a pixel is 1 - ZNCC (zero-mean normalised cross-correlation) over a small window,
+// truncated; ZNCC does not depend on exposure. The cost is the mean over the better half of the neighbours,
+// because the others may see an occluder. In a window without texture every plane costs the same. Semi-global
+// matching (Hirschmueller 2008) chooses planes, and a parabola through costs gives the depth between them.
 //
 // Most planes are far from every surface. SweepPlanes() therefore sweeps at half the size first, and then
 // compares in each tile of the image only planes near those that were chosen by a pixel of the tile or its
@@ -23,8 +23,9 @@
 namespace ulf::render {
 
 struct InverseDepthRange {
-  double least = 0, most = 0;  // 1 over depth along the optical axis
+  double least = 0, most = 0;  // 1 / (depth along the optical axis)
   int planes = 0;
+  // Returns the inverse depth of a plane (the first is 0), or between two.
   double At(double plane) const { return least + (most - least) * plane / (planes - 1); }
 };
 
@@ -40,7 +41,7 @@ struct SweepOptions {
   // before a wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view.
   int coarse_from_px = 400;
   int tile_px = 16;  // of the image; larger ones take planes that few of their pixels need
-  const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() soon returns without depths
+  const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() soon returns empty matrices
 };
 
 struct DepthMap {
@@ -78,20 +79,20 @@ class PlanesOfTiles {
   std::vector<std::uint8_t> has_;
 };
 
-// Returns the planes of `range` near a surface, by the same sweep at half the size; none after `given_up`.
+// Returns the planes of `range` that are near a surface, by the same sweep at half the size.
 PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                  const InverseDepthRange& range, const SweepOptions& options = {});
 
-// Returns the cost of each plane at each pixel, in 8 bits; on the processor. A null `compared` means all
-// planes.
+// Returns the cost of each plane at each pixel, in 8 bits; on the processor. Null `compared`: all planes.
 CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                          const InverseDepthRange& range, const SweepOptions& options = {},
                          const PlanesOfTiles* compared = nullptr);
-// Returns how many of this number of neighbours, those that agree best, count.
+// Returns the size of the better half of this number of neighbours; at most 16.
 int KeptNeighbours(std::size_t neighbours);
 constexpr float kCostUnit = 80;  // 8-bit units for a cost of 1: the largest, 2, still fits
 std::uint8_t CostByte(float cost);
 
+// Chooses the planes. Masked pixels, and those of least cost at an end of the range, have no depth.
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
                           const SweepOptions& options = {});
 // Runs MatchingCosts(), for all planes or for those near surfaces, and DepthOfLeastCost().

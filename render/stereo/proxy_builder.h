@@ -22,7 +22,7 @@
 
 namespace ulf::render {
 
-// Says what compares the photographs.
+// What compares the photographs.
 enum class SweepDevice { kProcessor, kGl };
 
 struct ProxyOptions {
@@ -34,14 +34,14 @@ struct ProxyOptions {
   bool keep_maps = false;  // fill ProxyMesh::maps
 };
 
-// A mesh is rough if ProxySummary::pixel_depth_radii is larger: a warning is given. Guessed.
+// Commands warn of a rough mesh if ProxySummary::pixel_depth_radii is larger. Guessed.
 inline constexpr double kRoughPixelRadii = 0.5;
 
 struct ProxySummary {
   int views = 0, depth_maps = 0;
   double agreeing_share = 0;  // of the maps' pixels
   std::size_t points = 0;
-  std::string device;  // compared the photographs
+  std::string device;  // what compared the photographs: "processor", OpenGL's device, or "earlier"
   // The change of depth at the subject that moves a point by one pixel in a neighbour, in the subject's
   // radii; the median of the views.
   double pixel_depth_radii = 0;
@@ -55,25 +55,25 @@ struct ProxyMesh {
   ProxySummary summary;
 };
 
-// Throws Error if the views give no geometry (fewer than two views, all in one place, no surface on which
-// they agree), and for SweepDevice::kGl without OpenGL.
+// `scene` is LoadForGeometry(). Throws Error if the views give no geometry (fewer than two views, all in one
+// place, no surface on which they agree), and for SweepDevice::kGl without OpenGL.
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress = nullptr);
 
-// Do the same in two steps, for several processes: the depth maps of a share of the views, and the mesh of
-// the maps of all shares (FindSweptMaps()). The result does not depend on the shares.
+// SweepShare() and BuildProxyOf() do the same in two steps, for several processes: they make the depth maps
+// of a share of the views, and the mesh of the maps of all shares (FindSweptMaps()). The result does not
+// depend on the shares.
 SweptMaps SweepShare(const RenderScene& scene, const ProxyOptions& options, const MapShare& share,
                      Progress* progress = nullptr);
 // Throws Error if a map is missing, damaged or of another size than its view.
 ProxyMesh BuildProxyOf(const SweptMapFiles& maps, const RenderScene& scene, const ProxyOptions& options,
                        Progress* progress = nullptr);
-// Returns a digest of the photographs, masks, cameras and poses, and of the options on which the maps depend.
-// Reads the photographs' files.
+// Reads the photographs. Returns a digest of all on which maps depend: these, masks, cameras, poses, options.
 std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options);
 
-// Loads the views from which geometry is made, in the form for stereo, with a longer side of `size_px`.
+// Loads the views from which geometry is made: 8 bits, or linear if there are masks, of at most `size_px`.
 std::shared_ptr<const RenderScene> LoadForGeometry(const LightField& light_field, const SceneOptions& options,
                                                    int size_px);
-// Throws Error that names the light field's folder if fewer than two views remain.
+// Throws Error that names the folder `dir` if fewer than two views remain without `left_out` of them.
 void RequireViewsForMesh(const LightField& light_field, const std::filesystem::path& dir,
                          std::size_t left_out);
 

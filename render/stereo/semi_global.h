@@ -17,6 +17,7 @@ class CostVolume {
         labels_(labels),
         stride_((labels + 15) / 16 * 16),
         costs_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * stride(), 255) {}
+  // Returns the costs of the pixel's labels.
   std::uint8_t* At(int x, int y) { return costs_.data() + Offset(x, y); }
   const std::uint8_t* At(int x, int y) const { return costs_.data() + Offset(x, y); }
   int width() const { return width_; }
@@ -33,14 +34,15 @@ class CostVolume {
   std::vector<std::uint8_t> costs_;
 };
 
+// Costs are in the volume's units.
 struct SemiGlobalOptions {
   int small_step = 8;    // cost of a change by one label
   int large_step = 72;   // cost of a larger change at constant grey value
   float edge_grey = 12;  // a change of the grey value that halves the cost of a larger change
 };
 
-// Returns CV_32F labels, with fractions by a parabola through the pixel's own costs. (The summed costs favour
-// whole labels, because changes by one label cost.) `grey` is CV_32F.
+// Returns CV_32F labels, with fractions by a parabola through the costs of the pixel and its neighbours of
+// about the same label (sums along paths favour whole labels). `grey` is the view's image, CV_32F.
 cv::Mat SemiGlobalMinimum(const CostVolume& volume, const cv::Mat& grey, const SemiGlobalOptions& options);
 
 }  // namespace ulf::render

@@ -20,18 +20,18 @@ struct StereoView {
 
   // Returns the image point; none for a point behind the camera or outside the image.
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world) const;
-  // Returns the ray through a pixel's centre, of depth 1, in the world frame.
+  // Returns the ray through a pixel's centre in the world frame, from the camera's centre to depth 1.
   Eigen::Vector3d RayInWorld(int x, int y) const;
 };
 
 // Returns the view at half the size.
 StereoView HalfSize(const StereoView& view);
 
-// The longer side gets `size_px` pixels, or keeps the photograph's size if that is smaller.
+// Makes the view of a photograph, with a longer side of `size_px`, or the photograph's if that is smaller.
 StereoView MakeStereoView(const SceneView& view, int size_px);
 
-// Does the same for pictures of a running capture, 8-bit sRGB: it reduces first, and caches the undistortion
-// map of one camera, because views come from one camera for minutes.
+// Does the same for pictures of a running capture, 8-bit sRGB B G R: it reduces them first, and caches the
+// undistortion map of one camera, because views come from one camera for minutes. One thread uses it.
 class StereoViewMaker {
  public:
   explicit StereoViewMaker(int size_px) : size_px_(size_px) {}

@@ -1,4 +1,4 @@
-// Stores depth maps of a share of a light field's views, made by one process and fused by another
+// Stores depth maps that several processes make, each of a share of a light field's views, and another fuses
 // (proxy_builder.h), on one disk. A folder holds each map as a TIFF of 32-bit floats, and for each share an
 // index, written last: a share is present as a whole or not at all, and a repeated one replaces itself.
 #pragma once
@@ -19,7 +19,7 @@ using SweptMaps = std::map<int, SweptMap>;  // by View::id
 
 // A share is every `of`-th of the views that get a depth map, from number `index` (from 0) on.
 struct MapShare {
-  static constexpr int kMost = 60000;  // as many as depth maps
+  static constexpr int kMost = 60000;  // shares, as depth maps at most
   int index = 0, of = 1;
   bool IsValid() const { return of >= 1 && of <= kMost && index >= 0 && index < of; }
   // Parses "K/N"; throws Refusal.
@@ -33,7 +33,7 @@ void WriteSweptMaps(const std::filesystem::path& folder, const MapShare& share, 
 // The maps of all shares of a folder, as their indices name them; each is read on demand.
 class SweptMapFiles {
  public:
-  // Throws Error for a map that is missing, whose bytes have changed, or that is not of `size`.
+  // Reads the map of View::id `id`. Throws Error if it is missing, not of `size`, or its bytes have changed.
   SweptMap Read(int id, const cv::Size& size) const;
 
  private:

@@ -1,4 +1,4 @@
-// Delaunay tetrahedra of points in space (CGAL; GPL). Only its source includes CGAL's 3D triangulations.
+// Delaunay tetrahedra of points in space. They are CGAL's (GPL), which tetrahedra.cpp alone includes.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,19 +8,19 @@
 
 namespace ulf::render {
 
-// The determinant of corners 1, 2 and 3 minus corner 0 is positive. Neighbour k lies opposite corner k. An
-// outer cell lies outside a face of the hull; one of its corners is kAtInfinity.
+// Inner cells are tetrahedra; the determinant of corners 1, 2 and 3 minus corner 0 is positive. An outer cell
+// lies outside a face of the hull, and one of its corners is kAtInfinity.
 struct Tetrahedra {
   static constexpr std::uint32_t kAtInfinity = 0xffffffff;
   std::vector<Eigen::Vector3d> points;
-  std::vector<std::array<std::uint32_t, 4>> corners;
-  std::vector<std::array<std::uint32_t, 4>> neighbours;
+  std::vector<std::array<std::uint32_t, 4>> corners;     // per cell: indices of points
+  std::vector<std::array<std::uint32_t, 4>> neighbours;  // per cell: the cells opposite its corners
 
   bool Outer(std::uint32_t cell) const;
 };
 
-// Points at the same place become one vertex: `number[i]` is the vertex of points[i]. Fewer than four points,
-// or points in one plane, give no cells.
+// Points at the same place become one. If `number` is not null, number[i] gets the index of points[i] among
+// the result's points. Fewer than four points, or points in one plane, give no cells.
 Tetrahedra DelaunayTetrahedra(const std::vector<Eigen::Vector3d>& points, std::vector<std::uint32_t>* number);
 
 }  // namespace ulf::render

@@ -9,12 +9,13 @@
 
 namespace ulf::render {
 
-// Returns up to `count` other views, best first: with a good parallax, a shared image, and spread
-// around the view. The list may be empty.
+// Returns the indices of up to `count` other views, the best first: with a parallax near 8 degrees, a large
+// part of the image in common, and spread around the view. There may be none.
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,
                               int count);
 
-// Returns up to `count` views, spread as evenly as possible; all if there are no more. Ascending.
+// Returns the indices of up to `count` views, ascending, spread evenly in the places where they stand and in
+// the directions in which they look; of all if there are no more.
 std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject& subject, int count);
 
 }  // namespace ulf::render

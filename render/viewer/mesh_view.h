@@ -1,6 +1,6 @@
-// Draws the mesh of the viewpoints over a picture (thesis, figure 5-3), where the camera's rays cross it: at
-// a corner the piecewise linear field has only that view. Triangles behind the camera are drawn where the
-// lines through the camera meet them (mesh_field.h).
+// Draws the viewpoint mesh over a picture (thesis, figure 5-3), where the camera's rays cross it: at a corner
+// the piecewise linear field shows the view of that corner alone. Triangles behind the camera are drawn where
+// the lines through the camera's centre meet them (mesh_field.h).
 #pragma once
 
 #include "core/geometry/camera_model.h"
@@ -10,8 +10,9 @@
 
 namespace ulf::render {
 
-// `coarse` is the mesh without subdivision; `fine` the subdivided mesh, with thin edges, or null. The strips
-// outside the hull are faint. Viewpoints have the colours of ViewColor().
+// Returns the edges and viewpoints as shapes. `coarse` is the mesh without subdivision; `fine` the subdivided
+// mesh, whose edges are thin, or null. The strips that extend the mesh past the hull are faint. Viewpoints
+// have the colours of ViewColor().
 Overlay MeshView(const MeshField& coarse, const MeshField* fine, const RenderScene& scene,
                  const CameraModel& camera, const Rigid3& cam_from_world);
 

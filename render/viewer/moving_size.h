@@ -1,5 +1,5 @@
 // Chooses the size at which a picture is drawn while its camera moves: the largest that allows the wanted
-// frame rate, in steps that halve the number of pixels, and not below a quarter of the width. Assumes that
+// frame rate, in steps that halve the number of pixels, and not below a quarter of the width. It assumes that
 // the time is proportional to the number of pixels.
 #pragma once
 
@@ -23,8 +23,7 @@ class MovingSize {
     return {part(screen.width), part(screen.height)};
   }
   // Records the time of a frame whose picture had the size `drawn` on a screen of `screen`, whether it moved
-  // or not. Two successive frames must agree, because a single frame may have waited for photographs or a
-  // shader.
+  // or not. Two successive frames must agree, because one may have waited for photographs.
   void AddFrame(double ms, const cv::Size& drawn, const cv::Size& screen) {
     const double target_ms = 1000 / fps_;
     const double full_ms = ms * screen.area() / std::max(1, drawn.area());

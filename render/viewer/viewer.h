@@ -1,5 +1,5 @@
 // The interactive viewer on a surface. It shows the light field from a camera that the user moves, and draws
-// only when something has changed.
+// only when something has changed. Step() is called in a loop, in the surface's thread.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@
 
 namespace ulf::render {
 
-// A proxy that is made when the user first selects it.
+// A proxy that is made when the user first selects it. If `make` throws Error, the viewer shows its words.
 struct OfferedProxy {
   std::string name;
   std::function<std::shared_ptr<const Proxy>()> make;
@@ -29,8 +29,8 @@ struct OfferedProxy {
 struct ViewerOptions {
   FieldOptions field;
   std::vector<OfferedProxy> proxies;  // not empty; the first is shown first
-  std::shared_ptr<const RenderScene> masks =
-      {};                                // SceneOptions::of_masks, if views are cut out; otherwise null
+  // The scene of the views' masks (SceneOptions::of_masks) if the scene is cut out; otherwise null.
+  std::shared_ptr<const RenderScene> masks = {};
   std::filesystem::path out = ".";       // folder for pictures and keyframes
   double gpu_memory_mb = 0;              // RenderOptions::gpu_memory_mb
   double sensor_width_mm = 36;           // for f-numbers
@@ -40,22 +40,22 @@ struct ViewerOptions {
 
 class Viewer {
  public:
-  // The surface's context must be current as long as the viewer lives.
+  // The surface must outlive the viewer. Throws Error without OpenGL 4.5, and as the first proxy does.
   Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const ViewerOptions& options);
 
   // Handles input, for which it waits up to `patience_s`, and draws if something has changed, if the last
   // picture lacked photographs, or if it was reduced and the camera rests now. Returns false when the user
-  // quits.
+  // quits. Throws SurfaceGone.
   bool Step(double patience_s);
 
   const ViewerState& state() const { return input_.state(); }
-  void Place(const ViewerCamera& camera) { input_.Place(camera); }
-  void Open(const Aperture& aperture) { input_.Open(aperture); }
+  void Place(const ViewerCamera& camera) { input_.Place(camera); }  // replaces the camera
+  void Open(const Aperture& aperture) { input_.Open(aperture); }    // opens and focuses the lens
   bool loading() const { return renderer_->loading() || (masks_ && masks_->loading()); }
   const GlRenderer& renderer() const { return *renderer_; }
   int frames() const { return frames_; }
   const cv::Size& drawn_size() const { return drawn_size_; }         // of the light field in the last frame
-  const std::vector<double>& frame_ms() const { return frame_ms_; }  // of the last frames
+  const std::vector<double>& frame_ms() const { return frame_ms_; }  // of up to 1000 last frames
 
  private:
   // Applies a function to the renderer, and to that of the masks.

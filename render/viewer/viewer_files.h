@@ -1,5 +1,4 @@
-// Writes the files of the viewer: pictures, and keyframes in the form that `ulf render` reads
-// (docs/rendering.md).
+// Writes the viewer's files: pictures, and keyframes as `ulf render` reads them (docs/rendering.md).
 #pragma once
 
 #include <cstddef>
@@ -17,8 +16,7 @@ inline constexpr double kKeyframeSeconds = 2;  // from one keyframe to the next
 
 // Appends a keyframe to the file and returns how many it has now. The size of the pictures is that of the
 // window at the first keyframe. Throws Error for a file that is no list of keyframes, and for an aperture if
-// the file's keyframes have none: with an aperture the focal plane replaces the geometry along the whole
-// path.
+// the file's keyframes have none: a path has a focal plane along its whole length or nowhere.
 std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera& camera,
                            const cv::Size& screen, const std::optional<Aperture>& aperture);
 

@@ -23,15 +23,15 @@ struct ViewerState {
   double exposure_stops = 0;
   double aperture = 0;  // radius of the lens, world units; 0: closed, everything is in focus
   Eigen::Vector3d focus_in_world = Eigen::Vector3d::Zero();
-  bool shows_field = false;  // a colour for each view (thesis, figure 5-1)
-  bool shows_mesh = false;   // of the viewpoints (thesis, figure 5-3)
+  bool shows_field = false;  // a colour for each view instead of its photograph (thesis, figure 5-1)
+  bool shows_mesh = false;   // the viewpoint mesh (thesis, figure 5-3)
   bool shows_gizmo = true;   // ViewpointGizmo
   bool shows_doubt = false;  // stripes where confidence is low
   bool shows_texts = true;
   bool shows_keys = false;
   bool operator==(const ViewerState&) const = default;
 
-  std::optional<Aperture> OpenAperture() const;
+  std::optional<Aperture> OpenAperture() const;  // none if it is closed
 };
 
 struct ViewerRequest {
@@ -42,8 +42,8 @@ struct ViewerRequest {
 
 class ViewerInput {
  public:
-  // `proxies` is their number. `least_aperture` is the distance of neighbouring viewpoints; a smaller
-  // aperture has no effect (aperture.h).
+  // `proxies` is their number. `least_aperture` is the distance of neighbouring viewpoints, world units; a
+  // smaller aperture has no effect (aperture.h).
   ViewerInput(const ViewerState& start, int proxies, double least_aperture)
       : state_(start), start_(start.camera), proxies_(proxies), least_aperture_(least_aperture) {}
 
@@ -71,7 +71,7 @@ class ViewerInput {
   ViewerCamera start_;
   int proxies_;
   double least_aperture_;
-  double last_aperture_ = 0;  // before it was closed
+  double last_aperture_ = 0;  // before the lens was closed
   std::vector<ViewerRequest> requests_;
   Eigen::Vector2d mouse_ = Eigen::Vector2d::Zero(), pressed_at_ = Eigen::Vector2d::Zero();
   std::optional<int> pressed_;  // which button
@@ -118,7 +118,7 @@ struct ViewerFigures {
   bool loading = false;                 // photographs of this picture are still being read
   cv::Size drawn_size = {};             // of the light field if it differs from the window's, else empty
   double frame_ms = 0;                  // time of the last frame; 0: none yet
-  double picture_ms = 0;                // the light field's part of it
+  double picture_ms = 0;                // the light field's part of this time
 };
 
 std::vector<StatusItem> StatusLine(const ViewerState& state, const ViewerFigures& figures);

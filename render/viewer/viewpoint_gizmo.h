@@ -20,14 +20,16 @@ class ViewpointGizmo {
     Eigen::Vector2d img;  // px of the picture
     bool front = true;    // on the visible side
   };
-  // Returns the place of a direction from the subject's centre, in a picture of `size` x `size`.
+  // Returns the place of a direction from the subject's centre, in a picture of `size` x `size` px.
   Place PlaceOf(const Eigen::Vector3d& direction_in_world, double size) const;
+  // Draws such a picture for a camera at this place.
   Overlay Draw(const Eigen::Vector3d& eye_in_world, double size) const;
 
-  // Returns a warning for a camera at this place; empty if photographs were taken all around it.
+  // Returns a warning for a camera at this place; empty if it is among the recorded viewpoints.
   std::string Warning(const Eigen::Vector3d& eye_in_world) const;
 
-  // Returns the median distance of a view to its nearest neighbour, world units.
+  // Returns about the distance between neighbouring viewpoints, world units: the median angle between
+  // neighbours, at the distance of the farthest view. It is above zero.
   double Spacing() const;
 
  private:

@@ -22,8 +22,8 @@ class NearDirections {
     Split(0, order_.size());
   }
 
-  // Calls `see` with the index of each direction whose chord (the distance of the two unit vectors) is
-  // at most `chord`.
+  // Calls `see(index)` for each direction whose chord to `direction` (the distance of the two unit vectors)
+  // is at most `chord`, in no order.
   template <typename See>
   void Within(const Eigen::Vector3d& direction, double chord, const See& see) const {
     Search(
@@ -31,8 +31,8 @@ class NearDirections {
         [&](std::size_t index, double) { see(index); });
   }
 
-  // Returns the chord to the `rank`-th nearest (from 1), including the direction itself; infinite if there
-  // are fewer.
+  // Returns the chord to the `rank`-th nearest direction, counted from 1; a direction of the tree is its own
+  // nearest. Infinite if there are fewer directions.
   double ChordOfNearest(const Eigen::Vector3d& direction, std::size_t rank) const {
     std::priority_queue<double> nearest;
     const auto most = [&] {
@@ -86,7 +86,7 @@ class NearDirections {
 
   const std::vector<Eigen::Vector3d>& directions_;
   std::vector<std::size_t> order_;
-  std::vector<int> axes_;  // by middle of a part
+  std::vector<int> axes_;  // by place in the order: along which axis the direction there divides its part
 };
 
 }  // namespace ulf::render

@@ -1,6 +1,6 @@
-// Neighbours in a triangle mesh. Triangles are counter-clockwise as seen from outside. The mesh must be
-// manifold: at most two triangles at an edge, and one fan of triangles at a vertex (SplitPinches() makes it
-// so).
+// Finds neighbours in a triangle mesh. Triangles are counter-clockwise as seen from outside. The mesh must be
+// manifold: at most two triangles share an edge, and the triangles at a vertex are one fan, in which each
+// shares an edge with the next (SplitPinches() makes it so).
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@ using Triangle = std::array<int, 3>;  // indices of vertices
 struct MeshEdge {
   int from = -1, to = -1;               // in the direction of its first triangle
   std::array<int, 2> triangle{-1, -1};  // the second is -1 on the boundary
-  std::array<int, 2> opposite{-1, -1};  // each triangle's corner that is not on the edge
+  std::array<int, 2> opposite{-1, -1};  // each triangle's corner that is not on the edge; -1 without one
   bool OnBoundary() const { return triangle[1] < 0; }
 };
 
 struct TriangleTopology {
   std::vector<MeshEdge> edges;
-  std::vector<std::array<int, 3>> edges_of_triangle;  // edge k joins corners k and k+1
+  std::vector<std::array<int, 3>> edges_of_triangle;  // edge k joins corners k and (k + 1) % 3
   std::vector<std::vector<int>> neighbours;           // per vertex, ascending
   // Per vertex, the previous and the next boundary vertex (mesh on the left); -1 and -1 inside.
   std::vector<std::array<int, 2>> boundary_neighbours;
@@ -29,8 +29,8 @@ struct TriangleTopology {
 
 TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles);
 
-// Gives every fan of triangles but the first that meets at a vertex a new vertex. Returns the old vertex of
-// each new one; new vertices are numbered from `vertex_count` on.
+// Where several fans of triangles touch in one vertex (a pinch), gives all but one of them a copy of it in
+// `triangles`. Returns the old vertex of each copy; copies are numbered from `vertex_count` on.
 std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles);
 
 }  // namespace ulf::render

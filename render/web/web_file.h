@@ -18,10 +18,10 @@ namespace ulf::render {
 
 std::string Base64(std::string_view bytes);
 
-// Concatenates several arrays or pictures into bytes with known places.
+// Concatenates several arrays or pictures for one data file.
 class WebBytes {
  public:
-  // Returns where the values begin; each array begins at a multiple of four bytes.
+  // Returns the byte at which the values begin, a multiple of four.
   std::size_t Add(std::span<const float> values);
   std::size_t Add(std::span<const std::uint16_t> values);
   std::size_t Add(std::span<const std::uint32_t> values);
@@ -33,8 +33,9 @@ class WebBytes {
   std::string bytes_;
 };
 
+// Returns the script of a data file.
 std::string WebFileText(const nlohmann::ordered_json& header, std::string_view bytes);
-// Returns the size of a text with a header of `header_bytes` and `bytes` behind it.
+// Returns the size of a script with a header of `header_bytes` as text and of this number of bytes.
 std::size_t WebFileSize(std::size_t header_bytes, std::size_t bytes);
 
 }  // namespace ulf::render

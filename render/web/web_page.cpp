@@ -281,7 +281,7 @@ Json SceneHeader(const RenderScene& scene, const WebPageOptions& options, const 
           {"title", options.title},
           {"views", scene.views.size()},
           {"picture", {width, height}},
-          {"small", kSmallWebPicture},
+          {"small", kSmallWebPictureDivisor},
           {"radius", scene.subject.radius},
           {"up", JsonOf(start.up_in_world)},
           {"eye", JsonOf(Vector3d(start.eye_in_world - center))},

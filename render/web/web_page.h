@@ -7,8 +7,8 @@
 //   OUT/data/*.js    cameras, blending field, geometry, small and fine pictures, in order of need
 //
 // Expensive steps are done here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh),
-// geometry of few triangles, photographs without distortion on one scale of light. The page draws as the GL
-// renderer does.
+// geometry of few triangles, photographs without distortion on one scale of light. The page draws as
+// GlRenderer does.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ struct WebPageOptions {
   // The picture of a StartingCamera() with zoom 1: 8 bits, B G R and, if parts have no light, alpha. Empty:
   // the page begins without a picture.
   cv::Mat poster = {};
-  std::function<void(double share, const std::string& what)> progress = {};
+  std::function<void(double share, const std::string& what)> progress = {};  // share: 0 to 1
   std::function<bool()> stop = {};  // polled; if true, the export throws Error and leaves nothing
 };
 
@@ -37,22 +37,22 @@ struct WebPageSummary {
   int width = 0, height = 0, quality = 0;  // of the pictures
   std::size_t triangles = 0, triangles_before = 0;
   std::size_t bytes = 0;        // of the folder
-  std::size_t first_bytes = 0;  // before the page draws
+  std::size_t first_bytes = 0;  // loaded before the page draws
   std::size_t files = 0;
 };
 
-// The least size of a light field's page, estimated before any photograph or geometry is read.
 struct LeastWebPage {
   std::size_t views = 0;
   std::size_t bytes = 0;       // with the smallest pictures (kLeastWebPicture)
-  std::size_t views_held = 0;  // approximate number of views in a page of `budget_bytes`
+  std::size_t views_held = 0;  // about how many views fit into a page of `budget_bytes`
 };
+// Estimates the least size of a light field's page before any photograph or geometry is read.
 LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& options,
                          std::size_t budget_bytes);
 
 // `scene` has a plane through the subject that faces the camera, or triangles that do not change from picture
-// to picture, as its proxy. `out` must not exist or be empty. Throws Error, and Refusal if the budget is too
-// small.
+// to picture, as its proxy. `out` must not exist, or be an empty folder. Throws Error, and Refusal if the
+// budget is too small; then it leaves nothing.
 WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,
                              const WebPageOptions& options);
 

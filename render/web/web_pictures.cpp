@@ -129,8 +129,8 @@ WebPicture Encoded(PicturesOfViews& views, std::size_t index, int longest_px, in
   const cv::Mat picture = views.Draw(index, encoded.camera);
   encoded.has_gaps = picture.channels() == 4;
   encoded.fine = WebpBytes(picture, quality);
-  const cv::Size small(std::max(1, encoded.camera.width / kSmallWebPicture),
-                       std::max(1, encoded.camera.height / kSmallWebPicture));
+  const cv::Size small(std::max(1, encoded.camera.width / kSmallWebPictureDivisor),
+                       std::max(1, encoded.camera.height / kSmallWebPictureDivisor));
   cv::Mat reduced;
   cv::resize(picture, reduced, small, 0, 0, cv::INTER_AREA);
   encoded.small = WebpBytes(reduced, kSmallQuality);

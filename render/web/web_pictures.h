@@ -1,6 +1,6 @@
 // Converts the photographs of a light field to pictures for a page: without distortion, on one scale of light
-// (exposures, gains and fall-offs divided out), in sRGB, as WebP, each in two sizes. Their size and quality
-// follow from the allowed bytes.
+// (exposures, gains and fall-offs divided out), in sRGB, as WebP, each in two sizes. Size and quality follow
+// from the allowed bytes.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 namespace ulf::render {
 
 struct WebPictureOptions {
-  std::size_t most_bytes = 0;  // of all pictures together, both sizes
+  std::size_t most_bytes = 0;  // of all pictures together, both sizes, before base64
   // Longer side: a phone keeps some dozens of such pictures in 150 MB of textures.
   int longest_px = 1280;
   std::function<void(double share, const std::string& what)> progress = {};
@@ -26,16 +26,16 @@ struct WebPicture {
   bool has_gaps = false;    // alpha is 0 where the photograph has no light (masks)
 };
 
-// The smaller pictures have this share of the finer ones' width and height.
-inline constexpr int kSmallWebPicture = 4;
+// The fine pictures are this many times as wide and high as the small ones.
+inline constexpr int kSmallWebPictureDivisor = 4;
 
-// Bytes of a view's two pictures, of 64 pixels and a quarter of it, at the least quality: less than the mean
+// Bytes of a view's two pictures, of 64 px and a quarter of that, at the least quality: fewer than the mean
 // of any set that was measured (docs/web_page.md).
 inline constexpr std::size_t kLeastWebPicture = 400;
 
 struct WebPictures {
   std::vector<WebPicture> views;  // in the scene's order
-  int quality = 0;                // WebP's quality of the finer ones, 1 to 100
+  int quality = 0;                // WebP's quality of the fine ones, 1 to 100; of some it is one higher
   std::size_t bytes = 0;
 };
 
