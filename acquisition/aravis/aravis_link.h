@@ -14,11 +14,11 @@
 namespace ulf::acquisition {
 
 struct AravisLink {
-  // GigE Vision; 0: another bus, or unknown.
+  // Bytes, with the headers of IP and UDP; 0: unknown, or not GigE Vision.
   int packet_size = 0;
-  bool packet_size_negotiated = false;  // found with test packets; else asked for, or the camera's own
+  bool packet_size_negotiated = false;  // found with test packets; else requested, or the camera's own
   std::int64_t packet_delay_ns = 0;
-  // The camera's own limit of bytes a second; none: it has none.
+  // The camera's own limit, bytes a second; none: the camera has none, or it is off.
   std::optional<double> throughput_limit;
 };
 

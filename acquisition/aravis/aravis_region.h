@@ -17,24 +17,25 @@
 
 namespace ulf::acquisition {
 
-// Describes the right and lower limit of pixels that the camera can send with the present binning: the
-// largest image or, beside a fixed size, what the offsets reach; 0: no limit.
+// Describes the right and lower end of the pixels that the camera can send, in pixels of the image with the
+// present binning: the largest image or, for a fixed size, what the offsets reach; 0: no limit.
 struct AravisImageLimits {
   int width = 0, height = 0;
 };
 
-// Writes `asked`, in pixels of the image after binning; none: the whole image, or what the camera has fixed,
-// which is added to `notes`. Throws Refusal that names the nearest region that the camera can send.
+// Writes the region `asked`; none: the whole image, or what the camera has fixed, which is added to `notes`.
+// Throws Refusal that names the nearest region that the camera can send. `is_mosaic`: of a Bayer pattern.
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
                                     const std::optional<AravisRegion>& asked, bool is_mosaic,
                                     std::vector<std::string>& notes);
 
-// Returns how many pixels of the sensor become one of the image along one axis: 1 where the camera has no
-// such feature (BinningHorizontal, DecimationVertical, ...). Some cameras have a number, others a choice
-// whose name ends with it (BinningHorizontal2).
+// Returns how many pixels of the sensor become one of the image by a feature of one axis (BinningHorizontal,
+// DecimationVertical, ...): 1 if the camera does not have it. The feature is a number on some cameras, on
+// others a choice whose name ends with the number (BinningHorizontal2).
 int ReductionOf(const AravisSession& session, const char* feature);
 
-// Throws Refusal for a binning that the camera does not have. Without a request binning is undone.
+// Writes the binning; 1 undoes it, as far as the camera allows. Throws Refusal for a higher one that the
+// camera does not have.
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked);
 
 }  // namespace ulf::acquisition

@@ -20,10 +20,10 @@ namespace ulf::acquisition {
 
 class AravisSession {
  public:
-  // kReading: the camera is only read where another program controls it.
+  // kReading: a camera that another program controls is opened to be read.
   enum class Wanted { kControl, kReading };
-  // `open_by`: from ResolveAravis(); `who` names the camera in errors. Where another program controls the
-  // camera, logs that and waits: a killed program keeps control for some seconds. Throws Error.
+  // `open_by`: from ResolveAravis(); `who` names the camera in errors. For kControl of a camera that another
+  // program controls, logs that and waits: a killed program keeps control for some seconds. Throws Error.
   static std::unique_ptr<AravisSession> Open(const std::string& who, const std::string& open_by,
                                              Wanted wanted);
   explicit AravisSession(ArvCamera* camera);
@@ -41,9 +41,9 @@ class AravisSession {
     g_clear_object(&stream_);
     beyond_stream_.reset();
   }
-  // Returns null for a feature that the camera does not have; an empty name is none.
+  // Returns null for an empty name or a feature that the camera does not have.
   ArvGcNode* Node(const std::string& feature) const;
-  // Returns whether the camera has the feature, and it is available now.
+  // Returns whether the camera has the feature and the feature is available now.
   bool Has(const std::string& feature) const;
   // Returns the choices of an enumeration that are available now.
   std::vector<std::string> Choices(const std::string& enumeration) const;
@@ -56,7 +56,7 @@ class AravisSession {
   bool IsUsb() const;
   // Returns whether a USB3 Vision camera answers a question; takes half a second where it does not.
   bool UsbAnswers() const;
-  // Fills in maker, model, serial and bus.
+  // Fills in maker, model, serial, address and bus.
   void Describe(DeviceInfo& info) const;
 
  private:

@@ -13,7 +13,7 @@
 
 namespace ulf::acquisition {
 
-// Switches off every trigger that can be, so that the camera runs free.
+// Switches off every trigger, as far as the camera allows, so that the camera runs free.
 void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names);
 
 // Sets the trigger that the options name; does nothing where they name none. Returns messages for people.

@@ -1,7 +1,8 @@
-// Encodes the GigE Vision control protocol (GVCP): a header of eight bytes, then the payload, big-endian.
+// Encodes the GigE Vision control protocol (GVCP): a header of eight bytes, then the payload, all big-endian.
+// Headers have these fields, with their bytes in parentheses:
 //
-//   request  key 0x42 (1), flags (1), command (2), bytes that follow (2), number of the request (2)
-//   answer   status (2), command + 1 (2), bytes that follow (2), number of the request (2)
+//   request  key 0x42 (1), flags (1), command (2), bytes of the payload (2), number of the request (2)
+//   answer   status (2), command + 1 (2), bytes of the payload (2), number of the request (2)
 #pragma once
 
 #include <cstddef>
