@@ -14,7 +14,7 @@ namespace ulf::acquisition {
 // Returns none if the camera has no ratios, or they cannot be read now.
 std::optional<AravisWhiteBalance> ReadWhiteBalance(const AravisSession& session, const FeatureNames& names);
 
-// The camera must have ratios. Throws Refusal that begins with `who` for a ratio that is out of range or fixed.
+// Requires ratios. Throws Refusal that begins with `who` for a ratio that is out of range or fixed.
 void WriteWhiteBalance(const AravisSession& session, const std::string& who, const FeatureNames& names,
                        const AravisWhiteBalance& balance);
 

@@ -1,5 +1,5 @@
-// Closes lost cameras in separate threads, because the library's call that closes a camera whose cable was
-// pulled blocks for seconds, until its last retry.
+// Closes lost cameras in separate threads: a library that closes a camera whose cable was pulled retries, and
+// blocks for seconds.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// Counts the frames of a driver's stream that arrive and that are lost, and compares the camera's clock with
-// this computer's. All functions may be called from any thread.
+// Counts the frames of a driver's stream that arrive or are lost, and compares the camera's clock with this
+// computer's. All functions may be called from any thread.
 #pragma once
 
 #include <chrono>
