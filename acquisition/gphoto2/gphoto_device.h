@@ -16,9 +16,9 @@
 // camera announced it. Exposure and gain of a live frame are unknown (0 and 1). Those of a photograph come
 // from its Exif, else from the camera's settings; gain 1 is ISO 100.
 //
-// When the link drops, what the camera has announced and not handed over, and what it takes until it is
-// opened again, stays on its card. A device that is opened with the same UnfetchedPhotographs as the one that
-// was lost fetches it.
+// When the link drops, photographs stay on the camera's card: those that it announced and that were not
+// downloaded, and those that it takes until it is opened again. A device that is opened with the same
+// UnfetchedPhotographs as the lost one (`left`; null: a new list) fetches them.
 #pragma once
 
 #include <memory>
@@ -35,10 +35,10 @@ namespace ulf::acquisition {
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri,
                                          std::shared_ptr<UnfetchedPhotographs> left = nullptr);
 
-// Returns the camera's configuration tree by name.
+// Opens the camera's configuration tree. Throws as OpenGphotoDevice().
 std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri);
 
-// Lists cameras at USB ports.
+// Lists the cameras at USB ports; where one cannot be opened, DeviceInfo::problem says why.
 std::vector<DeviceInfo> ListGphotoDevices();
 
 }  // namespace ulf::acquisition

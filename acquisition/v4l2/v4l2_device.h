@@ -33,11 +33,11 @@ namespace ulf::acquisition {
 // failures.
 std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri);
 
-// Does not wait. A camera that this user may not open has the reason in `problem`.
+// Returns all webcams, without waiting. A camera that this user may not open has the reason in `problem`.
 std::vector<DeviceInfo> ListV4l2Devices();
 
-// Returns a webcam's controls as features, for `ulf features`: named as v4l2-ctl names them (the short names
-// of v4l2_controls.h are accepted too) and grouped as in the driver. This works also while another program
+// Opens a webcam's controls as features, for `ulf features`: named as v4l2-ctl names them (the short names of
+// v4l2_controls.h are accepted too) and grouped as in the driver. This works also while another program
 // streams from the camera.
 std::unique_ptr<FeatureAccess> OpenV4l2Features(const DeviceUri& uri);
 
