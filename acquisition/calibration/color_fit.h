@@ -35,11 +35,11 @@ struct ColorFit {
   double Most(double PatchDifference::*which) const;
 };
 
-// `charts`: of one or more pictures of one chart in one light, of which medians are taken.
+// Fits a profile to the medians of `charts`, from one or more pictures of one chart in one light.
 ColorFit FitColorProfile(const std::vector<MeasuredChart>& charts);
 
 struct GreyCard {
-  std::string refusal = {};
+  std::string refusal = {};  // why there is no white balance; empty when there is one
   std::array<double, 3> white_balance{1, 1, 1};
   double light = 0;       // green channel, share of full scale
   double unevenness = 0;  // spread of red/green and blue/green over the card, as a share
