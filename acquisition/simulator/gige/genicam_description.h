@@ -1,4 +1,4 @@
-// The GenICam description (GenApi XML, schema 1.0) of the simulated camera. Its addresses are those of
+// Writes the GenICam description (GenApi XML, schema 1.0) of the simulated camera. Its addresses are those of
 // gige_registers.h.
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace ulf::acquisition {
 
-// Generated once per process.
+// Returns the description, which is written once per process.
 const std::string& GenicamDescription();
 
 }  // namespace ulf::acquisition

@@ -56,10 +56,10 @@ class GvcpServer {
   // Opens the sockets: address:3956 and, for discovery only, the broadcast addresses. Throws as
   // OpenUdpSocket() does.
   void Listen(const std::string& address);
-  // Waits for requests, at most until `end`, and answers those that came. Takes the control from a client
-  // that was silent for too long.
+  // Waits for requests, at most until `end`, and answers those that came. Ends the control of a client that
+  // was silent for too long.
   void AnswerUntil(std::chrono::system_clock::time_point end);
-  // The answer to one packet, valid until the next call; empty: none.
+  // Returns the answer to one packet, valid until the next call; empty: no answer is to be sent.
   std::span<const std::uint8_t> Answer(std::span<const std::uint8_t> packet, const sockaddr_in& client,
                                        bool by_broadcast);
   bool IsControlled() const { return controller_.has_value(); }

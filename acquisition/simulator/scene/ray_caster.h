@@ -1,9 +1,10 @@
 // Casts a ray through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
-// One ray per pixel; pixels whose solid differs from a neighbour's, that something thin passes through, or
-// that see a mirror or glass get four more rays, so that edges are anti-aliased (surfaces are by the mip
-// levels of their textures). Each tile has a list of the solids that it can show. `sway_angle`:
-// Scene::SwayAngle at that moment. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
+// Each pixel gets one ray; pixels whose solid differs from a neighbour's, that something thin passes
+// through, or that see a mirror or glass get four more, so that edges are anti-aliased (inside surfaces the
+// mip levels of the textures do that). Each tile has a list of the solids that it can show. `sway_angle`:
+// angle of the moving parts (SimulatedCamera::SwayAngle). Radiance is linear B, G, R; about 1.0 for a white
+// card in the key light.
 #pragma once
 
 #include <memory>
@@ -33,7 +34,7 @@ class RayCaster {
   // Returns the image without motion blur and sensor: CV_32FC3, linear B, G, R.
   cv::Mat Radiance(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
-  // Returns the distance along each pixel's ray, metres: CV_32FC1.
+  // Returns the distance to the first surface along each pixel's ray, metres: CV_32FC1.
   cv::Mat RayLength(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
   // Returns a mask, CV_8UC1, 255 where the first surface along a pixel's ray is one that moves
