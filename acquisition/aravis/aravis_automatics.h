@@ -45,11 +45,11 @@ void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
 // Returns whether any automatic is on that the URI does not name.
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options);
 
-// Switches off the automatics that are on and that the URI does not name, and keeps their values.
 struct AravisFrozen {
   std::vector<std::string> said;  // "auto_exposure off, held at exposure_us=5000", "auto_gain stays on: ..."
-  std::vector<std::pair<std::string, std::string>> values;  // kept, as options of the URI
+  std::vector<std::pair<std::string, std::string>> values;  // held, as options of the URI
 };
+// Switches off the automatics that are on and that the URI does not name, and holds their values.
 AravisFrozen FreezeAravisAutomatics(const AravisSession& session, const AravisOptions& options);
 
 }  // namespace ulf::acquisition

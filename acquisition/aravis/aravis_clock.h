@@ -33,15 +33,14 @@ class AravisClock {
   bool IsShared() const { return state_ && state_->IsShared(); }
   // Adds the figures of the clock for DeviceStatistics::transport.
   void AppendTo(TransportFigures& transport) const;
-  // Asks the camera for its state, at most once a second. Returns a message when the clock begins or ceases
-  // to be shared, else none.
+  // Asks the camera, at most once a second. Returns a message when the clock begins or ceases to be shared.
   std::optional<std::string> Poll();
 
  private:
   std::optional<ClockState> Query() const;
 
   const AravisSession& session_;
-  std::optional<ClockState> state_;  // none: it is off, or the camera does not have it
+  std::optional<ClockState> state_;  // none: PTP is off, or the camera does not have it
   std::chrono::steady_clock::time_point asked_;
 };
 

@@ -1,5 +1,4 @@
-// Writes the whole configuration of a camera, because it keeps the settings of the last program, and reads
-// back what it accepted.
+// Writes a camera's whole configuration, because it keeps the last program's settings, and reads it back.
 #pragma once
 
 #include <optional>
@@ -26,7 +25,7 @@ struct AravisConfigured {
   std::size_t payload_bytes = 0;  // of a frame's buffer: image and chunk data
   AravisLink link;
   std::vector<std::string> chunks;  // chunk data that are switched on: "ExposureTime"
-  std::vector<std::string> notes;   // settings that the camera changed, for messages
+  std::vector<std::string> notes;   // ends of messages that begin with "the camera ": "changed fps=30 to 25"
 };
 
 // `who` names the camera in errors. Throws Refusal for a requested setting that the camera does not have or

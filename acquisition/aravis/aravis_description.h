@@ -13,8 +13,7 @@ std::optional<FeatureType> KindOf(ArvGcNode* node);
 std::optional<std::string> ValueOf(ArvGcNode* node);
 // Returns the features that a description names. It asks no camera, so all of them count as available.
 NamedFeatures FeaturesOf(ArvGc* description);
-// Returns the features that the camera has, also those that are not available at this moment. Their choices
-// are the available ones.
+// Returns the features that the camera has, available now or not, with the choices that are available now.
 NamedFeatures FeaturesOf(ArvCamera* camera);
 
 }  // namespace ulf::acquisition

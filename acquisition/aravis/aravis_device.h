@@ -1,8 +1,7 @@
 // Opens machine-vision cameras (GigE Vision, USB3 Vision) through Aravis: `aravis:ID?option=value&...`.
 //
 // ID: an IPv4 address (opened at once), a serial number, one of Aravis's ids (Vendor-Serial,
-// Vendor-Model-Serial) or a hardware address, each found by discovery, which takes a second; empty: the first
-// camera found.
+// Vendor-Model-Serial) or a hardware address, each found by discovery, in a second; empty: the first found.
 //
 // The options, with their units and defaults, are those of docs/devices.md#options-of-aravis.
 //
@@ -53,8 +52,7 @@ std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri);
 std::unique_ptr<FeatureAccess> OpenAravisFeatures(const DeviceUri& uri);
 
 // Returns the name under which the library opens the camera `id`, an ID as above: at once for an address,
-// after a second of discovery for anything else. Throws Error that lists the cameras found if none or
-// several match.
+// after a second of discovery for anything else. Throws Error with a list if none or several match.
 std::string ResolveAravis(const std::string& uri, const std::string& id);
 
 // Returns every camera on every network and USB port; takes about a second. Where a camera cannot be opened,

@@ -37,8 +37,7 @@ class AravisExposures {
     frames_tell_ = frames_tell;
     LookAgain();
   }
-  // Requests exposures, each in stops from the present one. Returns kBusy while earlier ones are still to
-  // come, or if the camera cannot.
+  // Requests exposures, in stops from the present one. kBusy: earlier ones are to come, or the camera cannot.
   StillRequest Request(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
   // Begins the exposures that were requested. Call it often.
   void Step();

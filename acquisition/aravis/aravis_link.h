@@ -1,5 +1,4 @@
-// Configures a camera's link: the size of its packets and the pause between them (GigE Vision), and its limit
-// of bytes a second.
+// Configures a camera's link: size of its packets, pause between them (GigE Vision), limit of bytes a second.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +22,7 @@ struct AravisLink {
 };
 
 // Writes what the options ask for and returns what the camera took; `notes` receives the settings that it
-// changed. `who` names the camera in errors. Throws Refusal for a setting that the camera does not have or
-// take.
+// changed. `who` names the camera in errors. Throws Refusal for a setting that it does not have or take.
 AravisLink WriteAravisLink(const AravisSession& session, const std::string& who, const AravisOptions& options,
                            const FeatureNames& names, std::vector<std::string>& notes);
 

@@ -27,11 +27,11 @@ struct AravisWhiteBalance {
 enum class ThreadPriority { kNormal, kHigh, kRealtime };
 
 struct AravisOptions {
-  std::optional<std::string> user_set;
+  std::optional<std::string> user_set;  // settings stored in the camera, which are loaded first
   std::optional<double> exposure_us, gain_db, fps;
   std::optional<double> black_level;  // in the camera's unit
   std::optional<int> gain_raw;        // in the camera's unit
-  std::optional<std::string> format;
+  std::optional<std::string> format;  // a pixel format of PFNC
   std::optional<AravisRegion> region;
   AravisBinning binning;
   std::optional<AravisWhiteBalance> white_balance;

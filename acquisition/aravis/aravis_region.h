@@ -3,9 +3,9 @@
 // A camera accepts widths, heights and offsets within limits and in steps of its own, and these limits depend
 // on each other. They follow from the pixel format, the binning and offsets of zero, which are therefore
 // written first; then the region is checked and its size written. Some cameras limit the offsets further once
-// the size is set, so the limits are read again before the offsets are written. Beside a size that is fixed,
-// the camera's own limits of the offsets and the size of its sensor count. For a mosaic the offsets must be
-// even: an odd one shifts the colours, and makers differ in whether the camera then names another pattern.
+// the size is set, so the limits are read again before the offsets are written. If the size is fixed, the
+// camera's limits of the offsets hold, and those of its sensor. For a Bayer mosaic the offsets must be even:
+// an odd one shifts the colours, and makers differ in whether the camera then names another pattern.
 #pragma once
 
 #include <optional>
@@ -34,8 +34,7 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
 // others a choice whose name ends with the number (BinningHorizontal2).
 int ReductionOf(const AravisSession& session, const char* feature);
 
-// Writes the binning; 1 undoes it, as far as the camera allows. Throws Refusal for a higher one that the
-// camera does not have.
+// Writes the binning; 1 undoes it as far as the camera can. Throws Refusal for a higher one that it lacks.
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked);
 
 }  // namespace ulf::acquisition

@@ -3,8 +3,7 @@
 // The library emits "control-lost" from its heartbeat thread while another thread may release the camera: if
 // the last reference is dropped during the emission, the library waits for its own thread and aborts. So the
 // handler only sets a flag; the destructor disconnects it, waits until it has returned, and gives the
-// emission time to end. Releasing a camera that is gone blocks for seconds (each call waits for its retries):
-// callers use background_closer.h.
+// emission time to end. Releasing a camera that is gone blocks for seconds: callers use background_closer.h.
 #pragma once
 
 #include <atomic>
@@ -26,14 +25,14 @@ class AravisSession {
   // program controls, logs that and waits: a killed program keeps control for some seconds. Throws Error.
   static std::unique_ptr<AravisSession> Open(const std::string& who, const std::string& open_by,
                                              Wanted wanted);
-  explicit AravisSession(ArvCamera* camera);
+  explicit AravisSession(ArvCamera* camera);  // takes over the reference
   AravisSession(const AravisSession&) = delete;
   AravisSession& operator=(const AravisSession&) = delete;
   ~AravisSession();
 
   ArvCamera* Camera() const { return camera_; }
   ArvDevice* Device() const { return arv_camera_get_device(camera_); }
-  ArvStream* Stream() const { return stream_; }
+  ArvStream* Stream() const { return stream_; }  // null: none was taken
   void TakeStream(ArvStream* stream) { stream_ = stream; }
   // Keeps `thing` alive until the stream has been released.
   void KeepBeyondStream(std::shared_ptr<void> thing) { beyond_stream_ = std::move(thing); }
@@ -48,7 +47,7 @@ class AravisSession {
   // Returns the choices of an enumeration that are available now.
   std::vector<std::string> Choices(const std::string& enumeration) const;
   bool ControlLost() const { return control_lost_.load(); }
-  bool IsController() const;
+  bool IsController() const;  // whether this program controls the camera; true on USB
   // Returns "another program controls this camera, from 192.0.2.5; close it ...", for error messages.
   std::string WhoControls() const;
   // Returns the IPv4 address; empty for a camera on another bus.

@@ -17,8 +17,7 @@ bool IsReadOnly(const AravisSession& session, const std::string& feature);
 // Returns why a feature cannot be written now: "is read-only", "is locked by another setting", "is not
 // available now"; empty if it can be.
 std::string WhyFixed(const AravisSession& session, const std::string& feature);
-// Returns the feature's value as text ("Off", "true", "512"); none if the camera does not have the feature,
-// or it cannot be read now.
+// Returns the feature's value as text ("Off", "true", "512"); none if it is not there or not readable now.
 std::optional<std::string> ReadSetting(const AravisSession& session, const std::string& feature);
 // Writes `value` unless the feature has it. Returns why the feature does not have it afterwards ("GainAuto
 // reads Continuous and is read-only"), or an empty text.

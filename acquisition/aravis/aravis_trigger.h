@@ -1,7 +1,7 @@
 // Lets a camera wait for triggers, by software or on one of its input lines (GenICam SFNC TriggerSelector,
 // TriggerMode, TriggerSource). Cameras differ in the triggers that they offer (feature_names.h): some have a
-// single one without a selector, on some the choices depend on the mode, some start the exposure in place of
-// the frame.
+// single one without a selector, on some the choices depend on the mode, some start the exposure and not the
+// frame.
 #pragma once
 
 #include <string>

@@ -17,7 +17,7 @@ struct UsbCameraPlace {
   int open_error = 0;  // errno of opening the node as this user; 0: it can be opened
 };
 
-// `sysfs`: the folder of the kernel's USB devices.
+// Returns all USB3 Vision cameras, in the order of their ports. `sysfs`: the kernel's folder of USB devices.
 std::vector<UsbCameraPlace> UsbCameraPlaces(const std::string& sysfs = "/sys/bus/usb/devices");
 // Returns the camera of this maker and serial number; none if there is none, or several.
 std::optional<UsbCameraPlace> UsbCameraPlaceOf(const std::string& maker, const std::string& serial);
@@ -31,7 +31,7 @@ struct UsbNeighbour {
   std::string hub;
   int hub_megabits = 0;  // of that hub's own link to the computer
 };
-// Returns the other devices on the bus of the device at `port`, by port, without hubs.
+// Returns the other devices on the bus of the device at `port`, in the order of their ports, without hubs.
 std::vector<UsbNeighbour> UsbNeighboursOf(const std::string& port,
                                           const std::string& sysfs = "/sys/bus/usb/devices");
 

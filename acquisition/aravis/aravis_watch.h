@@ -20,9 +20,8 @@ class AravisWatch {
   // `period_s`: of the frames; 0: unknown.
   AravisWatch(const AravisSession& session, double period_s);
 
-  double StallSeconds() const;
-  // `gap_s`: time since the frame before. A camera that is regularly slower than its setting does not count
-  // as stalled between its frames.
+  double StallSeconds() const;  // time without a frame that is due, after which the stream counts as stalled
+  // `gap_s`: time since the frame before. A camera that is regularly slower than its setting is not stalled.
   void FrameCame(double gap_s);
   // Returns why the camera is lost; none if it is not. While no frame comes, this asks the camera who
   // controls it: a camera that was restarted has no controller, and the library's heartbeat reports that up

@@ -61,8 +61,7 @@ struct CalibrationResult {
 CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
                                      int height);
 
-// Returns the mean distance, in pixels, between the corners that two views share; infinite when they share
-// fewer than four.
+// Returns the mean distance, in pixels, of the corners that two views share; infinite for fewer than four.
 double MeanShiftPx(const BoardView& a, const BoardView& b);
 
 // Returns a starting point: the focal length and lens family that explain the views best, by robust fits of

@@ -10,7 +10,7 @@
 
 namespace ulf::acquisition {
 
-// Why collecting views came to an end.
+// Why collecting views came to an end. kNoPhotograph: a requested photograph did not arrive in time.
 enum class ViewsEnd { kEnough, kStopped, kDeviceEnded, kNoPhotograph };
 
 struct CollectedViews {

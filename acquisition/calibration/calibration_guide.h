@@ -5,8 +5,7 @@
 // frame before, and is new: it covers another part of the image, shows a missing tilt, or stands elsewhere
 // than in every taken view.
 //
-// Poses come from rough intrinsics that are estimated again as views are taken. One thread owns a guide and
-// gives it each frame.
+// Poses come from rough intrinsics that are estimated again as views are taken. For one thread.
 #pragma once
 
 #include <optional>

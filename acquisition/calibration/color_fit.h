@@ -3,8 +3,7 @@
 // White balance is the median, over the usable grey patches, of the factors that map them to their published
 // colours. The 3 x 3 matrix then minimises differences in CIE L*a*b* (those in a* and b* divided by 1 + 0.045
 // chroma, as CIEDE2000 does), with Huber weights, over all usable patches; its rows sum to one. For
-// cross-validation each column of the chart is left out in turn, the profile fitted without it and tested on
-// its patches.
+// cross-validation the profile is fitted without each column of the chart in turn and tested on it.
 #pragma once
 
 #include <string>

@@ -1,7 +1,8 @@
 // Chooses the simplest lens model that explains a set of views.
 //
 // Every candidate (lens_fit.h) is fitted to all views and, for comparison, to the views without one fold at a
-// time; the left-out views are then predicted with only their poses adjusted. The rule:
+// time (one view in five, or of up to eight views a single one); the left-out views are then predicted with
+// only their poses adjusted. The rule:
 //
 //   A candidate explains the data when no other is better by both measures: its BIC lower by more than 10
 //   ("very strong" after Kass and Raftery 1995), and its squared error on left-out views lower by more
@@ -38,8 +39,7 @@ struct LensChoice {
   int folds = 0;                            // into how many the views were divided
 };
 
-// `start`: any camera near the truth. The caller must have removed outliers from the views. The table is
-// empty if no candidate could be fitted.
+// `start`: any camera near the truth. The views must be free of outliers. The table is empty if none fits.
 LensChoice ChooseLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
                       const CameraModel& start);
 

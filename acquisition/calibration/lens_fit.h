@@ -48,8 +48,7 @@ struct LensFitOptions {
   bool with_sigma = true;
 };
 
-// Starts from `start` and the poses that it gives. The fit is not `usable` if a view has no pose to start
-// from, or the solver fails.
+// Starts from `start` and the poses that it gives. Not `usable` if a view has none, or the solver fails.
 LensFit FitLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
                 const LensCandidate& candidate, const CameraModel& start, const LensFitOptions& options = {});
 
@@ -57,8 +56,7 @@ LensFit FitLens(const std::vector<Eigen::Vector3d>& board_points, const std::vec
 std::optional<Rigid3> PoseOfBoard(const std::vector<Eigen::Vector3d>& board_points, const BoardView& view,
                                   const CameraModel& camera);
 
-// Returns the residuals of a view's corners, observed minus predicted, in pixels; large for a corner that the
-// model cannot project.
+// Returns the residuals of a view's corners, observed minus predicted, pixels; large if none is predicted.
 std::vector<Eigen::Vector2d> Residuals(const std::vector<Eigen::Vector3d>& board_points,
                                        const BoardView& view, const CameraModel& camera,
                                        const Rigid3& cam_from_board);

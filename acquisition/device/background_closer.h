@@ -1,5 +1,4 @@
-// Closes lost cameras in separate threads: a library that closes a camera whose cable was pulled retries, and
-// blocks for seconds.
+// Closes lost cameras in separate threads: a library takes seconds to close one whose cable was pulled.
 #pragma once
 
 #include <functional>

@@ -2,8 +2,7 @@
 //
 // OpenDevice() (opening/open_device.h) opens a device by its URI. The caller starts it and asks for frames
 // one by one; threads inside a device are hidden. Faults during operation (a frame that did not arrive, an
-// incomplete frame, a pulled cable) are values. A device that cannot be opened throws Error with the reason
-// and the remedy.
+// incomplete frame, a pulled cable) are values. Opening throws Error with the reason and the remedy.
 //
 // Every live camera that OpenDevice() returns follows one state machine (reconnecting_device.h):
 //
@@ -42,7 +41,7 @@ struct DeviceInfo {
   std::string maker;
   std::string model;
   std::string serial;
-  std::string bus;  // "GigEVision", "USB3Vision", "simulated"; "files" when the camera is unknown
+  std::string bus;  // "GigEVision", "USB", ..., or a webcam's bus path; "files" when the camera is unknown
   bool available = true;
   std::string problem;       // why it cannot be opened and what to do; empty when available
   std::string remark = {};   // what slows the camera, or what is special about a replay's files; mostly empty
@@ -55,7 +54,7 @@ enum class DeviceState {
   kStreaming,
   kFaulted,       // no longer answers; the reason is in Info().problem
   kReconnecting,  // being searched for and opened again with the same settings
-  kEnded,         // a replay reached its end; no error
+  kEnded,         // a replay or simulation reached its end; no error
   kLost,          // given up; a driver must be opened again
 };
 const char* Name(DeviceState state);
@@ -129,12 +128,11 @@ class Device {
   virtual FrameSource Source() const { return FrameSource::kCamera; }
   // Returns false once no live frame can come any more, as from a tethered camera without live view.
   virtual bool HasLiveFrames() const { return true; }
-  // Returns the part of the sensor that the image shows. Returns none where it is unknown; callers then
-  // assume the whole sensor.
+  // Returns the part of the sensor that the image shows; none if unknown: callers assume the whole sensor.
   virtual std::optional<SensorWindow> Window() const { return std::nullopt; }
   // Returns what is held. It may change while frames arrive, because automatics may settle first.
   virtual HeldAutomatics Held() const { return {}; }
-  virtual void Start() = 0;
+  virtual void Start() = 0;  // throws Error
   // Returns the next frame; none if none comes within the timeout (State() tells whether more can come). The
   // caller may keep and share its pixels: no device writes into them again. Only a replay throws Error, for a
   // file that it cannot read.
@@ -152,10 +150,11 @@ class Device {
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
 
-  // Requests a bracket: exposures that are each so many stops longer (negative: shorter) than the present
-  // one, in this order, then the present one again. Each arrives as a frame (of a tethered camera as a
-  // photograph) with Frame::asked_stops; frames between them have their own exposure_s (0: unknown). The
-  // camera takes the nearest exposure that it can, and reports one that it cannot take as a kNotice.
+  // The first function tells how the device takes a bracket, the second requests one: exposures that are each
+  // so many stops longer (negative: shorter) than the present one, in this order, then the present one again.
+  // Each arrives as a frame (of a tethered camera as a photograph) with Frame::asked_stops; frames between
+  // them have their own exposure_s (0: unknown). The camera takes the nearest exposure that it can, and
+  // reports one that it cannot take as a kNotice.
   virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };

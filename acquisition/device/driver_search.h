@@ -12,8 +12,7 @@
 
 namespace ulf::acquisition {
 
-// Opens a driver again, not started; `known` is Info() of the lost one. Throws Error. The search calls it
-// in its thread.
+// Opens a driver again, not started. `known`: Info() of the lost one. Throws Error.
 using ReopenDriver = std::function<std::unique_ptr<Device>(const DeviceInfo& known)>;
 
 struct Reconnection {

@@ -38,8 +38,7 @@ class StallReport {
 
   std::chrono::steady_clock::time_point LastFrame() const { return last_frame_; }
   void FrameCame();
-  // Reports a stall if no frame that is due has come for `silence_s`, longer than `stall_s`. Returns true
-  // when it is reported now.
+  // Reports a stall if no due frame has come for `silence_s` > `stall_s`. Returns whether it reported.
   bool NoFrame(double silence_s, double stall_s);
   // Call it when no frame is due: the next silence is a new stall.
   void EndStall() { stalled_ = false; }

@@ -1,10 +1,8 @@
 // Defines a bounded queue between threads. When it is full, Push() drops the oldest item and counts it,
 // because a live camera does not wait. Photographs are never dropped, do not count towards the capacity, and
-// are taken before live frames. Any number of threads may push and pop. After Close() Push() fails and Pop()
-// returns what is left.
+// are taken before live frames. Any number of threads may push and pop. After Close() Push() fails.
 //
-// A tethered camera's frames are queued encoded; the reader decodes them, so that a dropped frame costs no
-// decoding.
+// A tethered camera's frames are queued encoded; the reader decodes them, so that dropped ones cost nothing.
 #pragma once
 
 #include <chrono>

@@ -95,8 +95,7 @@ struct FrameRecording {
 };
 
 bool IsFrameRecording(const std::filesystem::path& dir);
-// Throws Error that names file, line and key, or for a recording without frames; ignores a
-// truncated last line.
+// Ignores a truncated last line. Throws Error that names file, line and key, or if there are no frames.
 FrameRecording ReadFrameRecording(const std::filesystem::path& dir);
 // Returns the frame with its pixels and any raw file. Throws Error when a file is missing or damaged.
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry);

@@ -1,5 +1,4 @@
-// Searches for a lost camera's driver and opens it again: implements device.h's state machine for all
-// drivers.
+// Implements the state machine of device.h for all drivers: finds a lost camera and opens it again.
 //
 // A driver reports kLost and the reason (Info().problem). Frames that wait in it are still delivered; then
 // the device is kFaulted, and from the next call of Next() on kReconnecting: a thread (driver_search.h) opens

@@ -18,8 +18,7 @@
 //
 // The photographs of a recorded session keep their place among the live frames and the times of their
 // recorded requests, whether or not RequestStill() is called. RequestStill() returns kAsked while a requested
-// photograph is still to come, else kBusy. A session that runs again therefore sees the same frames, whatever
-// it requests.
+// photograph is still to come, else kBusy. So a session that runs again sees the same frames.
 //
 // A recorded session and a light field name the camera's maker, model, serial number and the part of the
 // sensor that the images show, so that the stored calibration of that camera is found for them. If that part
@@ -47,8 +46,9 @@ std::string WithReplaySpeed(const std::string& uri, const std::optional<double>&
 
 // Plays a recording in time, as a live camera: frames arrive at the intervals at which they were taken,
 // `speed` times as fast, whether or not Next() is called. Up to four frames wait for a slow reader (as the
-// cameras' default `queue`); then the oldest is dropped and counted. Photographs keep their place and are
-// never dropped. Next() throws what the recording's Next() throws. `recording`: not started, IsLive() false.
+// cameras' default `queue`); then the oldest is dropped and counted. Photographs come before live frames that
+// wait, and are never dropped. Next() throws what the recording's Next() throws. `recording`: not started,
+// IsLive() is false.
 std::unique_ptr<Device> MakePacedDevice(std::unique_ptr<Device> recording, double speed);
 
 }  // namespace ulf::acquisition

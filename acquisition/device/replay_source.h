@@ -48,8 +48,7 @@ class ReplaySource {
   virtual double Length() const = 0;  // frames; 0: unknown
 };
 
-// Opens what the path holds. Throws Error if it is missing or holds nothing that can be played, Refusal for
-// options that do not go with it.
+// Opens what the path holds. Throws Error if it cannot be played, Refusal for options that do not fit it.
 std::unique_ptr<ReplaySource> OpenReplaySource(const ReplayOptions& options);
 
 }  // namespace ulf::acquisition

@@ -23,7 +23,7 @@ enum Command : std::uint16_t {
   kWriteMemory = 0x86
 };
 
-// Addresses of the standard's bootstrap registers. A discovery answer holds the first ones.
+// Addresses of the standard's bootstrap registers. A discovery answer holds the first kDiscoveryBytes.
 inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48, kModelAt = 0x68,
                                kVersionAt = 0x88, kInfoAt = 0xA8, kSerialAt = 0xD8, kUserNameAt = 0xE8,
                                kDiscoveryBytes = 0xF8, kHeartbeatTimeoutAt = 0x938,

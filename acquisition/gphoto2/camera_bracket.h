@@ -38,8 +38,8 @@ std::optional<CameraBracketPlan> PlanCameraBracket(
     const std::vector<double>& stops,
     const std::function<std::optional<CameraFeature>(const std::string&)>& setting);
 
-// Belongs to the camera's thread, which calls Next() and releases what it says until IsRunning() is false. A
-// busy camera is asked again in later calls, for `busy_s` seconds. `notice` gets messages for the user.
+// Belongs to the camera's thread, which calls Next() and releases the shutter as it says until IsRunning()
+// is false. A busy camera is asked again for `busy_s` seconds. `notice` gets messages for the user.
 class CameraBracket {
  public:
   CameraBracket(GphotoCamera& camera, const CameraSettings& settings, double busy_s,

@@ -23,8 +23,7 @@ const char* Name(ShotSetting setting);  // as in the URI: "shutter", "iso", ...
 // Reads "1/125", "0.0080s", "f/5.6", "ISO 200", "2.5"; none for "Auto", "bulb".
 std::optional<double> PhotographicNumber(const std::string& text);
 bool IsSameSetting(const std::string& a, const std::string& b);
-// Returns the choice that a user means: the same text, the same number, or the only choice that contains the
-// text; else none.
+// Returns the choice with the same text or number, or the only one that contains the text; else none.
 std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, const std::string& value);
 // Returns the choice for manual operation ("Manual", "MF", "Off"); none if there is none.
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices);
@@ -45,8 +44,7 @@ std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_form
 // camera does not offer, Error for one that it does not take.
 bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card);
 
-// Returns whether a folder is in the camera's volatile memory, where files are deleted after their download.
-// Files on a card are never deleted.
+// Returns whether a folder is in the camera's volatile memory: only files there are deleted after download.
 bool IsInCameraMemory(const std::string& folder, bool target_is_memory);
 
 // Belongs to the camera's thread.

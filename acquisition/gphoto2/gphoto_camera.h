@@ -4,8 +4,7 @@
 // thread for them). When a connection breaks the library writes into a closed socket; every call here
 // therefore blocks SIGPIPE.
 //
-// Answers of the camera (busy, no card, disconnected) are values; a camera that cannot be opened throws Error
-// with the remedy.
+// Answers of the camera (busy, no card, disconnected) are values; opening it throws Error with the remedy.
 #pragma once
 
 #include <memory>
@@ -76,8 +75,7 @@ class GphotoCamera {
   GphotoResult Delete(const GphotoFile& file);
   // Lists the names of all files in a folder of the camera; takes long where there are many.
   GphotoResult FilesIn(const std::string& folder, std::vector<std::string>& names);
-  // Reads when the file was written, in seconds by the camera's own clock, which may be wrong; none if the
-  // camera does not say.
+  // Reads when the file was written, seconds by the camera's own clock, which may be wrong; none if unknown.
   GphotoResult WrittenAt(const GphotoFile& file, std::optional<double>& time_s);
   // Returns true once answers of a network camera no longer match the requests (PTP transaction ids): the
   // camera must be opened again, whatever the results say.

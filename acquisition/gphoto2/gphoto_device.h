@@ -6,9 +6,8 @@
 // Live view is delivered as FrameKind::kLive; the newest `queue` frames (default 4) wait for the reader,
 // older ones are dropped and counted. A photograph is delivered as FrameKind::kStill after its download,
 // whether the program or the photographer released the shutter; photographs are never dropped. Its JPEG is
-// kept byte for byte (Frame::encoded), and so is a raw file of the same name (Frame::raw). A raw file alone
-// is developed by Next(), quickly, with the pixels as linear light; one that LibRaw cannot read is
-// kIncomplete.
+// kept byte for byte (Frame::encoded), and so is a raw file of the same name (Frame::raw). Next() develops a
+// raw file alone, quickly, to linear light; one that LibRaw cannot read is kIncomplete.
 //
 // Times are those of the host's clock, because these cameras' clocks are readable to a second only. A live
 // frame has the time of its arrival. A photograph has the time at which the program released the shutter
@@ -30,8 +29,7 @@
 
 namespace ulf::acquisition {
 
-// Throws Refusal for unknown options and values that the camera does not offer, Error for a camera that
-// cannot be opened.
+// Throws Refusal for unknown options and values that the camera does not offer, Error if it cannot be opened.
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri,
                                          std::shared_ptr<UnfetchedPhotographs> left = nullptr);
 

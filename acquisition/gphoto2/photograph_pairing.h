@@ -44,8 +44,8 @@ class PhotographPairing {
   // Without this call only raw files wait.
   void ExpectFormat(const std::string& image_format);
 
-  // Call it before a download: returns name and times for a file whose partner was delivered in the last
-  // minute, or none.
+  // Call it before a download: returns name and times of a file whose partner was delivered in the last
+  // minute, else none.
   std::optional<DownloadedFile> LateFile(const std::string& file_name, double now_s) const;
   void Add(DownloadedFile file, double now_s);
   bool Holds(const std::string& stem) const { return waiting_.contains(stem); }

@@ -28,7 +28,7 @@ namespace ulf::acquisition {
 
 class PhotographRequests {
  public:
-  // `camera` and `settings` must outlive this object. `gone`: whether a call failed because the camera is gone.
+  // `camera` and `settings` must outlive this. `gone`: whether a call failed because the camera is gone.
   PhotographRequests(GphotoCamera& camera, CameraSettings& settings,
                      const std::function<void(const std::string&)>& notice,
                      std::function<bool(const GphotoResult&)> gone);

@@ -43,8 +43,7 @@ class UnfetchedPhotographs {
 
   // Notes a file that is fetched from the card although the camera did not announce it.
   void Fetched(const GphotoFile& file);
-  // Returns whether Fetched() noted the file, or Announced() did before the last loss: a camera may announce
-  // it once more.
+  // Returns whether Fetched() noted the file, or Announced() before the last loss: it may be announced again.
   bool WasFetched(const GphotoFile& file) const;
 
  private:

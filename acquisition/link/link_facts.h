@@ -37,7 +37,7 @@ struct LinkFacts {
   double payload_bytes = 0;        // of a frame; 0: not known
   std::optional<double> set_fps;   // the rate that is set; none: unknown, or the camera waits for triggers
   double exposure_s = 0;           // 0: not known
-  double busy_share = 0;           // of the time, when packets arrive; 0: unknown, as to DescribeLink()
+  double busy_share = 0;           // share of the time in which packets arrive; 0: unknown
   std::optional<double> most_fps;  // that the link's nominal speed allows; none: unknown
 };
 // `counted`: the statistics of a camera that streams or has streamed.

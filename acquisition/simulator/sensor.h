@@ -1,7 +1,6 @@
 // Models an industrial image sensor: photo-electrons proportional to radiance and exposure; shot noise
-// (Gaussian with the variance of the Poisson distribution), read noise, gain, and a linear converter of 8 to
-// 16 bits that clips (compare EMVA Standard 1288). It omits dark current, fixed pattern, blooming and black
-// level.
+// (Gaussian with the variance of the Poisson distribution), read noise, gain, a linear converter of 8 to 16
+// bits that clips (see EMVA 1288). It has no dark current, fixed pattern, blooming or black level.
 #pragma once
 
 #include <Eigen/Core>
@@ -68,8 +67,7 @@ Image Expose(const cv::Mat& radiance, const SensorOptions& options, const Sensor
 //
 // The scenes' light is linear sRGB under white D65. A lamp of another colour temperature multiplies its
 // channels (Planck's law at 600, 540 and 450 nm, beside that of 6504 K, green left as it is); then each
-// channel takes a share of its neighbours'. Both are linear, so that the colour profile that undoes them is
-// known exactly.
+// channel takes a share of its neighbours'. Both are linear, so that the profile that undoes them is known.
 struct SensorColors {
   double lamp_k = 6504;
   double crosstalk = 0;  // share of a channel's signal that is its neighbours' light, 0 to 0.4

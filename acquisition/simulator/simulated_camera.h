@@ -62,8 +62,7 @@ struct SimulationOptions {
   void Validate() const;  // throws Refusal
 };
 
-// Returns a moderate wide angle (f = 0.875 widths, 59 degrees) with a slight barrel distortion, off-centre by
-// a few pixels.
+// Returns a moderate wide angle (f = 0.875 widths, 59 degrees), slightly barrel-distorted and off-centre.
 CameraModel SimulatedIntrinsics(int width, int height);
 
 struct Shot {

@@ -31,7 +31,7 @@ struct ChartSceneOptions {
 Image RenderChart(const ChartSceneOptions& options, std::uint64_t frame);
 
 // Opens `sim:chart?width=640&height=480&seed=7&format=rgb8&lamp_k=6504&crosstalk=0&white=0.75&gradient=0
-// &turn_deg=5&tilt_deg=10&noise=1&frames=100`, or `sim:grey` with the same options. Throws Refusal.
+// &turn_deg=5&tilt_deg=10&noise=1&frames=100`, or `sim:grey` with the same ones (white=0.5). Throws Refusal.
 std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

@@ -1,7 +1,6 @@
-// Opens the simulated camera as a device: `sim:SCENE`, or for calibration sim:board, sim:card, sim:chart
-// or sim:grey. Frames wait for Next(), and each advances simulated time by one period, so that a slow
-// reader sees the same sequence as a fast one. To have a camera that does not wait, run `ulf simulate` and
-// open `aravis:`.
+// Opens the simulated camera as a device: `sim:SCENE`, or for calibration sim:board, sim:card, sim:chart or
+// sim:grey. Frames wait for Next(), and each advances simulated time by one period, so that a slow reader
+// sees the same sequence as a fast one. `ulf simulate` serves a camera that does not wait, for `aravis:`.
 //
 // Faults (`fault=disconnect=5:2&fault=incomplete=0.1`, simulated_faults.h) begin at simulated times, and the
 // frames after them are the same in every run. A freeze or a disconnection lasts for real time, because no

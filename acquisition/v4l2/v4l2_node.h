@@ -1,5 +1,4 @@
-// Opens a Video4Linux2 node (/dev/video0) with a useful error, calls its driver (linux/videodev2.h), and
-// identifies the camera.
+// Opens a Video4Linux2 node (/dev/video0), calls its driver (linux/videodev2.h), and identifies the camera.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -14,8 +13,7 @@ namespace ulf::acquisition {
 
 class V4l2Node {
  public:
-  // Throws Error that names the node and the reason: missing, no permission (group and udev rule), in use (by
-  // which program).
+  // Throws Error that names the node and the reason: missing, no permission, in use (by which program).
   explicit V4l2Node(const std::string& path);
 
   const std::string& Path() const { return path_; }

@@ -44,8 +44,7 @@ bool HasEmptyLensModel(const LensNode& map);
 // recognise as the model, because such a lens must not be read silently as k1 k2 p1 p2. `part`: what the file
 // says of the camera, at any depth. Where `named` is none, throws Error that begins with `where`, quotes key
 // and value, and advises to add `lines`; for names of cameras, topics and files it appends to `warnings`
-// instead. Where a model is named, that decides: text that mentions another model is a warning, names are
-// ignored.
+// instead. A named model decides: text that mentions another one is a warning, names are ignored.
 void CheckLensMentions(const LensNode& part, const std::optional<NamedLensModel>& named,
                        const std::string& lines, const std::string& where,
                        std::vector<std::string>& warnings);

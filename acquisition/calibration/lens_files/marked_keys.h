@@ -1,6 +1,5 @@
 // Recognises keys in lens files that users' scripts write: one of several words for camera matrix or
-// coefficients, alone or with the mark of one of several cameras before or after it, as in K1, cameraMatrixL,
-// LEFT.K.
+// coefficients, alone or with the mark of one of several cameras: K1, cameraMatrixL, LEFT.K.
 #pragma once
 
 #include <functional>

@@ -1,6 +1,5 @@
 // Reads lens files that hold a camera matrix and distortion coefficients: OpenCV's storage, ROS's camera_info
-// as file, as echo of its topic and as ost.ini, and what scripts write with the same words. All have pixel
-// centres at integers.
+// as file, as echo of its topic and as ost.ini, and what scripts write. All have pixel centres at integers.
 #pragma once
 
 #include <optional>
@@ -24,8 +23,7 @@ Lens ReadMatrixLens(const std::vector<LensNode>& documents, const std::string& w
                     const std::string& wanted, bool may_be_cut = true);
 
 // The following read lenses without a camera matrix, in pixels: fx fy cx cy as separate keys, or two lists,
-// of focal lengths and of the principal point, as okvis, RealSense's and telephones' programs and many
-// scripts write them.
+// of focal lengths and of the principal point, as okvis, RealSense, telephones and many scripts write them.
 
 // The key of a matrix made of such numbers.
 inline constexpr const char* kPlainMatrixKey = "fx fy cx cy";

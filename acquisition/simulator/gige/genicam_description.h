@@ -1,5 +1,4 @@
-// Writes the GenICam description (GenApi XML, schema 1.0) of the simulated camera. Its addresses are those of
-// gige_registers.h.
+// Writes the simulated camera's GenICam description (GenApi XML, schema 1.0). Addresses: gige_registers.h.
 #pragma once
 
 #include <string>

@@ -47,8 +47,7 @@ class GigePictures {
   GigeSettings loop_settings_;
 };
 
-// Packs the pixels of a simulated sensor as a machine-vision camera sends them: the inverse of unpacking by
-// pixel_format.h.
+// Packs pixels as a machine-vision camera sends them, which pixel_format.h unpacks.
 
 // Writes a part of the image in rows without padding. `pixels`: as in ulf::Image, 8 bits or scaled to 16
 // bits; three channels are B, G, R. `out`: room for ImageBytes() of the part.

@@ -33,7 +33,7 @@ struct GvspDestination {
 
 class GvspSender {
  public:
-  // `socket`: bound.
+  // `socket`: a bound UDP socket.
   explicit GvspSender(FileDescriptor socket);
   ~GvspSender();
   GvspSender(const GvspSender&) = delete;

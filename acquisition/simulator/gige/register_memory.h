@@ -2,8 +2,7 @@
 // whose place stands as text in the registers from 0x200 on. Registers have four bytes and are big-endian, as
 // the control protocol sends them.
 //
-// All functions may be called from any thread. An address and what is read or written there must lie within
-// Bytes().
+// All functions may be called from any thread. What is read or written must lie within Bytes().
 #pragma once
 
 #include <cstdint>

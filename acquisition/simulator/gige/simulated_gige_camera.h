@@ -8,16 +8,15 @@
 // forwards and backwards (`loop`) reaches any frame rate.
 //
 // Formats: all of SensorFormat. Trigger: TriggerMode On with TriggerSource Software or Line0; Line0 gets
-// LinePulseRate pulses per second while a client streams. Two software triggers within the time that the
-// camera needs to send a frame give one frame, as on cameras without a trigger buffer.
+// LinePulseRate pulses per second. Two software triggers within the time that the camera needs to send a
+// frame give one frame, as on cameras without a trigger buffer.
 //
 // Registers describe the last frame: LastFrameId (as sent: 16 bits), LastFrameNumber (from 1, never wraps),
 // LastExposureTime (us), LastGain (tenths of dB), LastHandTime (ms). All five change together, before the
 // first packet of the frame is sent.
 //
 // One thread answers control requests (gvcp_server.h) and takes frames: requests wait while a frame is
-// rendered, and registers that are read in one request describe one frame. Another one sends the frames
-// (gige_transport.h).
+// rendered, and registers that are read in one request describe one frame. Another sends (gige_transport.h).
 //
 // Faults of the link and of time need a relay (gige_relay.h) at the camera's address; the camera itself then
 // has another one (gige_address.h).

@@ -33,8 +33,7 @@ class SceneBuilder {
   // Sets the subject's sphere around `center`, large enough for the solids that belong to it.
   void EncloseSubject(const Eigen::Vector3d& center);
   void SetSway(const Sway& sway) { scene_->sway_ = sway; }
-  // Bakes the scene. Call it last. A capture starts in `first_direction` from the subject, at
-  // `first_distance`.
+  // Bakes the scene; call it last. Both parameters say where from the subject a capture starts (Scene).
   std::shared_ptr<const Scene> Finish(const Eigen::Vector3d& first_direction, double first_distance = 1);
 
  private:
