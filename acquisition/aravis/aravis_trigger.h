@@ -1,7 +1,6 @@
 // Lets a camera wait for triggers, by software or on one of its input lines (GenICam SFNC TriggerSelector,
-// TriggerMode, TriggerSource). Cameras differ in the triggers that they offer (feature_names.h): some have a
-// single one without a selector, on some the choices depend on the mode, some start the exposure and not the
-// frame.
+// TriggerMode, TriggerSource). Cameras differ in their triggers (feature_names.h): some have a single one
+// without a selector, on some the choices depend on the mode, some start the exposure and not the frame.
 #pragma once
 
 #include <string>

@@ -43,7 +43,7 @@ struct DeviceInfo {
   std::string serial;
   std::string bus;  // "GigEVision", "USB", ..., or a webcam's bus path; "files" when the camera is unknown
   bool available = true;
-  std::string problem;       // why it cannot be opened and what to do; empty when available
+  std::string problem;       // why it cannot be opened or was lost, and what to do; empty when available
   std::string remark = {};   // what slows the camera, or what is special about a replay's files; mostly empty
   std::string address = {};  // IPv4, of a camera in a network
   double pixel_aspect = 1;   // width of a pixel over its height; only some videos differ from 1

@@ -14,7 +14,7 @@ namespace ulf::acquisition {
 
 class EventLog {
  public:
-  // Writes every event also to the program's debug log as "NAME: TEXT". Call it before other threads begin.
+  // Makes Say() also write to the program's debug log, "NAME: TEXT". Call it before other threads begin.
   void LogAs(std::string name) { name_ = std::move(name); }
   // Adds an event with the present time.
   void Say(DeviceEventKind kind, std::string text, double silence_s = 0);

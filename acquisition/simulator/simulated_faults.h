@@ -1,6 +1,6 @@
-// Faults of a simulated camera, each given as `name=value`; several may be combined. Their names and values
-// are those of docs/devices.md#the-simulated-camera-sim-and-ulf-simulate, which says which of them need a
-// network. Seconds count from the first frame.
+// Defines faults of a simulated camera, each given as `name=value`; several may be combined. Their names and
+// values are those of docs/devices.md#the-simulated-camera-sim-and-ulf-simulate, which says which of them
+// need a network. Seconds count from the first frame.
 #pragma once
 
 #include <algorithm>

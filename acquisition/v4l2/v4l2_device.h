@@ -1,4 +1,4 @@
-// Webcams and frame grabbers through Video4Linux2: `v4l2:ID?option=value&...`.
+// Opens webcams and frame grabbers through Video4Linux2: `v4l2:ID?option=value&...`.
 //
 // ID: a node (/dev/video0), a USB serial number, a bus path (usb-0000:00:14.0-1) or the camera's name; empty:
 // the first camera that can be opened.
