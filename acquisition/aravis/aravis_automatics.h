@@ -4,8 +4,10 @@
 // has settled; then they are switched off and their values are kept, as for webcams (v4l2_controls.h), with a
 // notice for each. An automatic that the URI names (auto_exposure=on) stays as the URI asks.
 //
-// Modes are Off, Once and Continuous by convention; some cameras have Manual and Auto, a switch or a number
-// instead. An automatic whose modes are not known is left alone.
+// By convention (SFNC) the modes are Off, Once and Continuous; some cameras have Manual and Auto, a switch or
+// a number instead. An automatic whose mode has an unknown word is left as it is.
+//
+// `feature`: the camera's name of the automatic, "GainAuto". `who`: the URI, with which errors begin.
 #pragma once
 
 #include <string>
@@ -17,37 +19,37 @@
 
 namespace ulf::acquisition {
 
-// The mode of an automatic. kNone: the camera has none; kUnknown: its mode has a word that is not known.
+// kNone: the camera does not have the automatic. kUnknown: its mode has an unknown word, or cannot be read.
 enum class AutomaticMode { kNone, kOff, kOnce, kOn, kUnknown };
 AutomaticMode ModeOf(const AravisSession& session, const std::string& feature);
-// Returns whether the automatic changes its value at present.
+// Returns whether the mode is kOnce or kOn.
 bool IsAutomaticOn(const AravisSession& session, const std::string& feature);
-// Switches the automatic to a mode, where there is one. Returns why it does not have that mode ("GainAuto
+// Switches the automatic, if the camera has it, to a mode. Returns why it does not have that mode ("GainAuto
 // reads Auto and is read-only"), or an empty text.
 std::string SwitchAutomatic(const AravisSession& session, const std::string& feature, AutomaticMode wanted);
-// Returns the camera's word for a mode; empty if it has none.
+// Returns the camera's word for a mode; empty if the camera has no such mode.
 std::string WordFor(const AravisSession& session, const std::string& feature, AutomaticMode mode);
-// Switches off the automatic that would change a requested value (`asked`: "exposure_us=5000"). Returns a
-// message, or an empty text. Throws Refusal that begins with `who` where it is on and stays on.
+// Switches off the automatic that would change a requested value (`asked`: "exposure_us=5000"). Returns an
+// empty text, or a message if the mode stays unknown. Throws Refusal if the automatic stays on.
 std::string SwitchOffFor(const AravisSession& session, const std::string& who, const std::string& asked,
                          const std::string& feature);
 
-// Switches the automatics that the URI names on or off; returns messages about others. Throws Refusal where
-// one cannot have the requested mode.
+// Switches the automatics that the URI names on or off. Returns a message about each other automatic whose
+// mode is unknown. Throws Refusal if a named one cannot have its mode.
 std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, const std::string& who,
                                                const AravisOptions& options);
 
-// Lets the camera adjust its white balance once. The camera must be streaming.
+// Makes a streaming camera adjust its white balance once, without waiting for that. Throws Refusal.
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
 
 // Returns whether any automatic is on that the URI does not name.
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options);
 
-// The automatics that were switched off, with the values that they had reached.
 struct AravisFrozen {
   std::vector<std::string> said;  // "auto_exposure off, held at exposure_us=5000", "auto_gain stays on: ..."
-  std::vector<std::pair<std::string, std::string>> values;  // as options of the URI
+  std::vector<std::pair<std::string, std::string>> values;  // held, as options of the URI
 };
+// Switches off the automatics that are on and that the URI does not name, and holds their values.
 AravisFrozen FreezeAravisAutomatics(const AravisSession& session, const AravisOptions& options);
 
 }  // namespace ulf::acquisition

@@ -14,7 +14,7 @@
 
 namespace ulf::acquisition {
 
-// Returns the reason why the call failed; none: it did not.
+// Returns why the call failed; none if it succeeded.
 template <typename Call, typename... Arguments>
 std::optional<std::string> FailureOf(Call&& call, Arguments... arguments) {
   GError* error = nullptr;

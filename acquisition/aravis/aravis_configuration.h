@@ -1,5 +1,4 @@
-// Writes a camera's whole configuration, because a camera keeps the settings of the last program, and reads
-// back what the camera accepted.
+// Writes a camera's whole configuration, because it keeps the last program's settings, and reads it back.
 #pragma once
 
 #include <optional>
@@ -19,24 +18,26 @@ struct AravisConfigured {
   int width = 0, height = 0;
   SensorWindow window;
   double exposure_s = 0;          // 0: unknown
-  double gain = 1;                // linear
+  double gain = 1;                // linear; 1 also if unknown
   double black_level = 0;         // as a share of full scale
   double period_s = 0;            // 0: unknown
-  std::optional<double> set_fps;  // what its frame rate is set to; none: it has none, or it is switched off
-  std::size_t payload_bytes = 0;  // room for a frame
+  std::optional<double> set_fps;  // the frame rate that is set; none: there is no such setting, or it is off
+  std::size_t payload_bytes = 0;  // of a frame's buffer: image and chunk data
   AravisLink link;
-  std::vector<std::string> chunks;  // switched on
-  std::vector<std::string> notes;   // settings that the camera changed, for messages
+  std::vector<std::string> chunks;  // chunk data that are switched on: "ExposureTime"
+  std::vector<std::string> notes;   // ends of messages that begin with "the camera ": "changed fps=30 to 25"
 };
 
-// `who` names the camera in errors. Throws Refusal for a setting that the camera does not have or take.
+// `who` names the camera in errors. Throws Refusal for a requested setting that the camera does not have or
+// take, Error for a camera without a supported pixel format, or one that does not answer.
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options);
 
-// Reads the present exposure, gain and black level into `configured`.
+// Reads the present exposure, gain and black level into `configured`, and changes nothing else there.
 void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
-// Switches off chunk data that a camera announces and does not send; its payload shrinks. Throws Error.
+// Switches off chunk data, for a camera that announces but does not send them, and corrects `configured`.
+// Throws Error if the camera keeps them on.
 void SwitchChunksOff(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
 }  // namespace ulf::acquisition

@@ -1,4 +1,4 @@
-// Converts a camera's GenICam description, as the library has parsed it, to names (feature_names.h).
+// Reads a camera's GenICam description, as Aravis has parsed it (a node for each feature).
 #pragma once
 
 #include "acquisition/aravis/aravis_calls.h"
@@ -6,15 +6,14 @@
 
 namespace ulf::acquisition {
 
-// Returns none for a category, a port, a bare register.
+// Returns the type of a feature; none for null, a category, a port or a bare register.
 std::optional<FeatureType> KindOf(ArvGcNode* node);
-// Returns the value as text ("Off", "true", "512"), empty where an enumeration's register has none of its
-// numbers; none: the camera does not return it, or the node has none.
+// Returns the value as text ("Off", "true", "512"), empty for an enumeration whose register has none of its
+// numbers; none if the camera does not return it, or the node has no value.
 std::optional<std::string> ValueOf(ArvGcNode* node);
-// Returns what the description names, whether or not a camera has it at this moment: it is not asked, and
-// need not be there.
+// Returns the features that a description names. It asks no camera, so all of them count as available.
 NamedFeatures FeaturesOf(ArvGc* description);
-// Returns what the camera has, whether or not it is available at this moment, with the choices that are.
+// Returns the features that the camera has, available now or not, with the choices that are available now.
 NamedFeatures FeaturesOf(ArvCamera* camera);
 
 }  // namespace ulf::acquisition

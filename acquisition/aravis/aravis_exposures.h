@@ -1,12 +1,12 @@
 // Takes requested exposures one after another while the camera streams (Device::RequestExposures).
 //
 // A camera that has a sequencer (SFNC SequencerMode) and reports each frame's exposure (chunk data) changes
-// the exposure by itself, from frame to frame. For any other, each exposure time is set and the frame awaited
-// that has it: by chunk data the first that reports it, else the fourth after the setting, because a camera
-// may have exposed the next one already and two more may be in transit. In between a frame's exposure is 0
-// (unknown).
+// the exposure by itself, from frame to frame. For any other camera, each exposure time is set, and the frame
+// that has it is awaited: with chunk data the first that reports it; without, the fourth after the setting,
+// because a camera may have exposed the next one already and two more may be in transit. Before the fourth a
+// frame's exposure is 0 (unknown). An exposure that no frame has in three seconds is left out, with a note.
 //
-// All but Request() belongs to the thread that takes frames.
+// Only the thread that takes frames may call the functions, except Kind() and Request().
 #pragma once
 
 #include <atomic>
@@ -26,24 +26,25 @@ namespace ulf::acquisition {
 
 class AravisExposures {
  public:
-  // `frames_tell`: chunk data report each frame's exposure. `triggered_by_software`: no frame is in transit
-  // but the requested one.
+  // `frames_tell`: chunk data report each frame's exposure. `triggered_by_software`: only the requested frame
+  // is in transit, so that the second after a setting has the exposure.
   AravisExposures(const AravisSession& session, bool frames_tell, bool triggered_by_software);
 
-  ExposureRequests Kind() const { return kind_; }  // from any thread
+  ExposureRequests Kind() const { return kind_; }
   // Reads the camera's abilities again: an automatic or the chunk data may have been switched off.
   void LookAgain();
   void LookAgain(bool frames_tell) {
     frames_tell_ = frames_tell;
     LookAgain();
   }
-  // Requests exposures by their stops, from any thread.
+  // Requests exposures, in stops from the present one. kBusy: earlier ones are to come, or the camera cannot.
   StillRequest Request(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
-  // Sets the exposure that is due.
+  // Begins the exposures that were requested. Call it often.
   void Step();
-  // Labels a complete frame with its exposure.
+  // Call it for each complete frame. If the frame has the exposure that is due, this sets Frame::asked_stops,
+  // and the camera's exposure to the next one.
   void Label(Frame& frame);
-  // Sets the exposure from before the first request, where exposures are still to come.
+  // Drops the exposures that are still to come, and sets the exposure from before them.
   void Restore();
   // Returns messages for people, each once.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }

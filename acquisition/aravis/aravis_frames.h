@@ -10,7 +10,7 @@
 
 namespace ulf::acquisition {
 
-// Returns why a frame is incomplete, for messages.
+// Returns why the frame in a buffer of this status is incomplete, for messages.
 std::string BufferStatusText(ArvBufferStatus status);
 
 class AravisFrames {
@@ -20,8 +20,8 @@ class AravisFrames {
   AravisFrames(const AravisFrames&) = delete;
   AravisFrames& operator=(const AravisFrames&) = delete;
 
-  // The status is kIncomplete when pixels are missing or the image is not the configured one; then the
-  // picture shows what arrived over the buffer's previous content.
+  // Returns a frame of status kIncomplete if pixels are missing or the image is not the configured one; its
+  // image shows what arrived over the buffer's previous content, or is empty.
   Frame Read(ArvBuffer* buffer);
   // Sets exposure, gain and black level of the following frames.
   void SetLight(const AravisConfigured& now) {
@@ -29,9 +29,9 @@ class AravisFrames {
     configured_.gain = now.gain;
     configured_.black_level = now.black_level;
   }
-  // Whether IEEE 1588 sets the camera's clock, from the next frame on.
+  // Sets Frame::on_shared_clock of the following frames.
   void SetSharedClock(bool is_shared) { on_shared_clock_ = is_shared; }
-  // Problems with the camera's data, each returned once.
+  // Returns messages about problems with the camera's data, each once.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 
  private:

@@ -8,6 +8,7 @@
 
 namespace ulf::acquisition {
 
+// A part of the image, in pixels after binning.
 struct AravisRegion {
   int width = 0, height = 0, x = 0, y = 0;
   bool operator==(const AravisRegion&) const = default;
@@ -17,7 +18,7 @@ struct AravisBinning {
   int x = 1, y = 1;
 };
 
-// White balance: adjusted once by the camera itself, or these ratios to green.
+// The camera adjusts its white balance once by itself, or takes these ratios to green.
 struct AravisWhiteBalance {
   bool by_camera = false;
   double red = 1, blue = 1;
@@ -26,11 +27,11 @@ struct AravisWhiteBalance {
 enum class ThreadPriority { kNormal, kHigh, kRealtime };
 
 struct AravisOptions {
-  std::optional<std::string> user_set;
+  std::optional<std::string> user_set;  // settings stored in the camera, which are loaded first
   std::optional<double> exposure_us, gain_db, fps;
   std::optional<double> black_level;  // in the camera's unit
   std::optional<int> gain_raw;        // in the camera's unit
-  std::optional<std::string> format;
+  std::optional<std::string> format;  // a pixel format of PFNC
   std::optional<AravisRegion> region;
   AravisBinning binning;
   std::optional<AravisWhiteBalance> white_balance;
@@ -39,8 +40,8 @@ struct AravisOptions {
   double settle_s = 1;           // guessed: webcams and machine-vision cameras settle within a second
   std::string trigger = "free";  // "free", "software", or the camera's name for a line
   bool chunks = false;
-  std::optional<bool> ptp;  // whether IEEE 1588 sets the camera's clock; none: as the camera is
-  double ptp_wait_s = 30;  // for its master; guessed: a camera listens for some announcements of one a second
+  std::optional<bool> ptp;  // whether IEEE 1588 sets the camera's clock; none: as the camera is set
+  double ptp_wait_s = 30;   // for a PTP master; guessed: masters announce themselves every second or two
 
   std::optional<double> throughput_limit;  // bytes a second
   std::optional<int> packet_size, packet_delay_ns, packet_timeout_ms, frame_retention_ms;

@@ -3,8 +3,7 @@
 // The library emits "control-lost" from its heartbeat thread while another thread may release the camera: if
 // the last reference is dropped during the emission, the library waits for its own thread and aborts. So the
 // handler only sets a flag; the destructor disconnects it, waits until it has returned, and gives the
-// emission time to end. Releasing a camera that is gone blocks for seconds (each call waits for its retries):
-// callers use background_closer.h.
+// emission time to end. Releasing a camera that is gone blocks for seconds: callers use background_closer.h.
 #pragma once
 
 #include <atomic>
@@ -20,20 +19,20 @@ namespace ulf::acquisition {
 
 class AravisSession {
  public:
-  // kReading: the camera is only read where another program controls it.
+  // kReading: a camera that another program controls is opened to be read.
   enum class Wanted { kControl, kReading };
-  // `open_by`: from ResolveAravis(); `who` names the camera in errors. Where another program controls the
-  // camera, logs that and waits: a killed program keeps control for some seconds. Throws Error.
+  // `open_by`: from ResolveAravis(); `who` names the camera in errors. For kControl of a camera that another
+  // program controls, logs that and waits: a killed program keeps control for some seconds. Throws Error.
   static std::unique_ptr<AravisSession> Open(const std::string& who, const std::string& open_by,
                                              Wanted wanted);
-  explicit AravisSession(ArvCamera* camera);
+  explicit AravisSession(ArvCamera* camera);  // takes over the reference
   AravisSession(const AravisSession&) = delete;
   AravisSession& operator=(const AravisSession&) = delete;
   ~AravisSession();
 
   ArvCamera* Camera() const { return camera_; }
   ArvDevice* Device() const { return arv_camera_get_device(camera_); }
-  ArvStream* Stream() const { return stream_; }
+  ArvStream* Stream() const { return stream_; }  // null: none was taken
   void TakeStream(ArvStream* stream) { stream_ = stream; }
   // Keeps `thing` alive until the stream has been released.
   void KeepBeyondStream(std::shared_ptr<void> thing) { beyond_stream_ = std::move(thing); }
@@ -41,14 +40,14 @@ class AravisSession {
     g_clear_object(&stream_);
     beyond_stream_.reset();
   }
-  // Returns null for a feature that the camera does not have; an empty name is none.
+  // Returns null for an empty name or a feature that the camera does not have.
   ArvGcNode* Node(const std::string& feature) const;
-  // Returns whether the camera has the feature, and it is available now.
+  // Returns whether the camera has the feature and the feature is available now.
   bool Has(const std::string& feature) const;
   // Returns the choices of an enumeration that are available now.
   std::vector<std::string> Choices(const std::string& enumeration) const;
   bool ControlLost() const { return control_lost_.load(); }
-  bool IsController() const;
+  bool IsController() const;  // whether this program controls the camera; true on USB
   // Returns "another program controls this camera, from 192.0.2.5; close it ...", for error messages.
   std::string WhoControls() const;
   // Returns the IPv4 address; empty for a camera on another bus.
@@ -56,7 +55,7 @@ class AravisSession {
   bool IsUsb() const;
   // Returns whether a USB3 Vision camera answers a question; takes half a second where it does not.
   bool UsbAnswers() const;
-  // Fills in maker, model, serial and bus.
+  // Fills in maker, model, serial, address and bus.
   void Describe(DeviceInfo& info) const;
 
  private:

@@ -17,23 +17,23 @@ bool IsReadOnly(const AravisSession& session, const std::string& feature);
 // Returns why a feature cannot be written now: "is read-only", "is locked by another setting", "is not
 // available now"; empty if it can be.
 std::string WhyFixed(const AravisSession& session, const std::string& feature);
-// Returns its value as text ("Off", "true", "512"); none if it is not there, or cannot be read now.
+// Returns the feature's value as text ("Off", "true", "512"); none if it is not there or not readable now.
 std::optional<std::string> ReadSetting(const AravisSession& session, const std::string& feature);
-// Writes `value` unless the feature has it. Returns why it does not have the value ("GainAuto reads
-// Continuous and is read-only"), or an empty text.
+// Writes `value` unless the feature has it. Returns why the feature does not have it afterwards ("GainAuto
+// reads Continuous and is read-only"), or an empty text.
 std::string WriteSetting(const AravisSession& session, const std::string& feature, const std::string& value);
-// Writes a value that the URI requests, `asked`: "trigger=Line0". Throws Refusal that begins with `who` and
-// names the feature, its value, and the way out.
+// Writes a value that the option `asked` of the URI ("trigger=Line0") needs. Throws Refusal that begins with
+// `who` and names the feature, its value, and the way out.
 void RequireSetting(const AravisSession& session, const std::string& who, const std::string& asked,
                     const std::string& feature, const std::string& value);
-// Returns the refusal of a value, `asked`: "trigger=Line0", that is none of the choices.
+// Returns the refusal of an option, `asked` ("trigger=Line0"), whose value is none of the choices.
 Refusal NoSuchChoice(const std::string& who, const std::string& asked,
                      const std::vector<std::string>& choices);
 
-// A number of a camera, an integer on some and a float on others, in ulf's unit.
+// A numeric feature of a camera, an integer on some and a float on others. All values are in ulf's unit.
 class AravisNumber {
  public:
-  // `unit`: ulf's units in one of the camera's. Empty `feature`: the camera does not have it.
+  // `unit`: how many of ulf's units are one of the camera's. An empty `feature` is one that it does not have.
   AravisNumber() = default;
   AravisNumber(const AravisSession& session, std::string feature, double unit = 1);
 
@@ -41,14 +41,15 @@ class AravisNumber {
   const std::string& Feature() const { return feature_; }
   // Returns none when the feature is not there, or not readable now.
   std::optional<double> Read() const;
-  // Returns whether it needs no write; a fixed number need only be unambiguously near.
+  // Returns whether the feature has the value, so that it needs no write. One that cannot be written may
+  // differ by half a step or a thousandth.
   bool Reads(double value) const;
-  std::string WhyFixed() const;
+  std::string WhyFixed() const;  // as above
   // Writes the value, rounded to the camera's steps if it is an integer. Throws Error beginning with `who`.
   void Write(const std::string& who, double value) const;
   // Returns the smallest and the largest value. Throws Error that begins with `who`.
   std::pair<double, double> Bounds(const std::string& who) const;
-  // Returns 0 when it has none.
+  // Returns the distance of neighbouring values; 0 if the camera names none.
   double Step() const;
 
  private:

@@ -1,6 +1,6 @@
-// Owns the receiving side of a session: the library's stream with its buffers, receive socket, resending and
-// thread priority according to the options, and its counters under readable names. On GigE Vision the
-// stream's socket gets a packet filter (stream_guard.h) before the first buffer is queued.
+// Sets up the receiving side of a session: the library's stream with its buffers, receive socket, resending
+// and thread priority according to the options. It reads the stream's counters, and on GigE Vision gives its
+// socket a packet filter (stream_guard.h) before the first buffer is queued. The session owns the stream.
 #pragma once
 
 #include <atomic>
@@ -23,17 +23,17 @@ class AravisStream {
   AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
                const AravisConfigured& configured);
 
-  // Returns a warning where the system granted a smaller receive buffer than asked for; none if it is large
-  // enough. Known when the first packets have arrived.
+  // Returns a warning if the system granted a receive buffer that is too small, which is known when the first
+  // packets have arrived; none if it is large enough.
   std::optional<std::string> SocketBufferWarning() const;
   // Returns messages about what the system did not grant and which packets were refused, each once.
   // `frames_came`: at least one frame has arrived.
   std::vector<std::string> TakeNotes(bool frames_came);
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
-  // Stops checking the source port, for a camera that reports a wrong one; true where it was checked.
+  // Stops checking the source port, for a camera that reports a wrong one. Returns whether it was checked.
   bool AllowAnyPort();
-  // Returns counters and settings for display. Only the thread that pops buffers may call it, or any while
-  // that thread is stopped.
+  // Returns counters and settings for display. Only the thread that takes the stream's buffers may call it,
+  // or any thread while that one is stopped.
   TransportFigures Transport() const;
 
  private:

@@ -1,7 +1,6 @@
 // Lets a camera wait for triggers, by software or on one of its input lines (GenICam SFNC TriggerSelector,
-// TriggerMode, TriggerSource). Cameras differ in the triggers that they offer (feature_names.h): some have a
-// single one without a selector, on some the choices depend on the mode, some start the exposure in place of
-// the frame.
+// TriggerMode, TriggerSource). Cameras differ in their triggers (feature_names.h): some have a single one
+// without a selector, on some the choices depend on the mode, some start the exposure and not the frame.
 #pragma once
 
 #include <string>
@@ -13,7 +12,7 @@
 
 namespace ulf::acquisition {
 
-// Switches off every trigger that can be, so that the camera runs free.
+// Switches off every trigger, as far as the camera allows, so that the camera runs free.
 void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names);
 
 // Sets the trigger that the options name; does nothing where they name none. Returns messages for people.

@@ -1,4 +1,5 @@
-// Decides when a camera that sends no frames counts as stalled, and when as lost. It serves one stream.
+// Decides when a camera that sends no frames counts as stalled, and when as lost. One object serves one
+// stream and belongs to the thread that takes its frames.
 #pragma once
 
 #include <array>
@@ -19,21 +20,20 @@ class AravisWatch {
   // `period_s`: of the frames; 0: unknown.
   AravisWatch(const AravisSession& session, double period_s);
 
-  double StallSeconds() const;
-  // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall
-  // between its frames.
+  double StallSeconds() const;  // time without a frame that is due, after which the stream counts as stalled
+  // `gap_s`: time since the frame before. A camera that is regularly slower than its setting is not stalled.
   void FrameCame(double gap_s);
-  // Returns why the camera is lost; none if it is not. The library's heartbeat reports a broken control
-  // channel up to five seconds later. While no frame comes, this asks the camera directly, which is sooner: a
-  // camera that was restarted has no controller. `silence_s`: without a frame that is due. `refused_packets`:
-  // of a kind that the camera was not set to send.
+  // Returns why the camera is lost; none if it is not. While no frame comes, this asks the camera who
+  // controls it: a camera that was restarted has no controller, and the library's heartbeat reports that up
+  // to five seconds later. `silence_s`: time without a frame that is due. `refused_packets`: how many packets
+  // the guard refused so far (stream_guard.h).
   std::optional<std::string> LossReason(double silence_s, bool waits_for_trigger,
                                         std::uint64_t refused_packets);
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  // Returns the period as set, or as the last frames came.
+  // Returns the longer of the period that is set and that of the last frames.
   double PeriodSeconds() const;
 
   const AravisSession& session_;

@@ -11,14 +11,14 @@
 
 namespace ulf::acquisition {
 
-// Returns none when the camera has no ratios, or does not tell them now.
+// Returns none if the camera has no ratios, or they cannot be read now.
 std::optional<AravisWhiteBalance> ReadWhiteBalance(const AravisSession& session, const FeatureNames& names);
 
-// The camera must have ratios. Throws Refusal that begins with `who` for a ratio that it does not take.
+// Requires ratios. Throws Refusal that begins with `who` for a ratio that is out of range or fixed.
 void WriteWhiteBalance(const AravisSession& session, const std::string& who, const FeatureNames& names,
                        const AravisWhiteBalance& balance);
 
-// Returns by how much a ratio may be off after it was written.
+// Returns the distance of neighbouring ratios that the camera can have, the most that a written one is off.
 double WhiteBalanceStep(const AravisSession& session, const FeatureNames& names);
 
 }  // namespace ulf::acquisition

@@ -1,7 +1,6 @@
 // Finds the names and units under which a camera has the features that a light field needs: exposure, gain,
 // pixel format, trigger, white balance, limit of throughput. The Standard Features Naming Convention (GenICam
-// SFNC) has one name for each; older cameras, and some others, have different ones. The driver sets the
-// features found here (aravis_configuration.h).
+// SFNC) has one name for each; older cameras, and some others, use other names.
 #pragma once
 
 #include <functional>
@@ -13,7 +12,7 @@
 
 namespace ulf::acquisition {
 
-// Queries on a camera's GenICam description, by the name of a feature.
+// Answers questions about a feature by its name, from a camera or its description (aravis_description.h).
 struct NamedFeatures {
   std::function<std::optional<FeatureType>(const std::string& name)> kind_of;  // none: no such feature
   std::function<bool(const std::string& name)>
@@ -24,14 +23,14 @@ struct NamedFeatures {
   std::function<std::optional<double>(const std::string& name)> least_of;  // none: it does not tell
 };
 
-// The names of a camera's features; empty: the camera does not have it.
+// The names of a camera's features; empty: the camera does not have the feature.
 struct FeatureNames {
   std::string exposure = {};
-  double exposure_us = 1;  // microseconds in one of its unit
+  double exposure_us = 1;  // how many microseconds are one unit of `exposure`
   // Gain in decibels, or as a factor: a gain without a unit that cannot be 0.
   std::string gain = {};
   bool gain_is_factor = false;
-  std::string gain_raw = {};  // a number in units of the camera's own
+  std::string gain_raw = {};  // gain in the camera's own unit
   // The selector among several gains, and its choice that means all pixels.
   std::string gain_selector = {}, gain_of_all = {};
   std::string pixel_format = {};
@@ -43,7 +42,7 @@ struct FeatureNames {
   std::string balance_selector = {}, balance_ratio = {};  // selects the colour of the ratio to green
   bool balance_is_gain = false;  // balance_ratio is each colour's own gain, green's among them
   std::string throughput_limit = {};
-  // Bytes a second in one of the limit's unit; 0: the unit is not known.
+  // How many bytes a second are one unit of `throughput_limit`; 0: its unit is unknown.
   double throughput_bytes = 1;
   std::string throughput_mode = {};  // the switch that enables the limit
 
@@ -51,8 +50,8 @@ struct FeatureNames {
 };
 FeatureNames FindFeatureNames(const NamedFeatures& camera);
 
-// Returns the microseconds in a unit of time as descriptions write it; 1 for an empty unit. Returns none for
-// a text that is no unit of time.
+// Returns how many microseconds are one unit of time, as descriptions write units ("us", "ms"); 1 for an
+// empty text, none for a text that is no unit of time.
 std::optional<double> MicrosecondsIn(const std::string& unit);
 bool IsDecibel(const std::string& unit);
 

@@ -11,11 +11,11 @@ namespace ulf::acquisition {
 
 struct GenicamFile {
   std::string vendor, model;
-  std::size_t features = 0;                // that have a value or a command
-  std::vector<std::string> pixel_formats;  // as the description calls them
+  std::size_t features = 0;                // number of values and commands
+  std::vector<std::string> pixel_formats;  // by their names in the description
   FeatureNames names;
 };
-// Throws Error for a file that the library does not read.
+// Throws Error for a file that Aravis does not read.
 GenicamFile ReadGenicamFile(const std::filesystem::path& file);
 
 }  // namespace ulf::acquisition

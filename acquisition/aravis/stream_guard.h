@@ -31,8 +31,8 @@ struct StreamBounds {
 
 class StreamGuard {
  public:
-  // `socket`: a bound UDP socket. This object must outlive it: without it packets pass unchecked. Throws
-  // Error when the kernel does not support the filter.
+  // `socket`: the stream's bound UDP socket. This object must outlive the socket, because without it packets
+  // pass unchecked. Throws Error if the kernel does not support the filter.
   StreamGuard(int socket, const StreamBounds& bounds);
 
   std::uint64_t Refused() const;  // packets

@@ -16,12 +16,12 @@
 
 namespace ulf::acquisition {
 
-// Describes how the views cover the image and the orientations of the board.
+// Describes which parts of the image and which orientations of the board the views cover.
 struct BoardCoverage {
   int columns = 8, rows = 6;
-  std::vector<int> corners_in_cell = {};  // row by row
-  double CellShare() const;               // of the cells that hold a corner
-  double reach = 0;  // the farthest corner from the middle, as a share of half the diagonal
+  std::vector<int> corners_in_cell = {};  // number of corners in each cell of the image, row by row
+  double CellShare() const;               // how many of the cells hold a corner, 0 to 1
+  double reach = 0;  // distance of the farthest corner from the image's middle, in half diagonals
   // The largest tilts of the board against the image plane, in radians, with its left, right, upper and lower
   // edge away from the camera.
   double left = 0, right = 0, upper = 0, lower = 0;
@@ -44,11 +44,12 @@ struct CalibrationResult {
   Board board = {};
   CameraModel camera = {};
   LensChoice choice = {};
-  std::array<double, 9> sigma{};  // the larger of the estimate's own and the spread over left-out views
+  // Standard deviations of fx fy cx cy and the coefficients: of LensFit or CandidateResult, the larger one.
+  std::array<double, 9> sigma{};
   double rms_px = 0;
-  std::vector<BoardView> views = {};        // as used
-  std::vector<Rigid3> cam_from_board = {};  // of those
-  std::vector<ViewReport> reports = {};     // of all views, as they came
+  std::vector<BoardView> views = {};        // those used, without outliers
+  std::vector<Rigid3> cam_from_board = {};  // a pose for each of `views`
+  std::vector<ViewReport> reports = {};     // one for each view that was given, in the same order
   std::size_t corners = 0, outliers = 0;
   BoardCoverage coverage = {};
   std::vector<std::string> warnings = {};
@@ -56,12 +57,11 @@ struct CalibrationResult {
   bool ok() const { return refusal.empty(); }
 };
 
-// `width` and `height`: of the images. The reports are in the order of `views`.
+// Calibrates the camera of images of `width` x `height` pixels.
 CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
                                      int height);
 
-// Returns the mean distance, in pixels, between the corners that two views share; infinite when they share
-// fewer than four.
+// Returns the mean distance, in pixels, of the corners that two views share; infinite for fewer than four.
 double MeanShiftPx(const BoardView& a, const BoardView& b);
 
 // Returns a starting point: the focal length and lens family that explain the views best, by robust fits of

@@ -7,8 +7,7 @@
 //   colmap  cameras.txt
 //
 // Kalibr, ROS and OpenCV have pixel centres at integers: their principal point is half a pixel less than
-// ulf's in each axis. COLMAP has the same convention as ulf. A lens model that the format does not have is an
-// Error.
+// ulf's in each axis. COLMAP has the same convention as ulf.
 #pragma once
 
 #include <optional>
@@ -22,7 +21,8 @@ enum class CalibrationFormat { kKalibr, kRos, kOpenCv, kColmap };
 const char* Name(CalibrationFormat format);
 std::optional<CalibrationFormat> CalibrationFormatByName(const std::string& name);
 
-// `xml`: OpenCV's XML instead of its YAML.
+// Returns the file's text. `name`: of the camera, in ROS's files; `xml`: OpenCV's XML instead of its YAML.
+// Throws Error for a lens model that the format does not have.
 std::string CalibrationText(CalibrationFormat format, const CameraModel& camera, const std::string& name,
                             bool xml = false);
 

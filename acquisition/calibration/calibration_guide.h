@@ -1,12 +1,11 @@
 // Chooses frames during a live calibration and tells the operator which views of the board are still missing.
 //
-// Needed are corners in every part of the image (a grid of 5 x 4), and each of the board's four edges tilted
-// away from the camera once. A frame is taken when the board is sharp, still (also against the frame before
-// it) and new: it covers another part of the image, shows a missing tilt, or stands elsewhere than in every
-// taken view.
+// Needed are corners in all parts of the image but one (a grid of 5 x 4), and each of the board's four edges
+// tilted away from the camera once. The guide takes a frame when the board is sharp, has not moved since the
+// frame before, and is new: it covers another part of the image, shows a missing tilt, or stands elsewhere
+// than in every taken view.
 //
-// Poses come from rough intrinsics that are estimated again as views are taken. It belongs to one thread; the
-// caller owns the loop.
+// Poses come from rough intrinsics that are estimated again as views are taken. For one thread.
 #pragma once
 
 #include <optional>
@@ -24,7 +23,7 @@ const char* Name(ViewVerdict verdict);
 class CalibrationGuide {
  public:
   static constexpr int kLeastViews = 14;  // guessed
-  // `least_views`: fewer are not enough, even when they cover everything.
+  // `width`, `height`: of the frames. `least_views`: fewer are not enough, even when they cover everything.
   CalibrationGuide(const Board& board, int width, int height, int least_views = kLeastViews);
 
   // Judges the next frame of the stream (CV_8UC1); a taken view gets `name`.
@@ -36,7 +35,7 @@ class CalibrationGuide {
 
   const std::vector<BoardView>& views() const { return views_; }
   const std::optional<BoardView>& last() const { return last_; }  // of the last picture; none: not seen
-  bool Enough() const;
+  bool Enough() const;   // whether the views show all that is needed, or are 60
   double Share() const;  // of what is needed, 0 to 1
   // Returns the next instruction to the operator: "bring the board to the image's upper right part".
   std::string NextInstruction() const;

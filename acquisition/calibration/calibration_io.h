@@ -72,7 +72,7 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
                        const std::string& source, const std::string& mode,
                        const ModeCalibration& calibration);
 
-// Read and update (UpdateCalibration) the intrinsics of one mode only. Warnings of reading go to the log.
+// Read the intrinsics of one mode, with warnings to the log, and write them as UpdateCalibration() does.
 CameraModel ReadCalibration(const std::filesystem::path& path, const std::string& mode = "live");
 void WriteCalibration(const std::filesystem::path& path, const CameraModel& camera, const std::string& serial,
                       const std::string& source, const std::string& mode = "live");

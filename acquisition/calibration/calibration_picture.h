@@ -1,4 +1,4 @@
-// Pictures of a calibration: residuals over the image, and coverage.
+// Draws pictures of calibrations and of flat fields, to judge them by eye. All are CV_8UC3.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,17 +9,17 @@
 
 namespace ulf::acquisition {
 
-// Left: the residual of every corner as an arrow from its predicted position, magnified as labelled, over
-// contours of the distortion in pixels. Right: positions of the corners. Good residuals have random
-// directions; a pattern (all inwards at the rim) means that the model does not fit the lens. CV_8UC3.
+// Draws on the left the residual of every corner as an arrow from its predicted position, magnified as
+// labelled, over contours of the distortion in pixels; on the right the corners. Good residuals have random
+// directions; a pattern (all inwards at the rim) means that the model does not fit the lens.
 cv::Mat DrawCalibration(const CalibrationResult& result);
 
-// Draws the light over the image with contour lines and the profile along the diagonal by colour. CV_8UC3.
+// Draws the light over the image with contour lines, and each channel's profile along the diagonal.
 cv::Mat DrawFlatField(const FlatFieldResult& result);
 
 // Draws what the operator sees while views are taken: the picture with the corners found in it, parts that no
 // view covers yet in colour; below, what to do next, which edges of the board have been tilted away, and how
-// much is done. `gray`: CV_8UC1, the one that the guide has looked at last. CV_8UC3, 960 pixels wide.
+// much is done. `gray`: CV_8UC1, the picture that the guide has judged last. The result is 960 pixels wide.
 cv::Mat DrawGuide(const cv::Mat& gray, const CalibrationGuide& guide, ViewVerdict verdict);
 
 }  // namespace ulf::acquisition

@@ -3,8 +3,7 @@
 // White balance is the median, over the usable grey patches, of the factors that map them to their published
 // colours. The 3 x 3 matrix then minimises differences in CIE L*a*b* (those in a* and b* divided by 1 + 0.045
 // chroma, as CIEDE2000 does), with Huber weights, over all usable patches; its rows sum to one. For
-// cross-validation each column of the chart is left out in turn, the profile fitted without it and tested on
-// its patches.
+// cross-validation the profile is fitted without each column of the chart in turn and tested on it.
 #pragma once
 
 #include <string>
@@ -35,11 +34,11 @@ struct ColorFit {
   double Most(double PatchDifference::*which) const;
 };
 
-// `charts`: of one or more pictures of one chart in one light, of which medians are taken.
+// Fits a profile to the medians of `charts`, from one or more pictures of one chart in one light.
 ColorFit FitColorProfile(const std::vector<MeasuredChart>& charts);
 
 struct GreyCard {
-  std::string refusal = {};
+  std::string refusal = {};  // why there is no white balance; empty when there is one
   std::array<double, 3> white_balance{1, 1, 1};
   double light = 0;       // green channel, share of full scale
   double unevenness = 0;  // spread of red/green and blue/green over the card, as a share

@@ -5,9 +5,9 @@
 //      MODEL_BUS.json);
 //   3. the intrinsics that the device itself knows (the simulator);
 //   4. a focal length in pixels, with the principal point in the middle and no distortion;
-//   5. where a command asks for it, a guess of the same kind, from which images are to find the lens;
-// If there is none: an Error that tells how to calibrate. For a recording that contains intrinsics these take
-// precedence over the stored file, so that later calibrations do not change its result.
+//   5. where a command asks for it, a guessed focal length, with which the tracker begins to find the lens.
+// Without any of them it throws an Error that tells how to calibrate. Intrinsics that a recording contains
+// take precedence over the stored file, so that later calibrations do not change its result.
 //
 // A calibration belongs to a camera. A file for another serial number is an Error unless forced, for
 // recordings of a camera too. Without a serial number the model must be the same, and another bus path is a
@@ -18,9 +18,8 @@
 // if both parts are known. If only the device's part is known: a file of the sensor's size is assumed to
 // cover the whole sensor, one of the image's size to cover the same part (with a warning), any other is an
 // Error. If the device's part is unknown: a calibration of the same aspect ratio (within half a percent) is
-// scaled, as for a scaled video; of width and height exchanged the pictures are turned, otherwise the image
-// was cropped at an unknown place, each an Error. A calibration that contains its part of the sensor gives a
-// warning then.
+// scaled, as for a scaled video, with a warning if it names its part of the sensor; with any other, the
+// pictures were turned or were cropped at an unknown place, which is an Error.
 #pragma once
 
 #include <filesystem>
@@ -39,14 +38,14 @@ struct IntrinsicsArgs {
   std::string calibration_path = {};            // empty: not named
   std::optional<double> focal_px = {};          // of the frames in their own size
   bool force = false;                           // accept a file of another camera
-  std::optional<double> guessed_focal_px = {};  // where nothing else is known: GuessFocalPx()
+  std::optional<double> guessed_focal_px = {};  // GuessFocalPx(), to use if nothing else is known
 };
 
-// Guesses the focal length, pixels, of a frame in its own size: by its Exif data, else for an ordinary lens.
+// Guesses the focal length of a frame, in its pixels, by its Exif data, else for a lens of 61 degrees.
 double GuessFocalPx(const Frame& frame);
 
-// Sources as light fields record them: a focal length that was given or guessed, a lens that the tracker
-// found in place of the given one, and one that refining found.
+// Values of ResolvedCalibration::source, as light fields record them: a focal length that was given or
+// guessed, a lens that the tracker found in place of the given one, and one that refining found.
 inline constexpr const char* kFocalLengthGiven = "focal length given";
 inline constexpr const char* kFocalLengthGuessed = "focal length guessed";
 inline constexpr const char* kLensFoundInCapture = "the images of the capture";
@@ -65,7 +64,7 @@ struct ResolvedCalibration {
   std::vector<std::string> warnings = {};  // for the user
 };
 
-// `width` and `height`: of the frames, 0: of the calibration; `mode`: "live" or "still".
+// `width` and `height`: of the frames; 0: the calibration's own size. `mode`: "live" or "still".
 ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
                                        int height, const std::string& mode = "live");
 
@@ -73,8 +72,8 @@ ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArg
 CameraModel ResolveIntrinsics(const Device& device, const IntrinsicsArgs& args, int width, int height,
                               std::string* source = nullptr, LensOrigin* origin = nullptr);
 
-// Returns the file for the stored calibration of a serial number or camera. It is empty for a camera with
-// neither serial number nor model.
+// Returns the path of the stored calibration of a serial number or camera; empty for a camera that is unknown
+// or has neither serial number nor model.
 std::filesystem::path StoredCalibrationPath(const std::string& serial);
 std::filesystem::path StoredCalibrationPath(const CameraIdentity& identity);
 

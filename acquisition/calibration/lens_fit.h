@@ -33,8 +33,8 @@ struct LensFit {
   LensCandidate candidate = {};
   bool usable = false;
   CameraModel camera = {};
-  std::vector<Rigid3> cam_from_board = {};  // per view
-  double squared_px = 0;                    // sum over corners of squared distances
+  std::vector<Rigid3> cam_from_board = {};  // of each view
+  double squared_px = 0;                    // sum over the corners of their squared errors
   std::size_t corners = 0;
   // Standard deviations of fx fy cx cy and the coefficients; 0: not estimated, infinite: not determined.
   std::array<double, 9> sigma{};
@@ -48,16 +48,15 @@ struct LensFitOptions {
   bool with_sigma = true;
 };
 
-// Starts from `start` and the poses that it gives. Not `usable` when it does not converge.
+// Starts from `start` and the poses that it gives. Not `usable` if a view has none, or the solver fails.
 LensFit FitLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
                 const LensCandidate& candidate, const CameraModel& start, const LensFitOptions& options = {});
 
-// Returns the pose of one view for known intrinsics by least squares; none if it was not found.
+// Returns cam_from_board of one view for known intrinsics by least squares; none if no pose was found.
 std::optional<Rigid3> PoseOfBoard(const std::vector<Eigen::Vector3d>& board_points, const BoardView& view,
                                   const CameraModel& camera);
 
-// Returns the residuals of a view's corners, observed minus predicted, in pixels; large for a corner that the
-// model cannot project.
+// Returns the residuals of a view's corners, observed minus predicted, pixels; large if none is predicted.
 std::vector<Eigen::Vector2d> Residuals(const std::vector<Eigen::Vector3d>& board_points,
                                        const BoardView& view, const CameraModel& camera,
                                        const Rigid3& cam_from_board);

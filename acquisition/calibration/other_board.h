@@ -1,7 +1,6 @@
-// Finds which board pictures show when it is not the specified one: columns and rows exchanged, markers
-// numbered in another way or from another number on, a white corner where a dark one is expected, other
-// counts, another dictionary, another kind of board, another ratio of marker and gap; or that the pictures
-// are mirrored.
+// Finds which board pictures show if it is not the specified one: with columns and rows exchanged, markers
+// numbered in another way or from another number on, a white corner instead of a dark one, other counts,
+// another dictionary, another kind of board, another ratio of marker and gap; or the pictures are mirrored.
 //
 // Markers are compared with their neighbours in the picture: the sides of a marker span a grid in which the
 // next one lies whole steps away. That needs no lens and holds under any, in a single picture and in poor
@@ -19,25 +18,26 @@
 namespace ulf::acquisition {
 
 struct OtherBoard {
-  Board board = {};       // as the markers lie; its lengths keep the size of what was said
-  std::string what = {};  // how it differs, in words
-  bool other_lengths_only = false;
-  std::string cure = {};  // which board to give
+  // The board that the markers lie on, as large as the specified one, because pictures tell no size; the
+  // specified one if the pictures are mirrored.
+  Board board = {};
+  std::string what = {};            // how it differs, for people
+  bool other_lengths_only = false;  // it differs in its lengths alone
+  std::string cure = {};            // what to do, for people: which board to name
 };
 
-// Returns none when they lie as specified, or it cannot be told. `pictures`: CV_8UC1, of which a few suffice.
+// Returns none if the pictures show the specified board, or no known one. `pictures`: CV_8UC1; a few suffice.
 std::optional<OtherBoard> BoardInPictures(const Board& specified, const std::vector<cv::Mat>& pictures);
 
-// Returns whether more than a few of the visible markers contradict the board's layout or numbers:
-// BoardInPictures() may then find another. It takes as long as detecting the markers. Returns false for a
-// chessboard.
+// Returns whether more than a few of the visible markers contradict the board's layout or numbers, so that
+// BoardInPictures() may find another; false for a chessboard. It takes as long as detecting the markers.
 bool MarkersContradict(const Board& specified, const std::vector<cv::Mat>& pictures);
 
 // Returns "the corners do not lie as on SAID; they lie as on OTHER (...): give board OTHER".
 std::string DescribeOtherBoard(const Board& specified, const OtherBoard& other);
 
-// Returns the median distance of a view's corners from their places under a homography, as a share of the
-// view's size: lens distortion, or much more where they lie on another board. `points`: of the board.
+// Returns the median distance of a view's corners from where a homography puts `points`, the board's corners,
+// as a share of the view's size. It is a measure of lens distortion; much more means another board.
 double PlaneMisfit(const std::vector<Eigen::Vector3d>& points, const BoardView& view);
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,4 @@
-// Closes lost cameras in separate threads, because the library's call that closes a camera whose cable was
-// pulled blocks for seconds, until its last retry.
+// Closes lost cameras in separate threads: a library takes seconds to close one whose cable was pulled.
 #pragma once
 
 #include <functional>

@@ -2,8 +2,7 @@
 //
 // OpenDevice() (opening/open_device.h) opens a device by its URI. The caller starts it and asks for frames
 // one by one; threads inside a device are hidden. Faults during operation (a frame that did not arrive, an
-// incomplete frame, a pulled cable) are values. A device that cannot be opened throws Error with the reason
-// and the remedy.
+// incomplete frame, a pulled cable) are values. Opening throws Error with the reason and the remedy.
 //
 // Every live camera that OpenDevice() returns follows one state machine (reconnecting_device.h):
 //
@@ -11,8 +10,8 @@
 //                                                                                     |
 //                                                             not found within patience_s: kLost
 //
-// A driver (the device that it wraps) has the states kConnected, kStreaming, kEnded and kLost only: it
-// reports the loss, and a new driver is opened.
+// That device wraps a driver, which knows one library or protocol. A driver has the states kConnected,
+// kStreaming, kEnded and kLost only: it reports the loss, and a new driver is opened.
 #pragma once
 
 #include <chrono>
@@ -38,16 +37,16 @@ struct ColorProfile;  // core/image/color_profile.h
 namespace ulf::acquisition {
 
 struct DeviceInfo {
-  std::string uri;
+  std::string uri;  // opens the same camera with the same settings
   std::string maker;
   std::string model;
   std::string serial;
-  std::string bus;  // "GigEVision", "USB3Vision", "simulated"; "files" when the camera is unknown
+  std::string bus;  // "GigEVision", "USB", ..., or a webcam's bus path; "files" when the camera is unknown
   bool available = true;
-  std::string problem;       // why it cannot be opened and what to do; empty when available
-  std::string remark = {};   // what slows it, or how a replay's pictures were taken; mostly empty
+  std::string problem;       // why it cannot be opened or was lost, and what to do; empty when available
+  std::string remark = {};   // what slows the camera, or what is special about a replay's files; mostly empty
   std::string address = {};  // IPv4, of a camera in a network
-  double pixel_aspect = 1;   // width of a pixel over its height; of a video that says so
+  double pixel_aspect = 1;   // width of a pixel over its height; only some videos differ from 1
 };
 
 enum class DeviceState {
@@ -55,14 +54,14 @@ enum class DeviceState {
   kStreaming,
   kFaulted,       // no longer answers; the reason is in Info().problem
   kReconnecting,  // being searched for and opened again with the same settings
-  kEnded,         // a replay reached its end; no error
+  kEnded,         // a replay or simulation reached its end; no error
   kLost,          // given up; a driver must be opened again
 };
 const char* Name(DeviceState state);
-// Returns whether no frame will come any more.
+// Returns whether no frame will come any more in this state.
 inline bool IsOver(DeviceState state) { return state == DeviceState::kEnded || state == DeviceState::kLost; }
 
-// Describes what a device reports between frames: each event once, in order.
+// What a device reports between frames.
 enum class DeviceEventKind {
   kStalled,  // no frame for longer than normal; nothing lost yet
   kFaulted,  // frames are being lost from here on
@@ -83,14 +82,14 @@ struct DeviceStatistics {
   std::uint64_t delivered = 0;     // complete frames that Next() returned
   std::uint64_t incomplete = 0;    // arrived with pixels missing
   std::uint64_t dropped = 0;       // complete, but the reader was too slow
-  std::uint64_t missing = 0;       // gaps in the device's frame ids
+  std::uint64_t missing = 0;       // never arrived, by gaps in the device's frame ids
   std::uint64_t out_of_order = 0;  // arrived after a later frame
-  std::uint64_t late = 0;          // arrived more than a period after their time
+  std::uint64_t late = 0;          // delayed by more than a frame period above the least delay
   std::uint64_t reconnects = 0;
   double seconds = 0;       // of streaming
   std::uint64_t bytes = 0;  // of pixels delivered in that time
-  // Host clock minus device clock, seconds, at the least delay seen, and the standard deviation of the delay;
-  // none for a device without a clock.
+  // Host clock minus device clock, seconds, at the least delay of a frame, and the standard deviation of the
+  // delay; none for a device without a clock.
   std::optional<double> clock_offset_s, clock_jitter_s;
   TransportFigures transport;  // packets missing, resent, ...
 };
@@ -100,9 +99,10 @@ struct HeldAutomatics {
   std::optional<bool> exposure, white_balance, focus;
 };
 
+// kBusy: the request is ignored, because an earlier one is still to be answered, or the device cannot.
 enum class StillRequest { kAsked, kBusy };
 
-// Describes how exposures come that RequestExposures() asks for.
+// How a device takes the exposures of RequestExposures().
 enum class ExposureRequests {
   kNone,       // the device cannot
   kSequencer,  // the camera changes its exposure time by itself, from frame to frame
@@ -121,24 +121,26 @@ class Device {
   virtual std::shared_ptr<const FlatField> KnownFlatField(FrameKind /*kind*/) const { return nullptr; }
   // Returns the colour profile that a recording contains; null if there is none.
   virtual std::shared_ptr<const ColorProfile> KnownColorProfile(FrameKind /*kind*/) const { return nullptr; }
-  // Returns true when frames arrive whether or not Next() is called; false for a replay, whose frames wait.
+  // Returns true when frames arrive whether or not Next() is called; false when they wait for it, as those of
+  // a replay and of the simulator.
   virtual bool IsLive() const = 0;
-  // Returns what can still be changed about its frames, which decides what messages advise.
+  // Returns what the user can still change about the frames, which decides what messages advise.
   virtual FrameSource Source() const { return FrameSource::kCamera; }
   // Returns false once no live frame can come any more, as from a tethered camera without live view.
   virtual bool HasLiveFrames() const { return true; }
-  // Returns the part of the sensor that the image shows. Returns none where it is unknown; callers then
-  // assume the whole sensor.
+  // Returns the part of the sensor that the image shows; none if unknown: callers assume the whole sensor.
   virtual std::optional<SensorWindow> Window() const { return std::nullopt; }
-  // May change while frames arrive, because automatics may settle first.
+  // Returns what is held. It may change while frames arrive, because automatics may settle first.
   virtual HeldAutomatics Held() const { return {}; }
-  virtual void Start() = 0;
-  // Returns the next frame; none if no frame within the timeout (State() tells whether more can come). The
-  // caller may keep and share its pixels: no device writes into them again.
+  virtual void Start() = 0;  // throws Error
+  // Returns the next frame; none if none comes within the timeout (State() tells whether more can come). The
+  // caller may keep and share its pixels: no device writes into them again. Only a replay throws Error, for a
+  // file that it cannot read.
   virtual std::optional<Frame> Next(std::chrono::milliseconds timeout) = 0;
   virtual void Stop() = 0;
   virtual DeviceState State() const = 0;
   virtual DeviceStatistics Statistics() const = 0;
+  // Returns the events since the last call, in their order.
   virtual std::vector<DeviceEvent> TakeEvents() { return {}; }
   // Returns the part of a recording that has been played, 0 to 1; none for a device without an end.
   virtual std::optional<double> ShareDone() const { return std::nullopt; }
@@ -148,11 +150,11 @@ class Device {
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
 
-  // Requests exposures beside the present one, for merging: so many stops longer (negative: shorter) each, in
-  // this order, then the present one again. Each arrives as a frame (of a tethered camera as a photograph)
-  // with Frame::asked_stops; frames between them have their own exposure_s (0: not known). The camera takes
-  // the nearest exposure that it can; one that it cannot take is reported as a kNotice. kBusy: earlier ones
-  // are still to come.
+  // The first function tells how the device takes a bracket, the second requests one: exposures that are each
+  // so many stops longer (negative: shorter) than the present one, in this order, then the present one again.
+  // Each arrives as a frame (of a tethered camera as a photograph) with Frame::asked_stops; frames between
+  // them have their own exposure_s (0: unknown). The camera takes the nearest exposure that it can, and
+  // reports one that it cannot take as a kNotice.
   virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
@@ -162,7 +164,7 @@ inline std::chrono::steady_clock::duration DurationOf(double seconds) {
       std::chrono::duration<double>(seconds));
 }
 
-// Return a refusal without a value, "WHAT: WHY; REMEDY", of a device or of what its URI asks for.
+// Return a refusal without a value, "WHAT: WHY; REMEDY"; WHAT is a device or its URI.
 inline Refusal Refused(const std::string& what, const std::string& why, const std::string& remedy = "") {
   return {what, "", why, remedy};
 }
@@ -170,7 +172,7 @@ inline Refusal Refused(const DeviceUri& uri, const std::string& why, const std::
   return Refused(fmt::format("'{}'", uri.Text()), why, remedy);
 }
 
-// Throws Error where no live frames will ever come, with the alternative: photographs, and poses afterwards.
+// Throws Error if no live frames will ever come, with the alternative: photographs, to be posed afterwards.
 void RequireLiveFrames(const Device& device);
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,5 @@
-// Searches for the driver of a lost camera in a separate thread, alternately where the camera was and
-// wherever it is now, until the same camera streams again or the time is over.
+// Searches for a lost camera in a separate thread and opens a driver for it, alternately at its old address
+// and at any other, until the same camera streams again or the time is over.
 #pragma once
 
 #include <chrono>
@@ -12,13 +12,13 @@
 
 namespace ulf::acquisition {
 
-// Opens a driver again, not started; `known` is the lost one's Info(). Throws Error. Runs in another thread.
+// Opens a driver again, not started. `known`: Info() of the lost one. Throws Error.
 using ReopenDriver = std::function<std::unique_ptr<Device>(const DeviceInfo& known)>;
 
 struct Reconnection {
   ReopenDriver where_it_was;
-  ReopenDriver elsewhere;  // wherever it is now; none: only where it was
-  // The camera is searched for this time; 0: not at all. Guessed: time to change a cable or a battery.
+  ReopenDriver elsewhere;  // looks for the camera by its serial number or model; none: only where it was
+  // How long the camera is searched for; 0: not at all. Guessed: time to change a cable or a battery.
   double patience_s = 300;
 };
 
@@ -26,8 +26,8 @@ struct Reconnection {
 struct DriverSearch {
   Mutex mutex;
   ConditionVariable changed;
-  bool stop ULF_GUARDED_BY(mutex) = false;              // the device no longer waits
-  bool over ULF_GUARDED_BY(mutex) = false;              // the patience is over
+  bool stop ULF_GUARDED_BY(mutex) = false;              // set by the device when it no longer waits
+  bool over ULF_GUARDED_BY(mutex) = false;              // the time is over, and no camera was found
   std::unique_ptr<Device> found ULF_GUARDED_BY(mutex);  // the same camera, started
   std::string problem ULF_GUARDED_BY(mutex);            // of the last attempt
   std::string refused ULF_GUARDED_BY(mutex);  // why another camera was refused; empty: none was found
@@ -36,13 +36,13 @@ struct DriverSearch {
 // The longest pause between two attempts. Guessed: an attempt takes up to a second.
 inline constexpr double kLongestSearchPauseS = 0.75;
 
-// Searches from `begin` to `give_up`; `known` is the camera that was lost.
+// Begins a search from `begin` to `give_up`; `known` is the camera that was lost.
 std::shared_ptr<DriverSearch> SearchDriver(const Reconnection& how, const DeviceInfo& known,
                                            std::chrono::steady_clock::time_point begin,
                                            std::chrono::steady_clock::time_point give_up);
 
-// Makes one attempt and starts the driver. Throws Error without the camera; fills `refused` if another is
-// there.
+// Makes one attempt, elsewhere for an odd number `attempt`, and starts the driver. Throws Error if the camera
+// is not found; if another one is, `refused` says so.
 std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
                                   std::string* refused);
 

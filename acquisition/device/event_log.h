@@ -14,13 +14,14 @@ namespace ulf::acquisition {
 
 class EventLog {
  public:
-  // Writes every event also to the program's debug log as "NAME: TEXT". Call it before other threads begin.
+  // Makes Say() also write to the program's debug log, "NAME: TEXT". Call it before other threads begin.
   void LogAs(std::string name) { name_ = std::move(name); }
-  // Adds an event with the present time. `silence_s`: DeviceEvent::silence_s.
+  // Adds an event with the present time.
   void Say(DeviceEventKind kind, std::string text, double silence_s = 0);
   void Notice(std::string text) { Say(DeviceEventKind::kNotice, std::move(text)); }
-  // Takes over an event of another log.
+  // Adds an event as it is, from another log.
   void Pass(DeviceEvent event);
+  // Returns the events since the last call, in their order.
   std::vector<DeviceEvent> Take();
 
  private:
@@ -37,7 +38,7 @@ class StallReport {
 
   std::chrono::steady_clock::time_point LastFrame() const { return last_frame_; }
   void FrameCame();
-  // `silence_s`: time without a frame that is due. Returns true when the stall is reported now.
+  // Reports a stall if no due frame has come for `silence_s` > `stall_s`. Returns whether it reported.
   bool NoFrame(double silence_s, double stall_s);
   // Call it when no frame is due: the next silence is a new stall.
   void EndStall() { stalled_ = false; }

@@ -40,8 +40,8 @@ FeatureFile ReadFeatureFile(const std::filesystem::path& path);
 
 struct FeatureRefusal {
   SavedFeature wanted;
-  std::string reads;   // empty: cannot be read
-  std::string reason;  // the camera's own, where it gave one
+  std::string reads;   // the camera's value; empty: it cannot be read
+  std::string reason;  // why the camera did not take the value; empty: unknown
 };
 struct FeatureLoadSummary {
   std::size_t taken = 0;    // features that have the file's value at the end
@@ -49,6 +49,7 @@ struct FeatureLoadSummary {
   int rounds = 0;
   std::vector<FeatureRefusal> refused;
 };
+// Restores the settings of `file`, as above; a value that the camera refuses is no error.
 FeatureLoadSummary ApplyFeatures(const FeatureFile& file, FeatureAccess& access);
 
 }  // namespace ulf::acquisition

@@ -23,14 +23,14 @@ struct CameraFeature {
   std::string category;  // "AcquisitionControl"; nested ones with '/'
   FeatureType type = FeatureType::kString;
   std::string value;                       // as text; empty for commands and unreadable features
-  bool readable = true, writable = false;  // at this moment: another feature may lock it
+  bool readable = true, writable = false;  // at this moment; another feature may change that
   bool read_only = false;                  // never writable
   std::optional<double> min, max, step;
   std::string unit;
   std::vector<std::string> choices;  // of an enumeration: those available at this moment
   std::string description;
   FeatureVisibility visibility = FeatureVisibility::kBeginner;
-  bool streamable = true;            // belongs in a feature file
+  bool streamable = true;            // a persistent setting, which a feature file holds (feature_file.h)
   std::vector<std::string> selects;  // features that have one value for each value of this one
 };
 
@@ -39,18 +39,18 @@ struct OfferedFormat {
   std::string name = {};         // "YUYV", "BayerRG8"; the device's own name if ulf cannot read it
   std::string code = {};         // V4L2 four-character code; empty for other cameras
   int width = 0, height = 0;     // pixels, the largest if `any_size`; 0: unknown
-  bool any_size = false;         // any part of the sensor, in the camera's steps
+  bool any_size = false;         // any part of the sensor can be sent, in the camera's steps
   std::vector<double> fps = {};  // frames per second, or both limits if `any_fps`; empty: unknown
   bool any_fps = false;
   bool supported = true;  // ulf reads it
 };
 
-// An open device's features. Throws Error naming the device and the feature.
+// The features of an open device. All functions throw Error that names the device and the feature.
 class FeatureAccess {
  public:
   virtual ~FeatureAccess() = default;
   virtual DeviceInfo Info() const = 0;
-  // The list is empty where they are unknown.
+  // Returns the image formats of the camera; empty if they are unknown.
   virtual std::vector<OfferedFormat> Formats() { return {}; }
   // Lists the features in the device's own order, grouped by category.
   virtual std::vector<CameraFeature> List() = 0;
@@ -61,7 +61,7 @@ class FeatureAccess {
   virtual void Set(const std::string& name, const std::string& value) = 0;
 };
 
-// Returns the values that a feature accepts, for people: "integer", "0 to 10 step 2", "Off, On".
+// Returns the values that a feature accepts, for people: "a whole number", "0 to 10 step 2", "Off, On".
 std::string RangeText(const CameraFeature& feature);
 // Returns the `count` names most similar to `wrong`, best first; for error messages.
 std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,

@@ -2,8 +2,7 @@
 //
 // GigE Vision 1.x numbers frames with 16 bits from 1 to 65535 and wraps to 1 (0 is not a frame number); GigE
 // Vision 2 and USB3 Vision count with 64 bits. After a loss frames may arrive out of order. A frame whose
-// first packet was lost arrives without its number; it fills one gap, so that this gap does not count as
-// missing.
+// first packet was lost arrives without its number; it fills one gap, which then does not count.
 #pragma once
 
 #include <cstdint>

@@ -1,9 +1,8 @@
 // Defines a bounded queue between threads. When it is full, Push() drops the oldest item and counts it,
-// because a live camera does not wait. Photographs are never dropped, and taken before live frames. Any
-// number of threads may push and pop. After Close() Push() fails and Pop() returns what is left.
+// because a live camera does not wait. Photographs are never dropped, do not count towards the capacity, and
+// are taken before live frames. Any number of threads may push and pop. After Close() Push() fails.
 //
-// A tethered camera's frames are queued encoded; the reader decodes them, so that a dropped frame costs no
-// decoding.
+// A tethered camera's frames are queued encoded; the reader decodes them, so that dropped ones cost nothing.
 #pragma once
 
 #include <chrono>
@@ -51,7 +50,7 @@ class BoundedQueue {
     return true;
   }
 
-  // Returns the oldest item; none if no item within the timeout, or the queue is closed and empty.
+  // Returns the oldest item; none if none comes within the timeout, or the queue is closed and empty.
   std::optional<T> Pop(std::chrono::milliseconds timeout) {
     MutexLock lock(mutex_);
     arrived_.wait_for(lock, timeout,

@@ -11,7 +11,7 @@
 //                            photograph's raw file stands beside it (00000001.nef)
 //
 // The header identifies the camera, so that a calibration is checked against it, and holds the intrinsics
-// that the session was run with. Incomplete live frames are not kept.
+// with which the session was run.
 //
 // Files are synced in batches and then named in frames.jsonl: a process killed at any moment loses at most
 // the last batch, and a file that is named is whole. Frames that the disk has no time or room for are counted
@@ -31,7 +31,7 @@
 
 namespace ulf::acquisition {
 
-// Says where the frames come from, and holds the intrinsics of the session; none if it had none.
+// Says from which device the frames come, and holds the intrinsics of the session; none if it had none.
 struct RecordingHeader {
   DeviceInfo device = {};
   std::optional<SensorWindow> window = {};  // of the live frames
@@ -52,7 +52,7 @@ struct FrameRecorderSummary {
   std::string problem;         // the last problem of the disk; empty: none
 };
 
-// Throws Error when DIR is not empty. Commands call it before the work begins.
+// Throws Error if DIR is not empty or cannot be written. Commands call it before the work begins.
 void RequireNewRecording(const std::filesystem::path& dir);
 
 struct FrameRecorderOptions {
@@ -60,6 +60,7 @@ struct FrameRecorderOptions {
   std::size_t waiting_bytes = 512 << 20;
 };
 
+// Writes in a thread of its own. Any thread may call TryAdd(), Note() and Pause().
 class FrameRecorder {
  public:
   // DIR must not exist or be empty. Throws DiskFullError, Error.
@@ -69,11 +70,11 @@ class FrameRecorder {
   FrameRecorder(const FrameRecorder&) = delete;
   FrameRecorder& operator=(const FrameRecorder&) = delete;
 
-  // The pixels are shared, not copied. Returns false when the frame was left out.
+  // The pixels are shared, not copied. Returns false if too many frames wait, and this one is left out.
   bool TryAdd(const Frame& frame);
   // Adds a line of text for readers of the recording: a fault, a gap.
   void Note(const std::string& text);
-  // Returns why frames are left out at this moment; none if they are kept.
+  // Returns why frames are left out at this moment, for people; none if they are kept.
   std::optional<std::string> Pause() const;
   // Writes the frames that wait and ends.
   FrameRecorderSummary Finish();
@@ -94,7 +95,7 @@ struct FrameRecording {
 };
 
 bool IsFrameRecording(const std::filesystem::path& dir);
-// Throws Error naming file, line and key; ignores a truncated last line.
+// Ignores a truncated last line. Throws Error that names file, line and key, or if there are no frames.
 FrameRecording ReadFrameRecording(const std::filesystem::path& dir);
 // Returns the frame with its pixels and any raw file. Throws Error when a file is missing or damaged.
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry);

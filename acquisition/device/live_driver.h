@@ -1,4 +1,4 @@
-// What the drivers of real cameras have in common: a thread that reads frames into a queue, events,
+// Holds what the drivers of real cameras have in common: a thread that reads frames into a queue, events,
 // statistics, and the camera's description. Info(), State() and TakeEvents() may be called from any thread.
 #pragma once
 
@@ -36,6 +36,7 @@ class LiveDriver : public Device {
   std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  protected:
+  // Makes Info() say why the camera is gone.
   void DescribeLoss(const std::string& problem) {
     const MutexLock lock(mutex_);
     info_.available = false;

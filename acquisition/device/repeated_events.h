@@ -14,15 +14,15 @@ namespace ulf::acquisition {
 
 class RepeatedEvents {
  public:
-  // Guessed: repetitions are collected for `every_s`, for twice as long after each line, up to `longest_s`;
-  // after `forget_s` without one, an event counts as new.
+  // Repetitions are collected for `every_s`, and for twice as long after each line, up to `longest_s`; after
+  // `forget_s` without a repetition an event counts as new. All guessed.
   struct Options {
     double every_s = 30, longest_s = 300, forget_s = 600;
   };
   RepeatedEvents() = default;
   explicit RepeatedEvents(const Options& options) : options_(options) {}
 
-  // Returns the lines to say now. `now_s`: since the epoch, as DeviceEvent::host_time_s.
+  // Returns the lines to say now about new events and earlier ones. `now_s`: seconds since the epoch.
   std::vector<std::string> Update(const std::vector<DeviceEvent>& events, double now_s);
   // Returns the lines about events that were collected and not yet reported.
   std::vector<std::string> Finish();

@@ -19,9 +19,9 @@ struct ReplayOptions {
   std::optional<double> fps;
   std::optional<std::string> glob;
   std::optional<Transfer> transfer;
-  double speed = 0;
+  double speed = 0;  // 0: frames wait for the reader
 
-  // Returns the time, s, of a frame without a time of its own.
+  // Returns the time, s, of frame `index` if it has none of its own.
   double TimeOf(std::size_t index) const;
   Transfer TransferOf(const cv::Mat& pixels) const {
     return transfer.value_or(pixels.depth() == CV_32F ? Transfer::kLinear : Transfer::kSrgb);
@@ -31,7 +31,7 @@ struct ReplayOptions {
 class ReplaySource {
  public:
   virtual ~ReplaySource() = default;
-  virtual std::string Describe() const = 0;
+  virtual std::string Describe() const = 0;  // for people: "12 images (JPEG), 640x480"
   virtual FrameSource Source() const = 0;
   virtual bool HasLiveFrames() const { return true; }
   // Returns the camera and what is known of it; `device.uri` is not used.
@@ -40,15 +40,15 @@ class ReplaySource {
     header.device.bus = "files";
     return header;
   }
-  virtual bool HasRequestedPhotographs() const { return false; }  // still to come
+  // Returns whether photographs that the recorded session requested are still to come.
+  virtual bool HasRequestedPhotographs() const { return false; }
   virtual void Rewind() = 0;
   // Returns none at the end. Throws Error for a file that cannot be read, or differs in kind from the first.
   virtual std::optional<Frame> Next() = 0;
   virtual double Length() const = 0;  // frames; 0: unknown
 };
 
-// Finds out what the path holds. Throws Error where it is not there or holds nothing that can be played,
-// Refusal for options that do not go with it.
+// Opens what the path holds. Throws Error if it cannot be played, Refusal for options that do not fit it.
 std::unique_ptr<ReplaySource> OpenReplaySource(const ReplayOptions& options);
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,5 @@
-// Counts the frames of a driver's stream that arrive and that are lost, and compares the camera's clock with
-// this computer's. All functions may be called from any thread.
+// Counts the frames of a driver's stream that arrive or are lost, and compares the camera's clock with this
+// computer's. All functions may be called from any thread.
 #pragma once
 
 #include <chrono>
@@ -32,8 +32,7 @@ class StreamStatistics {
   void NumbersRestart();
   // Counts a frame that arrived with pixels missing.
   void Incomplete();
-  // Counts a complete frame that was discarded because an automatic control (exposure, gain, white balance,
-  // focus) was on when it was exposed.
+  // Counts a complete frame that was discarded because an automatic (exposure, gain, ...) was still on.
   void WhileSettling();
   // Counts a complete frame that was discarded because the reader was too slow.
   void Dropped();

@@ -54,7 +54,7 @@ enum class TransportFigure {
   kReleaseToAnnouncementMs,
 };
 
-// "packets resent".
+// Returns the name for people: "packets resent".
 const char* Name(TransportFigure figure);
 // Returns whether the figure counts since the start, so that counts of two streams add up. For settings and
 // rates the latest value holds.
@@ -62,9 +62,9 @@ bool IsCount(TransportFigure figure);
 
 // Figures with their values, in display order.
 using TransportFigures = std::vector<std::pair<TransportFigure, double>>;
-// Returns none when the device does not have it.
+// Returns the value of a figure; none if the device does not have it.
 std::optional<double> FigureIn(const TransportFigures& figures, TransportFigure figure);
-// Adds what a later stream counted, and takes over its other values.
+// Adds the counts of a later stream to `sum`, and takes over its other values.
 void Add(const TransportFigures& later, TransportFigures& sum);
 
 }  // namespace ulf::acquisition

@@ -1,7 +1,6 @@
-// Queries GigE Vision cameras by their control protocol (GVCP, UDP port 3956), without the library and
-// without taking control: which cameras exist, who controls them, whether they are reachable. Opening a
-// camera for that would block other programs, and waits seconds when it is refused. Register addresses are
-// those of the standard's bootstrap registers.
+// Queries GigE Vision cameras by their control protocol (GVCP, UDP port 3956), without Aravis and without
+// taking control: which cameras exist, who controls them, whether they are reachable. Opening a camera for
+// that would block other programs, and takes seconds if the camera refuses.
 #pragma once
 
 #include <netinet/in.h>
@@ -17,26 +16,26 @@ namespace ulf::acquisition {
 
 inline constexpr int kGvcpPort = 3956;
 
-// An IPv4 address in host order; none where the text is not one.
+// Returns an IPv4 address in host byte order; none if the text is no address.
 std::optional<std::uint32_t> Ipv4(const std::string& text);
 sockaddr_in SocketAddress(std::uint32_t ipv4, int port);
 
 enum class GigeControl {
   kFree,
-  kControlled,  // a program holds the control channel, perhaps this one
-  kNoAnswer,    // no camera there, or not reachable by unicast from here
+  kControlled,  // a program, perhaps this one, controls the camera
+  kNoAnswer,    // no camera has this address, or it is not reachable by unicast from here
 };
 GigeControl QueryGigeControl(const std::string& ipv4_address,
                              std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
 
-// Reads one register, a second time when there is no answer within the timeout. Returns none when there is no
-// answer, or the camera refuses.
+// Reads one register (gvcp.h), and asks once more if no answer comes within the timeout. Returns none if the
+// camera does not answer or refuses.
 std::optional<std::uint32_t> ReadGigeRegister(
     const std::string& ipv4_address, std::uint32_t register_address,
     std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
 
-// Returns the address of the program that controls the camera, "192.0.2.5 (UDP port 40123)". It is empty
-// where the camera does not tell (many leave both registers at zero).
+// Returns the address of the program that controls the camera, "192.0.2.5 (UDP port 40123)"; empty if the
+// camera does not tell it (many leave both registers at zero).
 std::string QueryGigeController(const std::string& ipv4_address);
 
 // A camera's answer to a discovery packet.
@@ -44,13 +43,13 @@ struct GigeAnswer {
   std::string address, netmask;  // as the camera has them; the mask may be 0.0.0.0
   std::string maker = {}, model = {}, serial = {};
 };
-// Returns none when it is no whole answer to a discovery packet.
+// Returns none for a packet that is no whole answer to a discovery packet.
 std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet);
-// Sends a discovery packet to one address; none when nothing answers within the timeout.
+// Sends a discovery packet to one address. Returns none if nothing answers within the timeout.
 std::optional<GigeAnswer> QueryGigeCamera(const std::string& ipv4_address,
                                           std::chrono::milliseconds timeout = std::chrono::milliseconds(300));
-// Sends discovery packets by broadcast on every interface; also finds cameras whose address belongs to
-// another network.
+// Broadcasts discovery packets on every interface and returns all answers within the timeout, also of cameras
+// whose address belongs to another network.
 std::vector<GigeAnswer> DiscoverGigeCameras(
     std::chrono::milliseconds timeout = std::chrono::milliseconds(400));
 
@@ -61,7 +60,7 @@ struct NetworkInterface {
 };
 std::vector<NetworkInterface> NetworkInterfaces();
 
-// Returns a message where the camera's address is in the network of none of these interfaces, else empty.
+// Returns a message if the camera's address is in the network of none of the interfaces, else an empty text.
 std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<NetworkInterface>& interfaces);
 
 }  // namespace ulf::acquisition

@@ -1,7 +1,8 @@
-// Encodes the GigE Vision control protocol (GVCP): a header of eight bytes, then the payload, big-endian.
+// Encodes the GigE Vision control protocol (GVCP): a header of eight bytes, then the payload, all big-endian.
+// Headers have these fields, with their bytes in parentheses:
 //
-//   request  key 0x42 (1), flags (1), command (2), bytes that follow (2), number of the request (2)
-//   answer   status (2), command + 1 (2), bytes that follow (2), number of the request (2)
+//   request  key 0x42 (1), flags (1), command (2), bytes of the payload (2), number of the request (2)
+//   answer   status (2), command + 1 (2), bytes of the payload (2), number of the request (2)
 #pragma once
 
 #include <cstddef>
@@ -22,7 +23,7 @@ enum Command : std::uint16_t {
   kWriteMemory = 0x86
 };
 
-// Addresses of the standard's bootstrap registers. A discovery answer holds the first ones.
+// Addresses of the standard's bootstrap registers. A discovery answer holds the first kDiscoveryBytes.
 inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48, kModelAt = 0x68,
                                kVersionAt = 0x88, kInfoAt = 0xA8, kSerialAt = 0xD8, kUserNameAt = 0xE8,
                                kDiscoveryBytes = 0xF8, kHeartbeatTimeoutAt = 0x938,

@@ -1,13 +1,13 @@
 // Uses a camera's own exposure bracketing: its settings make it take exposures so many stops apart, faster
 // than single requests, and are restored afterwards.
 //
-// Settings have the names of libgphoto2's ptp2 driver. Canon EOS: `aeb` ("+/- 2"), three exposures, one a
+// Settings have the names of libgphoto2's ptp2 driver. Canon EOS: `aeb` ("+/- 2"), three exposures, one per
 // release in `drivemode` Single. Nikon: `bracketing`, `bracketset`, `aebracketingstep` ("2 EV") and
 // `aebracketingpattern` ("3 images (normal, under and over)"), or an `aebracketingcount` that fits already;
-// all from one release with `capturemode` Burst and `burstnumber`, where it has them.
+// one release takes all of them on cameras with `capturemode` Burst and `burstnumber`.
 //
-// Only Exif data tell which photograph has which exposure. The exposure in the middle, which is the view's
-// own, is taken again: its stops are 0.
+// Only Exif data tell which photograph has which exposure. The camera takes the exposure in the middle, which
+// the view has already, once more: its stops are 0.
 #pragma once
 
 #include <chrono>
@@ -28,34 +28,37 @@ using NamedValue = std::pair<std::string, std::string>;
 
 struct CameraBracketPlan {
   std::vector<NamedValue> settings;  // in the order in which they are written; only those that are to change
-  int exposures = 0;                 // the one in the middle among them
-  bool one_release = false;          // brings all of them
+  int exposures = 0;                 // with the one in the middle
+  bool one_release = false;          // one release takes all of them; false: each takes one
 };
 
-// Returns none when the camera does not offer just these exposures, so many stops from the present one.
-// `setting` returns the camera's setting of a name.
+// Plans exposures so many stops from the present one, which is not among `stops`. Returns none if the camera
+// does not offer just these. `setting` returns the camera's setting of a name.
 std::optional<CameraBracketPlan> PlanCameraBracket(
     const std::vector<double>& stops,
     const std::function<std::optional<CameraFeature>(const std::string&)>& setting);
 
-// Belongs to the camera's thread. A busy camera is asked again in later rounds, until its time is over.
+// Belongs to the camera's thread, which calls Next() and releases the shutter as it says until IsRunning()
+// is false. A busy camera is asked again for `busy_s` seconds. `notice` gets messages for the user.
 class CameraBracket {
  public:
   CameraBracket(GphotoCamera& camera, const CameraSettings& settings, double busy_s,
                 std::function<void(const std::string&)> notice)
       : camera_(camera), settings_(settings), busy_s_(busy_s), notice_(std::move(notice)) {}
 
-  // Returns false when it does not offer these exposures, or failed at them before.
+  // Returns false if the camera does not offer these exposures, or failed at a bracket before.
   bool Begin(const std::vector<double>& stops);
   // Returns true until the settings are restored.
   bool IsRunning() const { return is_running_; }
-  // Returns how many photographs the release makes that is due now; 0: none is due.
+  // Writes the settings that are due. Returns how many photographs the shutter takes if it is released now;
+  // 0: it must not be released.
   int Next();
-  // Returns whether the camera did not take its settings, so that nothing was released.
+  // Returns whether the camera refused the settings, so that nothing was released.
   bool HasRefused() const { return has_refused_; }
-  // Returns the requested stops of a photograph by the exposure time in its Exif data, 0 for the middle; none
-  // when it is none of these.
+  // Returns the stops of a photograph by the exposure time in its Exif data, `told_s`: 0 for the middle, none
+  // if it was not requested or there is no time.
   std::optional<double> StopsOf(const std::optional<double>& told_s);
+  // Ends the bracket and restores the settings, or asks for that by `notice`.
   void GiveUp(bool camera_is_gone);
 
  private:

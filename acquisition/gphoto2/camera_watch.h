@@ -14,15 +14,15 @@ namespace ulf::acquisition {
 
 class CameraWatch {
  public:
-  // `camera` and `settings` outlive it.
+  // `camera` and `settings` must outlive this object. `notice` gets messages for the user.
   CameraWatch(GphotoCamera& camera, CameraSettings& settings, std::function<void(const std::string&)> notice)
       : camera_(camera), settings_(settings), notice_(std::move(notice)) {}
 
-  // Call it before the first Poll(), when all settings are made.
+  // Call it before the first Poll(), when all settings are made. `target_is_memory`: from ChooseTarget().
   void Begin(bool target_is_memory);
-  // Returns a result that is not ok() when the camera may be gone.
+  // Looks for changes. Returns a result that is not ok() if the camera may be gone.
   GphotoResult Poll();
-  // Returns whether the camera can be asked for its storage, which shows that it is there.
+  // Returns whether the camera answers questions about its storage, so that they show whether it is there.
   bool HasStorage() const { return has_storage_; }
 
  private:

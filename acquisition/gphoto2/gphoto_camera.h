@@ -4,8 +4,7 @@
 // thread for them). When a connection breaks the library writes into a closed socket; every call here
 // therefore blocks SIGPIPE.
 //
-// Answers of the camera (busy, no card, disconnected) are values; a camera that cannot be opened throws Error
-// with the remedy.
+// Answers of the camera (busy, no card, disconnected) are values; opening it throws Error with the remedy.
 #pragma once
 
 #include <memory>
@@ -18,7 +17,7 @@
 namespace ulf::acquisition {
 
 struct GphotoResult {
-  int code = 0;
+  int code = 0;      // of libgphoto2; negative: an error
   std::string text;  // the message of the library, then that of the driver
   bool ok() const { return code >= 0; }
   bool Busy() const;
@@ -56,34 +55,33 @@ std::vector<GphotoAddress> DetectGphotoCameras();
 
 class GphotoCamera {
  public:
-  // Errors name `uri`.
+  // Opens the camera. Errors name `uri`.
   GphotoCamera(const std::string& uri, const GphotoAddress& address);
   ~GphotoCamera();
   GphotoCamera(const GphotoCamera&) = delete;
   GphotoCamera& operator=(const GphotoCamera&) = delete;
 
-  // Return a setting ("shutterspeed"), none where the camera has none of that name, and the whole tree, which
-  // takes a second or more. A toggle's value is "0", "1", or "2" if unknown; a date's the seconds since the
-  // epoch, as an integer.
+  // Return one setting ("shutterspeed"), none if the camera has none of that name, and the whole tree of
+  // settings, which takes a second or more. The value of a toggle is "0", "1", or "2" if unknown; that of a
+  // date is the seconds since the epoch, as an integer.
   std::optional<CameraFeature> Setting(const std::string& name);
   std::vector<CameraFeature> Settings();
   GphotoResult Set(const std::string& name, const std::string& value);
 
-  GphotoResult LiveView(std::string& jpeg);
-  GphotoResult ReleaseShutter();  // returns before the photograph is there
+  GphotoResult LiveView(std::string& jpeg);  // the newest frame, as a JPEG file
+  GphotoResult ReleaseShutter();             // returns before the photograph is there
   GphotoResult WaitForEvent(int timeout_ms, GphotoEvent& event);
   GphotoResult Download(const GphotoFile& file, std::string& bytes);
   GphotoResult Delete(const GphotoFile& file);
   // Lists the names of all files in a folder of the camera; takes long where there are many.
   GphotoResult FilesIn(const std::string& folder, std::vector<std::string>& names);
-  // Reads when the file was written, in seconds by the camera's own clock, which may be wrong; none if the
-  // camera does not say.
+  // Reads when the file was written, seconds by the camera's own clock, which may be wrong; none if unknown.
   GphotoResult WrittenAt(const GphotoFile& file, std::optional<double>& time_s);
-  // Returns true when answers of a network camera no longer match the requests (PTP transaction ids): it must
-  // be opened again, whatever the results say.
+  // Returns true once answers of a network camera no longer match the requests (PTP transaction ids): the
+  // camera must be opened again, whatever the results say.
   bool OutOfStep() const;
-  GphotoResult Storages(
-      std::vector<GphotoStorage>& storages);  // asks the camera: also shows that it is alive
+  // Asks the camera for its storages, and so whether it still answers.
+  GphotoResult Storages(std::vector<GphotoStorage>& storages);
 
  private:
   struct State;
@@ -94,7 +92,7 @@ class GphotoCamera {
 // see them; `port`: such as "usb:001,005".
 std::vector<std::string> ProgramsHoldingUsb(const std::string& port, const std::string& proc = "/proc",
                                             const std::string& usb = "/dev/bus/usb");
-// Returns the reason why a USB camera cannot be opened, with the remedy; empty if no reason known.
+// Returns why the camera at a USB port cannot be opened, with the remedy; empty if nothing stands in the way.
 std::string UsbObstacle(const std::string& port);
 
 }  // namespace ulf::acquisition

@@ -6,9 +6,8 @@
 // Live view is delivered as FrameKind::kLive; the newest `queue` frames (default 4) wait for the reader,
 // older ones are dropped and counted. A photograph is delivered as FrameKind::kStill after its download,
 // whether the program or the photographer released the shutter; photographs are never dropped. Its JPEG is
-// kept byte for byte (Frame::encoded), and so is a raw file of the same name (Frame::raw). A raw file alone
-// is developed by Next(), quickly, with the pixels as linear light; one that LibRaw cannot read is
-// kIncomplete.
+// kept byte for byte (Frame::encoded), and so is a raw file of the same name (Frame::raw). Next() develops a
+// raw file alone, quickly, to linear light; one that LibRaw cannot read is kIncomplete.
 //
 // Times are those of the host's clock, because these cameras' clocks are readable to a second only. A live
 // frame has the time of its arrival. A photograph has the time at which the program released the shutter
@@ -16,9 +15,9 @@
 // camera announced it. Exposure and gain of a live frame are unknown (0 and 1). Those of a photograph come
 // from its Exif, else from the camera's settings; gain 1 is ISO 100.
 //
-// When the link drops, what the camera has announced and not handed over, and what it takes until it is
-// opened again, stays on its card. A device that is opened with the same UnfetchedPhotographs as the one that
-// was lost fetches it.
+// When the link drops, photographs stay on the camera's card: those that it announced and that were not
+// downloaded, and those that it takes until it is opened again. A device that is opened with the same
+// UnfetchedPhotographs as the lost one (`left`; null: a new list) fetches them.
 #pragma once
 
 #include <memory>
@@ -30,15 +29,14 @@
 
 namespace ulf::acquisition {
 
-// Throws Refusal for unknown options and values that the camera does not offer, Error for a camera that
-// cannot be opened.
+// Throws Refusal for unknown options and values that the camera does not offer, Error if it cannot be opened.
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri,
                                          std::shared_ptr<UnfetchedPhotographs> left = nullptr);
 
-// Returns the camera's configuration tree by name.
+// Opens the camera's configuration tree. Throws as OpenGphotoDevice().
 std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri);
 
-// Lists cameras at USB ports.
+// Lists the cameras at USB ports; where one cannot be opened, DeviceInfo::problem says why.
 std::vector<DeviceInfo> ListGphotoDevices();
 
 }  // namespace ulf::acquisition

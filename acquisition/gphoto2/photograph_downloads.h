@@ -15,21 +15,21 @@ class PhotographDownloads {
  public:
   explicit PhotographDownloads(GphotoCamera& camera) : camera_(camera) {}
 
-  // `file`: name and times, without bytes.
+  // Adds a file to download; `file`: name and times, without bytes. `now_s`: seconds by any steady clock.
   void Announced(const GphotoFile& where, DownloadedFile file, double now_s);
 
   struct Outcome {
     std::vector<std::pair<GphotoFile, DownloadedFile>> downloaded;  // with bytes
-    std::vector<DownloadedFile> given_up;                           // without
-    std::vector<std::string> messages;                              // about failures
-    GphotoResult failure;  // the last failure; the camera may be disconnected
+    std::vector<DownloadedFile> given_up;                           // without bytes
+    std::vector<std::string> messages;                              // about failures, for the user
+    GphotoResult failure;  // the last failure, by which the camera may be gone; ok(): there was none
   };
   // Tries the downloads that are due.
   Outcome Work(double now_s);
 
   std::size_t Count() const { return waiting_.size(); }  // files that wait
   bool Awaits(const std::string& stem) const;            // whether a file of this photograph waits
-  // Gives up all files that wait.
+  // Returns all files that wait, and gives them up.
   std::vector<std::pair<GphotoFile, DownloadedFile>> GiveUpAll();
 
  private:

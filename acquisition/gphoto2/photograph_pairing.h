@@ -19,8 +19,8 @@ namespace ulf::acquisition {
 struct DownloadedFile {
   std::string name;  // in the camera
   std::string bytes;
-  double announced_s = 0;  // host clock
-  double released_s = 0;   // when the shutter was asked to open; 0: on the body
+  double announced_s = 0;  // host clock, since the epoch
+  double released_s = 0;   // when the program released the shutter, host clock; 0: released on the body
   bool is_late = false;    // its partner was delivered before
 };
 
@@ -37,15 +37,15 @@ std::string ExtensionOf(const std::string& file_name);
 
 class PhotographPairing {
  public:
-  // `patience_s`: how long a file waits for its partner.
+  // `patience_s`: how long a file waits for a partner that is not known to be on its way.
   explicit PhotographPairing(double patience_s) : patience_s_(patience_s) {}
 
   // Tells from the camera's format setting whether a JPEG waits for a raw file, and a raw file for a JPEG.
   // Without this call only raw files wait.
   void ExpectFormat(const std::string& image_format);
 
-  // Call it before a download: returns name and times for a file whose partner was delivered in the last
-  // minute, or none.
+  // Call it before a download: returns name and times of a file whose partner was delivered in the last
+  // minute, else none.
   std::optional<DownloadedFile> LateFile(const std::string& file_name, double now_s) const;
   void Add(DownloadedFile file, double now_s);
   bool Holds(const std::string& stem) const { return waiting_.contains(stem); }
@@ -78,8 +78,8 @@ class PhotographPairing {
 };
 
 // Makes a frame of a downloaded photograph; its pixels stay encoded. Exposure and gain come from `exif`, else
-// from the camera's settings. The time is that of the request plus the lag, or that of the announcement for a
-// photograph released on the body.
+// from the camera's settings. The time is that of the release plus the lag, or that of the announcement for a
+// photograph released on the body. The caller sets Frame::id and host_time_s.
 Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const CameraSettings& settings,
               double shutter_lag_s);
 

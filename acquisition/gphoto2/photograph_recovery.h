@@ -14,27 +14,27 @@
 
 namespace ulf::acquisition {
 
-// Returns the files' paths in the camera, for a message.
+// Returns the files' paths in the camera, joined for a message.
 std::string NamesOf(const std::vector<FileInCamera>& files);
 
 class PhotographRecovery {
  public:
-  // `camera` and `left` outlive it. `gone`: whether a call failed because the camera is gone.
+  // `camera` and `left` must outlive this object. `gone`: whether a call failed because the camera is gone.
   PhotographRecovery(GphotoCamera& camera, UnfetchedPhotographs& left,
                      std::function<void(const std::string&)> notice,
                      std::function<bool(const GphotoResult&)> gone)
       : camera_(camera), left_(left), notice_(std::move(notice)), gone_(std::move(gone)) {}
 
+  // Takes the list that the lost driver left. Call it first.
   void Begin() { to_fetch_ = left_.Take(); }
-  // The files to be downloaded. Work() returns them once, none while there are none yet: a camera that is
-  // busy, as after it was switched on, is asked again.
   struct Found {
-    std::vector<FileInCamera> files;
-    std::vector<GphotoFile> since;  // of these, those that the camera did not announce
-    std::size_t counted = 0;        // of these, those that were waiting when the link dropped
+    std::vector<FileInCamera> files;  // to be downloaded
+    std::vector<GphotoFile> since;    // those of `files` that the camera did not announce
+    std::size_t counted = 0;          // how many of `files` were waiting when the link dropped
   };
+  // Returns the files once; none before, while a camera that was switched on is busy, and afterwards.
   std::optional<Found> Work();
-  // Returns what has not been looked for so far.
+  // Returns the list if Work() has not used it up, for the next driver.
   std::optional<UnfetchedPhotographs::Unfetched> TakeUnfetched() {
     return std::exchange(to_fetch_, std::nullopt);
   }

@@ -28,12 +28,13 @@ namespace ulf::acquisition {
 
 class PhotographRequests {
  public:
-  // `camera` and `settings` outlive it. `gone`: whether a call failed because the camera is gone.
+  // `camera` and `settings` must outlive this. `gone`: whether a call failed because the camera is gone.
   PhotographRequests(GphotoCamera& camera, CameraSettings& settings,
                      const std::function<void(const std::string&)>& notice,
                      std::function<bool(const GphotoResult&)> gone);
 
-  // Request photographs, from any thread. Returns false when earlier ones are still to come.
+  // Request one photograph, and those of a bracket (Device::RequestExposures). They return false while
+  // earlier ones are still to come, or if exposures cannot be requested.
   bool RequestPhotograph();
   bool RequestExposures(const std::vector<double>& stops);
   // Returns whether exposures can be requested, as ReadSettings() found.
@@ -41,22 +42,22 @@ class PhotographRequests {
 
   // Call it before the camera's thread runs, when all settings are made.
   void ReadSettings() { sets_shutter_ = shutter_bracket_.IsPossible(); }
-  // Releases the shutter where that is requested. A busy camera is asked again in later rounds.
+  // Releases the shutter if that is due. Call it often: a busy camera is asked again in later calls.
   void Work();
   // Returns whether the shutter was released and not all of its photographs have come.
   bool IsReleased() const { return released_at_.has_value(); }
-  // Returns whether none of them has been announced so far.
+  // Returns whether the shutter was released and none of its photographs has been announced.
   bool AwaitsAnnouncement() const { return IsReleased() && stems_.empty(); }
-  double ReleasedHostS() const { return released_host_s_; }
-  // Returns whether the photograph of that stem, which is announced now, answers the release.
+  double ReleasedHostS() const { return released_host_s_; }  // the last release, since the epoch
+  // Call it when a photograph of that stem is announced. Returns whether it answers the release.
   bool IsAnsweredBy(const std::string& stem);
-  // Labels a photograph with the bracket's exposure that it is. `told_s`: the exposure time in its Exif data.
+  // Sets Frame::asked_stops of a photograph of a bracket. `told_s`: the exposure time in its Exif data.
   void TellExposure(Frame& still, const std::optional<double>& told_s);
-  // Notes that a photograph released then has arrived, or will not.
+  // Notes that a photograph of the release at `released_s` (ReleasedHostS()) has arrived, or will not.
   void Came(double released_s);
-  // Releases nothing more; a photograph that was released may still come.
+  // Drops the release that is due; a photograph that was released may still come.
   void ReleaseNoMore() { still_wanted_ = false; }
-  // Drops all requests.
+  // Drops the request for the present photograph, as if it had come.
   void Clear();
   // Call it before the thread ends: restores what a bracket has changed on the camera, or reports it.
   void GiveUpBracket(bool camera_is_gone);

@@ -19,9 +19,8 @@ struct Connection {
 // Returns the connections of this process to this address ("192.168.1.9") and TCP port.
 std::vector<Connection> ConnectionsTo(const std::string& host, int port);
 
-// Runs a function in a thread with a copy of this process's descriptor table (unshare(2)): closing a
-// descriptor there does not close it here. Returns false, without running it, when the system does not allow
-// that.
+// Runs a function in a thread with its own copy of the descriptor table (unshare(2)), so that what it closes
+// stays open in this process. Returns false, without running it, if the system does not allow that.
 bool RunWithOwnDescriptors(const std::function<void()>& function);
 
 class PtpipDescriptors {

@@ -1,6 +1,5 @@
 // Sets the shutter times of a bracket one after another; the caller releases the photographs. At the end it
-// restores the shutter time that the camera had before. When the camera is busy, the next Next() tries again,
-// for `busy_s` at most.
+// restores the shutter time that the camera had before. Next() asks a busy camera again for `busy_s`.
 //
 // Only the camera's thread may use it. It serves cameras without bracketing of their own (camera_bracket.h).
 #pragma once

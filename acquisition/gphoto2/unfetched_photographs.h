@@ -23,13 +23,13 @@ class UnfetchedPhotographs {
   struct Unfetched {
     std::vector<FileInCamera> waiting;    // announced, not downloaded
     std::optional<GphotoFile> last = {};  // the file that was announced last; none: no file was
-    // When the shutter was asked to open for a photograph that was not announced; 0: all were.
+    // When the program released the shutter for a photograph that was not announced; 0: all were.
     double released_s = 0;  // host clock
     double lost_s = 0;      // when the link dropped, host clock
   };
   // Notes a file that the camera has announced.
   void Announced(const GphotoFile& file);
-  // Notes what is left when the link is gone. If `left.last` is none, the last noted file is put there.
+  // Notes what is left when the link is gone. If `left.last` is none, it becomes the file noted last.
   void Lost(Unfetched left);
   // Returns what the last Lost() noted, once; none if the link was not lost since.
   std::optional<Unfetched> Take();
@@ -43,8 +43,7 @@ class UnfetchedPhotographs {
 
   // Notes a file that is fetched from the card although the camera did not announce it.
   void Fetched(const GphotoFile& file);
-  // Returns whether Fetched() noted the file, or Announced() did before the last loss: a camera may announce
-  // it once more.
+  // Returns whether Fetched() noted the file, or Announced() before the last loss: it may be announced again.
   bool WasFetched(const GphotoFile& file) const;
 
  private:

@@ -1,7 +1,7 @@
-// Checks whether the link to a camera carries what its settings require: by what the system knows of the
-// link, then by trials with the camera streaming. Where frames are lost, it tries smaller packets and then
-// lower rates, until none is lost, and advises the setting that helped. Where a camera is slower than its
-// link, it advises the rate that it reaches.
+// Checks whether the link to a camera carries what its settings require, by streaming and by what the system
+// knows of the link. If frames are lost, or come slower than requested, it streams with other settings, one
+// after the other, until that is mended: a larger receive buffer, smaller packets, a higher throughput limit,
+// pauses between packets, lower rates. It advises the setting that helped.
 #pragma once
 
 #include <functional>
@@ -16,30 +16,30 @@ namespace ulf::acquisition {
 
 struct LinkCheckOptions {
   double seconds = 5;          // of each trial
-  double confirmed_times = 3;  // a setting that held must hold once more, so many times longer. Guessed
-  double first_frame_s = 10;   // that a camera may take to begin. Guessed
-  // Packet sizes, bytes, tried in this order where frames are lost and the camera sends larger ones: they fit
-  // jumbo frames, Ethernet, tunnels, and any network (RFC 791).
+  double confirmed_times = 3;  // a setting that held must hold again, so many times as long. Guessed
+  double first_frame_s = 10;   // within which the first frame must come. Guessed
+  // Packet sizes, bytes, tried in this order if no frame comes whole and the camera sends larger packets:
+  // they fit jumbo frames, Ethernet, tunnels, and any network (RFC 791).
   std::vector<int> packet_sizes = {8000, 4000, 1500, 1400, 576};
-  int most_rates = 8;               // lower ones that are tried, one after the other. Guessed
-  std::function<bool()> stop = {};  // asked between frames
-  std::function<void(const std::string&)> say = {};
+  int most_rates = 8;                                // how many lower rates are tried. Guessed
+  std::function<bool()> stop = {};                   // asked between frames; true ends the check
+  std::function<void(const std::string&)> say = {};  // gets a line for people before each trial
 };
 
 // A trial: the camera streamed with these settings.
 struct LinkTrial {
-  std::string settings;  // beside those asked for, as in a URI: "packet_size=1400"; empty: as asked for
+  std::string settings;  // options in addition to those of the URI: "packet_size=1400"; empty: none
   double seconds = 0;
-  double asked_fps = 0;  // by the URI; 0: by nobody
-  double set_fps = 0;    // that the camera says it is set to; 0: it does not say
-  double fps = 0;        // that came, whole or not
-  std::uint64_t whole = 0, incomplete = 0, missing = 0;
+  double asked_fps = 0;  // by the URI; 0: the URI names no rate
+  double set_fps = 0;    // the rate to which the camera is set; 0: unknown
+  double fps = 0;        // of frames that were sent: whole, incomplete and missing
+  std::uint64_t whole = 0, incomplete = 0, missing = 0;  // frames
   double resent_packets = 0;
   bool LostFrames() const { return incomplete + missing > 0 || whole == 0; }
-  // Returns whether fewer frames came than requested: a sender that waits for its link loses none. Guessed.
+  // Returns whether the rate is below the requested one, as of a camera that waits for its link. Guessed.
   bool TooSlow() const { return fps < 0.9 * asked_fps; }
   bool Held() const { return !LostFrames() && !TooSlow(); }
-  // Returns whether nothing was lost and the request was met, but the camera reports a higher rate.
+  // Returns whether the trial held, but at less than the rate to which the camera is set.
   bool BelowWhatIsSet() const { return Held() && fps < 0.9 * set_fps; }
 };
 
@@ -48,16 +48,17 @@ struct LinkReport {
   std::vector<LinkFact> facts;
   std::vector<LinkTrial> trials;
   double payload_bytes = 0;        // of a frame; 0: not known
-  std::optional<double> most_fps;  // that the link's speed allows, by its own figures
-  std::optional<std::string>
-      remedy;  // settings with which no frame was lost; none: none is needed, or none helped
-  std::string
-      camera_limit;  // CameraLimitText(), where fewer frames than asked for or set came, and none was lost
-  // Returns whether the link holds as requested or with the remedy.
+  std::optional<double> most_fps;  // that the link's nominal speed allows; none: unknown
+  // The settings with which a trial held; none: none are needed, or none helped.
+  std::optional<std::string> remedy;
+  // CameraLimitText(), if no frame was lost but fewer came than requested or set; else empty.
+  std::string camera_limit;
+  // Returns whether the link carries the frames as requested, or with the remedy.
   bool Holds() const { return remedy || (!trials.empty() && trials.front().Held()); }
 };
 
-// Throws as OpenDevice() does, and Refusal for a device that is no live camera.
+// Opens, streams and closes the camera for each trial, and returns early if `stop` says so. Throws as
+// OpenDevice() does, and Refusal for a replay.
 LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options = {});
 
 }  // namespace ulf::acquisition

@@ -11,8 +11,8 @@
 
 namespace ulf::acquisition {
 
-// Opens a device by the scheme of its URI; an empty URI: the first real camera found. Throws Refusal for
-// an invalid URI, Error for a device that cannot be opened.
+// Opens a device, not started, by the scheme of its URI; for an empty URI the first real camera found. Throws
+// Refusal for an invalid URI, Error for a device that cannot be opened.
 std::unique_ptr<Device> OpenDevice(const std::string& uri);
 
 // Opens the features of a camera by its URI. Throws Refusal for a device without features (replay, sim).

@@ -12,8 +12,7 @@
 
 namespace ulf::acquisition {
 
-// What the device shows and reports. Both functions depend on their arguments alone, so that each run gives
-// the same pictures.
+// What the device shows and reports. Both functions must depend on their arguments alone.
 struct Bench {
   DeviceUri uri;
   std::uint64_t seed = 7;

@@ -6,8 +6,8 @@
 // first_direction, and `margin` beyond, because a capture centres its cap on its first view, which lies only
 // near first_direction. Later passes have rows shifted by half a spacing, then a quarter, and so on, so that
 // they fill the gaps of earlier passes. The hand trembles and drifts, varies its distance, and sometimes
-// looks away for about a second, during which the sweep pauses. With a dolly it goes nearer and farther as it
-// sweeps, again and again. After three hours the sweep ends.
+// looks away for about a second, during which the sweep pauses. With a dolly it also goes nearer and farther,
+// again and again. After three hours the sweep ends.
 //
 // The world is in metres, times are in seconds from the start, angles in radians. Azimuth and elevation are 0
 // in first_direction; azimuth grows to the right of a person who looks at the subject, elevation towards the
@@ -27,8 +27,8 @@ namespace ulf::acquisition {
 class HandMotion {
  public:
   virtual ~HandMotion() = default;
-  // Returns the pose, smooth in time. A planned motion takes times in any order; one that reacts takes
-  // growing times, at most a second back, and later displayed frames change only later poses.
+  // Returns the pose, smooth in time. A planned motion takes times in any order. One that reacts takes
+  // growing times, which may go back by a second at most; what is displayed later changes only later poses.
   virtual Rigid3 CamFromWorld(double time_s) const = 0;
 };
 
@@ -53,7 +53,8 @@ class Waves {
   std::vector<Wave> parts_;
 };
 
-// Returns the pose of a camera that is turned in place, radians about its own axes.
+// Returns the pose of a camera that is turned in place about its own axes, radians: by yaw about y, then by
+// pitch about x, then by roll about z.
 Rigid3 Turned(const Rigid3& cam_from_world, double yaw, double pitch, double roll);
 
 struct HandOptions {
@@ -67,7 +68,7 @@ struct HandOptions {
   double row_spacing = Radians(2.2);   // largest difference in elevation between rows of one pass
   double margin = Radians(3);          // beyond each side of the cap
   double speed = Radians(13);          // radians of azimuth per second along a row
-  double dolly = 1;  // every 12 s the distance changes between 1 / dolly and dolly times distance_m
+  double dolly = 1;  // in 12 s the distance goes to distance_m / dolly, to distance_m * dolly, and back
   bool looks_away = true;
   std::uint64_t seed = 7;
 };

@@ -1,7 +1,6 @@
 // Models an industrial image sensor: photo-electrons proportional to radiance and exposure; shot noise
-// (Gaussian with the variance of the Poisson distribution), read noise, gain, and a linear converter of 8 to
-// 16 bits that clips (compare EMVA Standard 1288). It omits dark current, fixed pattern, blooming and black
-// level.
+// (Gaussian with the variance of the Poisson distribution), read noise, gain, a linear converter of 8 to 16
+// bits that clips (see EMVA 1288). It has no dark current, fixed pattern, blooming or black level.
 #pragma once
 
 #include <Eigen/Core>
@@ -48,7 +47,7 @@ std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri);
 
 struct SensorOptions {
   double reference_exposure_s = 0.005;  // radiance 1 fills the well in this time
-  double full_well_electrons = 10000;   // full scale at gain 1
+  double full_well_electrons = 10000;   // give full scale at gain 1
   double read_noise_electrons = 8;
   bool noise = true;
 };
@@ -60,24 +59,23 @@ struct SensorShot {
   std::uint64_t noise_seed = 0;
 };
 
-// `radiance`: CV_32FC4, linear B, G, R. The same seed gives the same noise. Values of more than 8 bits are
-// scaled to 16 bits (pixel_format.h).
+// Converts radiance, CV_32FC4 of linear B, G, R, to an image. The same seed gives the same noise. Values of
+// more than 8 bits are scaled to 16 bits (pixel_format.h).
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot);
 
 // The colour response of a simulated sensor: the lamp's colour, and channels whose filters overlap.
 //
 // The scenes' light is linear sRGB under white D65. A lamp of another colour temperature multiplies its
 // channels (Planck's law at 600, 540 and 450 nm, beside that of 6504 K, green left as it is); then each
-// channel takes a share of its neighbours'. Both are linear, so that the colour profile that undoes them is
-// known exactly.
+// channel takes a share of its neighbours'. Both are linear, so that the profile that undoes them is known.
 struct SensorColors {
   double lamp_k = 6504;
-  double crosstalk = 0;  // share of a channel that its neighbours have, 0 to 0.4
+  double crosstalk = 0;  // share of a channel's signal that is its neighbours' light, 0 to 0.4
 
   // Reads lamp_k and crosstalk of a URI. Throws Refusal for values out of range.
   static SensorColors FromUri(const DeviceUri& uri);
 
-  // In the order R G B.
+  // Returns the sensor's R G B for linear sRGB.
   Eigen::Matrix3d CameraFromSrgb() const;
   // Return what a profile must find: factors of R G B, green 1, and the matrix, whose rows sum to one.
   Eigen::Vector3d WhiteBalance() const;

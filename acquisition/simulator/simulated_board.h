@@ -22,8 +22,8 @@ struct BoardSceneOptions {
   std::optional<Board> board = {};  // none: a plain card
   CameraModel camera = {};
   std::uint64_t seed = 7;
-  double noise_levels = 1;  // standard deviation, of 255
-  double blur_px = 0.6;     // of the lens
+  double noise_levels = 1;  // standard deviation, full scale is 255
+  double blur_px = 0.6;     // of the lens, standard deviation
   double vignetting = 0;    // share of the light lost in the image's corner (cos^4 law)
   double gradient = 0;      // of the card's lighting from edge to edge; its direction changes with each frame
   int dust = 0;             // dark spots on the sensor
@@ -34,6 +34,7 @@ struct BoardSceneOptions {
 // throws Refusal for another name.
 CameraModel SimulatedLens(const std::string& name, int width, int height);
 
+// Poses are in millimetres, the board's frame is that of core/fiducials/board.h.
 class BoardScene {
  public:
   explicit BoardScene(const BoardSceneOptions& options);
@@ -43,7 +44,7 @@ class BoardScene {
   cv::Mat Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
   // Returns the image without noise: CV_32FC1, 1 is full scale.
   cv::Mat Light(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
-  // Returns the board's pose: at rest at the `stop`-th place for share 0, else on the way to the next.
+  // Returns the pose: at the `stop`-th place for a share of 0 or below, at the next for 1, between them else.
   Rigid3 HeldAt(std::uint64_t stop, double share) const;
   // Returns the pose at a time: the board rests for half of each stop's time.
   Rigid3 HeldAtTime(double time_s) const;
@@ -61,12 +62,12 @@ class BoardScene {
   cv::Mat vignetting_, dust_;
 };
 
-// Returns what a URI as below says of the scene; `window` is then the part of the sensor. Throws Refusal.
+// Reads a URI as below into options of the scene, and the part of the sensor into `window`. Throws Refusal.
 BoardSceneOptions BoardSceneFromUri(const DeviceUri& uri, SensorWindow& window);
 
-// `sim:board?board=SPEC&lens=barrel&seed=7&width=640&height=480&fps=15&noise=1&vignetting=0&stops=40`, of a
-// card `sim:card?vignetting=0.4&gradient=0.05&dust=3`, and for both `roi=X,Y,W,H&binning=2` (a part of the
-// width x height sensor). Throws Refusal.
+// Opens `sim:board?board=SPEC&lens=barrel&seed=7&width=640&height=480&fps=15&noise=1&vignetting=0&stops=40`,
+// or a card, `sim:card?vignetting=0.4&gradient=0.05&dust=3`, both also with `roi=X,Y,W,H&binning=2` (a part
+// of the width x height sensor). Throws Refusal.
 std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

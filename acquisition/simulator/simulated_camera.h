@@ -1,11 +1,11 @@
 // Simulates a camera in a hand (hand.h or another motion) in front of a simulated scene, with exact poses.
 //
 // Motion blur: radiance is averaged over as many instants of the exposure as the blur is long in pixels (the
-// largest displacement of a grid of image points during the exposure, rounded; at least one). Everything is a
-// pure function of the options, the shot and the frame's id.
+// largest displacement of a grid of image points during the exposure, rounded; 1 to 64). Everything is a pure
+// function of the options, the shot and the frame's id.
 //
-// Mistakes of lens, lamps and automatics are faults (imperfections.h). With `lens` the camera has another
-// lens than StoredCamera(), the one that is calibrated. With `auto_exposure` the exposure follows the
+// Mistakes of lens, lamps and automatics are faults (imperfections.h). With the fault `lens` the camera has
+// another lens than StoredCamera(), the one of its calibration. With `auto_exposure` the exposure follows the
 // pictures of the last half second, measured at few points.
 //
 // Rolling shutter (`readout_ms=20`): rows are exposed one after the other, the last one `readout_ms` after
@@ -44,10 +44,10 @@ struct SimulationOptions {
   double cap_azimuth = Radians(60), cap_elevation = Radians(40);
   double row_spacing = Radians(2.2);
   double speed = Radians(13);  // of azimuth, per second
-  double dolly = 1;            // nearest to farthest distance: 1 / dolly to dolly of the scene's own
+  double dolly = 1;            // the distance is 1 / dolly to dolly times the scene's own
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
-  double sways_from_s = 6, sways_s = 8;  // when what can move in the scene begins to, and for how long
+  double sways_from_s = 6, sways_s = 8;  // when the scene's moving parts begin to move, and for how long
   double turn_speed = Radians(24);       // of a turntable, per second
   double unsteady = 0;                   // of its tripod: 1 trembles as a hand does
   SensorColors colors;     // lamp_k=6504&crosstalk=0: what the sensor makes of the scene's colours
@@ -62,8 +62,7 @@ struct SimulationOptions {
   void Validate() const;  // throws Refusal
 };
 
-// Returns a moderate wide angle (f = 0.875 widths, 59 degrees) with a slight barrel distortion, off-centre by
-// a few pixels.
+// Returns a moderate wide angle (f = 0.875 widths, 59 degrees), slightly barrel-distorted and off-centre.
 CameraModel SimulatedIntrinsics(int width, int height);
 
 struct Shot {
@@ -91,9 +90,10 @@ class SimulatedCamera {
 
   // Captures frame `index` of the free-running camera: opened at index / fps with the options' settings.
   Frame Capture(std::uint64_t index) const;
-  // Captures the frame with an exposure that was asked for, whatever the automatic would make of it.
+  // Captures the frame with this exposure, whatever automatic exposure would choose.
   Frame Capture(std::uint64_t index, double exposure_s) const;
-  // device_time_s and known_cam_from_world are those of the middle of the exposure (of the middle row).
+  // Captures a shot. Frame::device_time_s (the hand's clock) and known_cam_from_world are those of the middle
+  // of the exposure, of a rolling shutter's middle row.
   Frame Capture(const Shot& shot) const;
 
   // Returns the angle, radians, of what moves in the scene at a time of the hand's clock (Scene::SwayAngle).
@@ -108,10 +108,10 @@ class SimulatedCamera {
   cv::Mat CleanLinear(const Rigid3& cam_from_world) const;
   // Returns that image as 8-bit sRGB.
   cv::Mat CleanSrgb(const Rigid3& cam_from_world) const;
-  // Returns the factor from RayCaster's radiance to that scale.
+  // Returns the factor from RayCaster's radiance to CleanLinear().
   double LightScale() const;
 
-  // Returns the length of the motion blur of such an exposure in pixels, the camera's motion and the scene's.
+  // Returns the length of an exposure's motion blur in pixels, by the camera's motion and the scene's.
   double BlurPx(double open_s, double exposure_s) const;
 
  private:

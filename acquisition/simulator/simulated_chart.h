@@ -4,7 +4,7 @@
 //              black, before a plain wall, held in a hand that is not quite still
 //   sim:grey   a grey card that fills most of the picture
 //
-// The image is sampled by area, then goes through the sensor's colours and the sensor itself (sensor.h).
+// The image is sampled by area, then converted by the sensor's colours and the sensor itself (sensor.h).
 // Everything is a pure function of the options and the frame number.
 #pragma once
 
@@ -21,7 +21,7 @@ struct ChartSceneOptions {
   std::uint64_t seed = 7;
   SensorFormat format = SensorFormat::kRgb8;
   SensorColors colors = {};
-  double white = 0.75;   // the white patch in the brightest channel, of full scale; above 1 it clips
+  double white = 0.75;   // brightest channel of the white patch, or card, of full scale; above 1 it clips
   double gradient = 0;   // of the lighting, from the left edge of the picture to the right, as a share
   double turn_deg = 5;   // of the chart in the picture, clockwise
   double tilt_deg = 10;  // of the chart away from the camera
@@ -30,8 +30,8 @@ struct ChartSceneOptions {
 
 Image RenderChart(const ChartSceneOptions& options, std::uint64_t frame);
 
-// `sim:chart?width=640&height=480&seed=7&format=rgb8&lamp_k=6504&crosstalk=0&white=0.75&gradient=0
-// &turn_deg=5&tilt_deg=10&noise=1&frames=100`, and the same of `sim:grey`. Throws Refusal.
+// Opens `sim:chart?width=640&height=480&seed=7&format=rgb8&lamp_k=6504&crosstalk=0&white=0.75&gradient=0
+// &turn_deg=5&tilt_deg=10&noise=1&frames=100`, or `sim:grey` with the same ones (white=0.5). Throws Refusal.
 std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

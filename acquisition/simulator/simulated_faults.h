@@ -1,6 +1,6 @@
-// Faults of a simulated camera, each given as `name=value`; several may be combined. Their names and values
-// are those of docs/devices.md#the-simulated-camera-sim-and-ulf-simulate, which says which of them need a
-// network. Seconds count from the first frame.
+// Defines faults of a simulated camera, each given as `name=value`; several may be combined. Their names and
+// values are those of docs/devices.md#the-simulated-camera-sim-and-ulf-simulate, which says which of them
+// need a network. Seconds count from the first frame.
 #pragma once
 
 #include <algorithm>
@@ -26,14 +26,14 @@ struct GigeLinkFaults {
   std::chrono::milliseconds late_by{0};       // ... by this time
 };
 
-// Whether the exposure follows the picture, and the frames tell it.
+// Whether the exposure follows the picture, and whether Frame::exposure_s then tells it.
 enum class AutoExposure { kOff, kTold, kUntold };
 
 struct SimulatedFaults {
   GigeLinkFaults link;
-  bool resends = true;    // lost packets
+  bool resends = true;    // whether lost packets are sent again
   double incomplete = 0;  // share of the frames whose lower part is missing
-  // No frames, although the camera answers; the cable is out; there is no IEEE 1588 master.
+  // When no frames come although the camera answers, when the cable is out, and when no PTP master is there.
   std::vector<FaultSpan> freezes, disconnects, masters_lost;
   // The light on the sensor grows, and the lamp's blue grows and its red falls, without being reported.
   double drift_stops_per_minute = 0, bluer_stops_per_minute = 0;
@@ -44,15 +44,15 @@ struct SimulatedFaults {
   int dust_spots = 0;
   AutoExposure auto_exposure = AutoExposure::kOff;
 
-  // Throws Refusal that names an unknown fault or a value out of range.
+  // Adds a fault, `name=value`. Throws Refusal that names an unknown fault or a value out of range.
   void Add(const std::string& text);
-  // Returns whether these faults are those of a network link.
+  // Returns whether any of the faults is one that a relay makes on a network.
   bool NeedRelay() const;
 
   bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }
   bool Disconnected(double t_s) const { return AnyHolds(disconnects, t_s); }
   bool MasterLost(double t_s) const { return AnyHolds(masters_lost, t_s); }
-  // Returns whether a picture depends on when it is taken, not on the hand alone.
+  // Returns whether a picture depends on when it is taken, and not on the hand's place alone.
   bool ChangeWithTime() const {
     return drift_stops_per_minute != 0 || bluer_stops_per_minute != 0 || flicker.depth > 0 ||
            hunting.radius_px > 0;

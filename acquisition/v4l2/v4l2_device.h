@@ -1,4 +1,4 @@
-// Webcams and frame grabbers through Video4Linux2: `v4l2:ID?option=value&...`.
+// Opens webcams and frame grabbers through Video4Linux2: `v4l2:ID?option=value&...`.
 //
 // ID: a node (/dev/video0), a USB serial number, a bus path (usb-0000:00:14.0-1) or the camera's name; empty:
 // the first camera that can be opened.
@@ -29,16 +29,14 @@
 
 namespace ulf::acquisition {
 
-// Throws Refusal for options that are invalid or that the camera does not have, Error for all other
-// failures.
+// Throws Refusal for options that are invalid or unknown to the camera, Error for other failures.
 std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri);
 
-// Does not wait. A camera that this user may not open has the reason in `problem`.
+// Returns all webcams, without waiting. A camera that this user may not open has the reason in `problem`.
 std::vector<DeviceInfo> ListV4l2Devices();
 
-// Returns a webcam's controls as features, for `ulf features`: named as v4l2-ctl names them (the short names
-// of v4l2_controls.h are accepted too) and grouped as in the driver. This works also while another program
-// streams from the camera.
+// Opens a webcam's controls as features, for `ulf features`: named as v4l2-ctl names them (the short names of
+// v4l2_controls.h are accepted too) and grouped as in the driver. It works while others stream, too.
 std::unique_ptr<FeatureAccess> OpenV4l2Features(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

@@ -33,16 +33,16 @@ struct V4l2ModeRequest {
   std::optional<double> fps = {};
 };
 
-// Returns every supported mode. If a driver accepts any size within limits: the common sizes within them, and
-// `also`.
+// Returns every mode of the camera that ulf can read. If the driver accepts any size within limits, these are
+// the common sizes within them, the largest, and `also` (width, height).
 std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<std::pair<int, int>> also = {});
 
 // Returns the four-character codes of formats that the camera offers and ulf does not read.
 std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node);
 
 // Chooses what the request leaves open: the largest picture up to 1920x1080 at 24 frames per second or more
-// (or at the requested rate), then the best format (PreferredPixelFormat). Throws Refusal that lists the
-// modes when the request cannot be met.
+// (or at the requested rate), else the largest of all, then the best format (PreferredPixelFormat). Throws
+// Refusal that lists the modes if the request cannot be met, Error if there are none.
 V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& modes,
                         const V4l2ModeRequest& request);
 
@@ -55,7 +55,8 @@ struct V4l2Configured {
   double period_s = 0;  // 0: unknown
 };
 
-// Sets the mode and reads it back. Throws Error when the driver has set another size or format.
+// Sets the mode and reads it back; `fps` none: the fastest rate of the mode. Throws Error if the driver sets
+// another size, format or requested rate.
 V4l2Configured SetV4l2Mode(const V4l2Node& node, const V4l2Mode& mode, std::optional<double> fps);
 
 // Returns the colour encoding and transfer function that the V4L2 fields define for pixels of this format.

@@ -1,5 +1,4 @@
-// Opens a Video4Linux2 node (/dev/video0) with a useful error, calls its driver (linux/videodev2.h), and
-// identifies the camera.
+// Opens a Video4Linux2 node (/dev/video0), calls its driver (linux/videodev2.h), and identifies the camera.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -14,8 +13,7 @@ namespace ulf::acquisition {
 
 class V4l2Node {
  public:
-  // Throws Error that names the node and the reason: missing, no permission (group and udev rule), in use (by
-  // which program).
+  // Throws Error that names the node and the reason: missing, no permission, in use (by which program).
   explicit V4l2Node(const std::string& path);
 
   const std::string& Path() const { return path_; }
@@ -34,7 +32,7 @@ class V4l2Node {
 // Returns the text in a field of fixed size, with or without a terminating zero.
 std::string V4l2Text(const unsigned char* field, std::size_t size);
 
-// Returns the problem with the node, and the remedy.
+// Returns a message for an errno of the node's, with the remedy.
 std::string V4l2Problem(const std::string& path, int error);
 
 // The camera of a node. `info.serial`: the USB serial number, may be empty; `info.bus`: its port.
@@ -48,8 +46,8 @@ struct V4l2Camera {
 // included with the reason, nodes for metadata and other purposes are not.
 std::vector<V4l2Camera> FindV4l2Cameras();
 
-// Returns the camera for a URI's path: a node, a serial number, a bus path or a camera's name; empty if the
-// first that can be opened. Throws Error that lists the cameras.
+// Returns the camera for a URI's path: a node, a serial number, a bus path or a camera's name; for an empty
+// path the first that can be opened. Throws Error that lists the cameras if none or several match.
 V4l2Camera ResolveV4l2Camera(const std::string& uri, const std::string& path);
 
 }  // namespace ulf::acquisition

@@ -21,11 +21,12 @@ struct ReadLens {
 };
 
 // `camera` selects one of several by its name or number ("cam1", "2"); empty: the file must contain only one.
-// Returns none when no known program writes such a text. Errors begin with `where`.
+// Returns none for a text in none of the formats' syntaxes. Throws Error that begins with `where` for any
+// other text without a lens that ulf reads.
 std::optional<ReadLens> ReadLensText(const std::string& text, const std::string& where,
                                      const std::string& camera = "");
 
-// "Lenses of ulf, Kalibr, ... are read (docs/calibration.md)", for messages.
+// Returns "Lenses of ulf, Kalibr, ... are read (docs/calibration.md)", for messages.
 std::string ReadableLensFiles();
 // Returns the names of the programs alone.
 std::vector<std::string> ReadableLensPrograms();

@@ -1,6 +1,6 @@
-// Parses the text of a lens file into one form of tree, whatever its syntax: YAML with or without OpenCV's
-// head, JSON, XML (OpenCV's storage and others, attributes too), or the sections of ROS's ost.ini, of ini and
-// of TOML. So the readers of formats do not depend on syntax.
+// Parses the text of a lens file into one form of tree, so that the readers of formats do not depend on
+// syntax: YAML with or without OpenCV's head, JSON, XML (OpenCV's storage and others, attributes too), or the
+// sections of ROS's ost.ini, of ini and of TOML.
 #pragma once
 
 #include <algorithm>
@@ -20,12 +20,12 @@ struct LensNode {
   Kind kind = Kind::kNothing;
   std::string text = {};  // of a text or a number, as it stands in the file, without quotation marks
   std::vector<std::string> keys = {};  // of a map, in the file's order
-  std::vector<LensNode> items = {};    // of a list, or what stands behind the keys
+  std::vector<LensNode> items = {};    // of a list, or the values of the keys
 
   bool IsText() const { return kind == Kind::kText; }
   bool IsMap() const { return kind == Kind::kMap; }
   bool IsList() const { return kind == Kind::kList; }
-  // Null where this is no map or has no such key.
+  // Return the value; null if this is no map or does not have the key, or one key of the path.
   const LensNode* Find(std::string_view key) const;
   const LensNode* FindPath(std::initializer_list<std::string_view> keys) const;
   bool Has(std::string_view key) const { return Find(key) != nullptr; }
@@ -44,9 +44,9 @@ struct LensMatrix {
   std::vector<double> numbers = {};
 };
 
-// Returns the documents of the text: one, or as many as YAML's marks part. Returns none when the text has
-// none of these syntaxes. Throws Error that begins with `where` for text that ends too early, nests deeply,
-// or has a key twice with different values.
+// Returns the documents of the text: one, or those between YAML's marks (---). Returns none if the text has
+// none of these syntaxes. Throws Error that begins with `where` for text that ends too early, nests too
+// deeply, or has a key twice with different values.
 std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const std::string& where);
 
 // Returns lower case without blanks, underlines, dots, colons and hyphens, to compare keys and words.
@@ -63,7 +63,7 @@ consteval std::array<std::string_view, N> LensWordsIn(std::string_view text) {
   return text.empty() ? words : throw "there are more words";
 }
 
-// Returns a number, which need not be finite; none: the text is no number.
+// Returns the number, which need not be finite; none if the node is no text of a number.
 std::optional<double> LensNumber(const LensNode& node);
 // Returns all numbers in a list, a list of lists, or a text with blanks; none for anything else.
 std::optional<std::vector<double>> LensNumbersIn(const LensNode& node);

@@ -1,6 +1,5 @@
 // Recognises keys in lens files that users' scripts write: one of several words for camera matrix or
-// coefficients, alone or with the mark of one of several cameras before or after it, as in K1, cameraMatrixL,
-// LEFT.K.
+// coefficients, alone or with the mark of one of several cameras: K1, cameraMatrixL, LEFT.K.
 #pragma once
 
 #include <functional>
@@ -28,14 +27,14 @@ struct MarkedKey {
 // Splits a key whose word is one of `bases`; none for any other key.
 std::optional<MarkedKey> MarkedAs(const std::string& key, std::span<const std::string_view> bases);
 
-// Returns the key that has the mark and whose value passes the test, and its value; null if there is none.
+// Returns the key of `bases` that has the mark and whose value passes the test, and its value; null if none.
 // Throws Error that begins with `where` for two such keys with different values.
 std::pair<std::string, const LensNode*> FindMarked(const LensNode& map,
                                                    std::span<const std::string_view> bases,
                                                    const std::string& mark, const std::string& where,
                                                    const std::function<bool(const LensNode&)>& test);
 
-// Returns the marks of the camera matrices in a map; empty for a matrix without a mark.
+// Returns the marks of the camera matrices in a map; the mark is empty for a matrix without one.
 std::vector<std::string> MarksOfMatrices(const LensNode& map);
 
 }  // namespace ulf::acquisition

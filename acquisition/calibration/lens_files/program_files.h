@@ -1,9 +1,9 @@
-// Reads lens files of single programs, each with names and forms of its own. `read` takes the file's first
-// document and throws Error that begins with `where`; `wanted` selects one of several cameras.
+// Reads lens files of programs whose names and forms are their own. `read` takes the file's first document
+// and throws Error that begins with `where`; `wanted` selects one of several cameras (PickLens()).
 //
 // Gyroflow, okvis, Kalibr, EuRoC, maplab, ORB-SLAM, VINS, Basalt and calib.io have pixel centres at integers.
-// Metashape counts the principal point from the picture's middle, pixel centres at integer + 0.5, has p1 and
-// p2 in the other order than OpenCV, and fx is f + b1.
+// Metashape counts the principal point from the picture's middle and has pixel centres at integer + 0.5; its
+// p1 and p2 are in the other order than OpenCV's, and fx is f + b1.
 #pragma once
 
 #include <span>

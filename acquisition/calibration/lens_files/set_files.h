@@ -11,6 +11,7 @@ namespace ulf::acquisition {
 
 // Returns whether the first row begins with a number and the name of a model in capitals.
 bool IsColmapCameras(const std::string& text);
+// Both readers throw Error that begins with `where`; `wanted` selects one of several lenses (PickLens()).
 Lens ReadColmapLens(const std::string& text, const std::string& where, const std::string& wanted);
 
 bool IsTransformsLens(const LensNode& top);

@@ -1,12 +1,11 @@
-// The GenICam description (GenApi XML, schema 1.0) of the simulated camera. Its addresses are those of
-// gige_registers.h.
+// Writes the simulated camera's GenICam description (GenApi XML, schema 1.0). Addresses: gige_registers.h.
 #pragma once
 
 #include <string>
 
 namespace ulf::acquisition {
 
-// Generated once per process.
+// Returns the description, which is written once per process.
 const std::string& GenicamDescription();
 
 }  // namespace ulf::acquisition

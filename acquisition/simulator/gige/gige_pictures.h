@@ -1,5 +1,5 @@
-// The frames of the simulated network camera: of a scene in the simulated hand, of a board, or of a loop of
-// pictures that are rendered at the start and played forwards and backwards. For one thread.
+// Makes the frames of the simulated network camera: of a scene from the simulated hand, of a board, or of a
+// loop of pictures that are rendered at the start and played forwards and backwards. For one thread.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace ulf::acquisition {
 
-// Holds the settings of a client on which a picture depends.
+// The settings on which a picture depends, as a client has written them.
 struct GigeSettings {
   std::uint32_t exposure_us = 0, gain_tenths_db = 0;
   std::uint32_t format = 0;  // PFNC
@@ -30,11 +30,11 @@ class GigePictures {
 
   // Renders the loop with the settings that the camera starts with, on several cores.
   void RenderLoop();
-  // The frame at a time of the hand's motion.
+  // Returns the frame at a time of the hand's motion.
   Frame At(double hand_s, const GigeSettings& now);
 
-  const SimulatedCamera& camera() const { return camera_.value(); }  // there is none before a board
-  CameraModel StoredCamera() const;
+  const SimulatedCamera& camera() const { return camera_.value(); }  // not with a board
+  CameraModel StoredCamera() const;                                  // the intrinsics of a calibration
 
  private:
   Frame Capture(double hand_s, const GigeSettings& now, double light_s) const;
@@ -47,8 +47,7 @@ class GigePictures {
   GigeSettings loop_settings_;
 };
 
-// Packs the pixels of a simulated sensor as a machine-vision camera sends them: the inverse of unpacking by
-// pixel_format.h.
+// Packs pixels as a machine-vision camera sends them, which pixel_format.h unpacks.
 
 // Writes a part of the image in rows without padding. `pixels`: as in ulf::Image, 8 bits or scaled to 16
 // bits; three channels are B, G, R. `out`: room for ImageBytes() of the part.

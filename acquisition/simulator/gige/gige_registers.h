@@ -1,4 +1,4 @@
-// The registers of the simulated camera: addresses, values at the start, and what clients may write.
+// Defines the registers of the simulated camera: addresses, values at the start, and what clients may write.
 #pragma once
 
 #include <array>
@@ -20,9 +20,9 @@ inline constexpr std::uint32_t kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020,
                                kSequencerConfigurationAt = 0x10A4, kSequencerSelectorAt = 0x10A8,
                                kSequencerSaveAt = 0x10AC, kSequencerStartAt = 0x10B0,
                                kSequencerNextAt = 0x10C0,
-                               kSequencerExposureAt = 0x1100;  // the last two of the first set
+                               kSequencerExposureAt = 0x1100;  // the last two: one of each set
 inline constexpr std::uint32_t kSequencerSets = 16;
-// The addresses that Aravis's fake camera has, too.
+// Addresses that Aravis's fake camera has, too.
 inline constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kExposureAt = 0x120,
                                kAcquisitionAt = 0x124, kPixelFormatAt = 0x128, kOffsetXAt = 0x130,
                                kOffsetYAt = 0x134, kFramePeriodAt = 0x138, kTriggerModeAt = 0x300,
@@ -37,19 +37,20 @@ inline constexpr std::uint32_t kPacketSizeMask = 0xFFFF;
 struct SimulatedChunk {
   const char* name;
   std::uint32_t id;
-  bool is_real;
+  bool is_real;  // a double; false: an integer
 };
 inline constexpr std::array kChunks{
     SimulatedChunk{"ExposureTime", 0x1001, true}, SimulatedChunk{"Gain", 0x1002, true},
     SimulatedChunk{"Timestamp", 0x1003, false}, SimulatedChunk{"FrameID", 0x1004, false},
     SimulatedChunk{"LineStatusAll", 0x1005, false}};
 inline constexpr std::uint32_t kImageChunkId = 0x1000, kChunkValueBytes = 8;
-// What an image, and each value beside it, adds to the payload.
+// What the image's chunk and each other chunk add to the payload, beside the image.
 inline constexpr std::uint32_t kImageChunkBytes = 8, kChunkBytes = kChunkValueBytes + 8;
+// Bytes a second.
 inline constexpr std::uint32_t kLeastThroughput = 1'000'000, kMostThroughput = 2'000'000'000;
 
-// All registers that a client may write, with the ranges of the GenICam description: the camera computes with
-// their values.
+// Returns all registers that a client may write, with the ranges of the GenICam description: the camera
+// computes with their values.
 std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation);
 
 // What the registers of a camera at an IPv4 address hold before any client has written them. `line_hz`:
@@ -67,9 +68,9 @@ void WriteStartValues(const GigeStartValues& values, const SimulationOptions& si
 class GigeSequencer {
  public:
   explicit GigeSequencer(RegisterMemory& memory) : memory_(memory) {}
-  // Must be called before a valid request is carried out.
+  // Call it before a valid request is carried out.
   void BeforeRequest(const GvcpAccess& access);
-  // Of the next frame, in microseconds: the running set's, else `otherwise`.
+  // Returns the exposure time of the next frame, in microseconds: the running set's, else `otherwise`.
   std::uint32_t NextExposureUs(std::uint32_t otherwise);
 
  private:

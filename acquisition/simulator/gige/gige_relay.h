@@ -1,7 +1,6 @@
 // Simulates a faulty network link: a relay between a GigE Vision camera and its client. The client uses the
 // relay's address as the camera's; the camera has another address of this machine. The relay forwards control
-// (GVCP) both ways, rewrites the stream's destination, and loses, doubles, swaps or delays stream packets
-// (GVSP).
+// (GVCP) both ways, rewrites the stream's destination, and loses, doubles, swaps or delays its packets.
 //
 // The relay keeps the packets of the last frames and answers PACKETRESEND for the camera (bit 2 of the
 // capability register at 0x0934): it resends lost packets over the same faulty link.

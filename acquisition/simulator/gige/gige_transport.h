@@ -1,6 +1,6 @@
-// The stream of the simulated camera: its frames go where the registers say, with the pause between packets
+// Streams the frames of the simulated camera to where the registers say, with the pause between packets
 // (GevSCPD), the throughput (DeviceLinkThroughputLimit) and the chunk data that a client has set, timed by a
-// clock that IEEE 1588 sets.
+// clock that IEEE 1588 (PTP) sets.
 #pragma once
 
 #include <chrono>
@@ -16,13 +16,13 @@
 namespace ulf::acquisition {
 
 struct SimulatedClock {
-  double ahead_s = 0;  // of this computer's, until IEEE 1588 sets it
-  // From PtpEnable to PtpStatus Slave, and from a master that comes back; negative: there is no master.
+  double ahead_s = 0;  // of this computer's clock, until PTP sets it
+  // From PtpEnable, or from a master that comes back, to PtpStatus Slave; negative: there is no master.
   double ptp_lock_s = 1;
   bool forgets_chunks = false;  // the camera announces chunk data and sends none
 };
 
-// What the chunk data of a frame say.
+// What the chunk data of a frame say; `lines`: states of the input lines, one bit each.
 struct ChunkValues {
   double exposure_us = 0, gain_db = 0;
   std::uint64_t frame_id = 0, lines = 0;
@@ -33,15 +33,15 @@ class GigeTransport {
   // `stream_socket`: bound to the camera's address.
   GigeTransport(FileDescriptor stream_socket, RegisterMemory& memory, const SimulatedClock& clock);
 
-  // Must be called before a valid request is carried out.
+  // Call it before a valid request is carried out.
   void BeforeRequest(const GvcpAccess& access);
-  // Whether there is an IEEE 1588 master from now on. Without one a clock that was set drifts.
+  // Sets whether there is a PTP master from now on. Without one a clock that was set drifts.
   void HearMaster(bool heard);
-  // The camera's clock at a time of this computer's.
+  // Returns the camera's clock at a time of this computer's.
   std::uint64_t ClockNs(std::uint64_t host_ns) const;
-  // Before the camera takes the next frame: the last one must have left.
+  // Waits until the last frame has left. Call it before the camera takes the next one.
   void WaitUntilSent(std::chrono::milliseconds patience) { sender_.WaitUntilSent(patience); }
-  // Sends the frame with the chunk data that are switched on. `timestamp_ns`: ClockNs().
+  // Sends the frame with the chunk data that are switched on. GvspFrame::timestamp_ns: from ClockNs().
   void Send(GvspFrame frame, const ChunkValues& chunks);
 
  private:

@@ -10,8 +10,7 @@
 //   ACCESS_DENIED      a write by a client without control of the camera, except the request for control
 //                      while no other client has it
 //
-// It ignores packets that are no GVCP requests, and invalid requests that want no answer or arrive by
-// broadcast.
+// It ignores packets that are no GVCP requests, and invalid ones that want no answer or came by broadcast.
 //
 // A client controls the camera from its write of the control channel privilege until it writes 0 there, or
 // until it has not read that register (its heartbeat) for longer than the heartbeat time-out.
@@ -53,13 +52,12 @@ class GvcpServer {
   GvcpServer(RegisterMemory& memory, std::vector<WritableRegister> writable,
              std::function<void(const GvcpAccess&)> before = {});
 
-  // Opens the sockets: address:3956 and, for discovery only, the broadcast addresses. Throws as
-  // OpenUdpSocket() does.
+  // Opens the sockets: address:3956 and, for discovery, broadcast addresses. Throws as OpenUdpSocket() does.
   void Listen(const std::string& address);
-  // Waits for requests, at most until `end`, and answers those that came. Takes the control from a client
-  // that was silent for too long.
+  // Waits for requests, at most until `end`, and answers those that came. Ends the control of a client that
+  // was silent for too long.
   void AnswerUntil(std::chrono::system_clock::time_point end);
-  // The answer to one packet, valid until the next call; empty: none.
+  // Returns the answer to one packet, valid until the next call; empty: no answer is to be sent.
   std::span<const std::uint8_t> Answer(std::span<const std::uint8_t> packet, const sockaddr_in& client,
                                        bool by_broadcast);
   bool IsControlled() const { return controller_.has_value(); }

@@ -33,15 +33,15 @@ struct GvspDestination {
 
 class GvspSender {
  public:
-  // `socket`: bound.
+  // `socket`: a bound UDP socket.
   explicit GvspSender(FileDescriptor socket);
   ~GvspSender();
   GvspSender(const GvspSender&) = delete;
   GvspSender& operator=(const GvspSender&) = delete;
 
-  // Returns at once; a frame that is still being sent is waited for first.
+  // Hands a frame to the sending thread; waits first for a frame that is still being sent.
   void Send(GvspFrame frame, const GvspDestination& destination);
-  // Until the last frame has left; false: it has not within this time.
+  // Waits until the last frame has left. Returns false if it has not left in this time.
   bool WaitUntilSent(std::chrono::milliseconds patience);
 
  private:

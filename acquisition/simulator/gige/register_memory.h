@@ -1,9 +1,8 @@
-// The memory of a GigE Vision camera: 64 KiB of registers, and behind them its GenICam description, whose
-// place stands in the registers from 0x200 on. Registers have four bytes and are big-endian, as the control
-// protocol sends them.
+// Holds the memory of a GigE Vision camera: 64 KiB of registers, and behind them its GenICam description,
+// whose place stands as text in the registers from 0x200 on. Registers have four bytes and are big-endian, as
+// the control protocol sends them.
 //
-// All functions may be called from any thread. An address and what is read or written there must lie within
-// Bytes().
+// All functions may be called from any thread. What is read or written must lie within Bytes().
 #pragma once
 
 #include <cstdint>
@@ -17,7 +16,7 @@ namespace ulf::acquisition {
 
 class RegisterMemory {
  public:
-  // All other registers are zero.
+  // All registers but those from 0x200 on are zero.
   explicit RegisterMemory(std::string_view description);
 
   std::uint32_t Bytes() const { return static_cast<std::uint32_t>(bytes_.size()); }  // a multiple of four

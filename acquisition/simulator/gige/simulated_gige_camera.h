@@ -1,5 +1,5 @@
-// The simulated camera as a GigE Vision device on a network address. ExposureTime, Gain, PixelFormat, Width,
-// Height, offsets and AcquisitionFrameRate affect the image.
+// Serves the simulated camera as a GigE Vision device on a network address. ExposureTime, Gain, PixelFormat,
+// Width, Height, offsets and AcquisitionFrameRate affect the image.
 //
 // Time is real: the hand moves while a client streams and rests otherwise. Frames are rendered ahead into a
 // ring, for the times at which the camera will fire: multiples of the frame period of the system clock. When
@@ -8,16 +8,15 @@
 // forwards and backwards (`loop`) reaches any frame rate.
 //
 // Formats: all of SensorFormat. Trigger: TriggerMode On with TriggerSource Software or Line0; Line0 gets
-// LinePulseRate pulses per second while a client streams. Two software triggers within the time that the
-// camera needs to send a frame give one frame, as on cameras without a trigger buffer.
+// LinePulseRate pulses per second. Two software triggers within the time that the camera needs to send a
+// frame give one frame, as on cameras without a trigger buffer.
 //
 // Registers describe the last frame: LastFrameId (as sent: 16 bits), LastFrameNumber (from 1, never wraps),
-// LastExposureTime, LastGain, LastHandTime. All five change together, before the first packet of the frame is
-// sent.
+// LastExposureTime (us), LastGain (tenths of dB), LastHandTime (ms). All five change together, before the
+// first packet of the frame is sent.
 //
 // One thread answers control requests (gvcp_server.h) and takes frames: requests wait while a frame is
-// rendered, and registers that are read in one request describe one frame. Another one sends the frames
-// (gige_transport.h).
+// rendered, and registers that are read in one request describe one frame. Another sends (gige_transport.h).
 //
 // Faults of the link and of time need a relay (gige_relay.h) at the camera's address; the camera itself then
 // has another one (gige_address.h).
@@ -43,8 +42,8 @@ namespace ulf::acquisition {
 
 struct GigeServerOptions {
   SimulationOptions simulation;
-  // A board or card is held before the camera, in place of the simulation's scene and hand; its camera is as
-  // large as the simulation's.
+  // A board or card that is held before the camera, instead of the simulation's scene and hand. Its pictures
+  // must have the simulation's size.
   std::optional<BoardSceneOptions> board = {};
   std::string interface = "127.0.0.1";  // an IPv4 address of this machine; one camera per address
   std::string serial = "ULF-SIM-1";
@@ -65,22 +64,23 @@ struct GigeServerStatistics {
 
 class SimulatedGigeCamera {
  public:
-  // The camera runs when the constructor returns. Throws Error when the address is not this machine's,
-  // another camera uses it, or discovery does not find the serial.
+  // The camera runs when the constructor returns. Throws Refusal for options that are out of range or
+  // contradict each other, Error if the address is not this machine's, another camera uses it, or the camera
+  // does not answer there.
   explicit SimulatedGigeCamera(const GigeServerOptions& options);
   ~SimulatedGigeCamera();
   SimulatedGigeCamera(const SimulatedGigeCamera&) = delete;
   SimulatedGigeCamera& operator=(const SimulatedGigeCamera&) = delete;
 
-  // As Aravis lists it: "Vendor-Serial".
+  // Returns Aravis's name of the camera: "Vendor-Serial".
   std::string DeviceId() const;
-  const SimulatedCamera& camera() const;  // there is none before a board
-  CameraModel StoredCamera() const;       // of a calibration
+  const SimulatedCamera& camera() const;  // not with a board
+  CameraModel StoredCamera() const;       // the intrinsics of a calibration
   GigeServerStatistics Statistics() const;
-  // Null without a fault that needs a relay. `freeze=0:0`, a freeze without length, makes one for tests that
-  // control the link.
+  // Returns null without a fault that needs a relay. The fault `freeze=0:0`, a freeze without length, makes a
+  // relay for tests that control the link.
   GigeRelay* relay();
-  // Whether there is an IEEE 1588 master from now on; the fault ptp_lost says so by time.
+  // Sets whether there is an IEEE 1588 master from now on, as the fault ptp_lost does at given times.
   void HearMaster(bool heard);
 
  private:

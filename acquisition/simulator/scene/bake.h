@@ -1,5 +1,5 @@
-// Computes the light on the scene's surfaces once, and keeps it on disk for programs that open the same scene
-// many times: baking takes longer than most of them run. scene.h tells which effects are simulated.
+// Computes the light on a scene's surfaces once ("bakes" it), and keeps it on disk, because baking takes
+// longer than most programs run that open the scene. scene.h tells which effects are simulated.
 #pragma once
 
 #include <filesystem>
@@ -17,8 +17,8 @@ std::vector<MipTexture> BakeCharts(const Scene& scene);
 // Returns BakeCharts(), or its earlier result from the folder that the environment names (ULF_BAKED_SCENES).
 std::vector<MipTexture> KeptOrBakedCharts(const Scene& scene);
 
-// Keeps a file for every scene and every state of the sources that bake it. A file that cannot be read is
-// baked anew; one that cannot be written is left out.
+// Keeps a file in `folder` for every scene and every state of the sources that bake it. Bakes anew what
+// cannot be read, and goes on without a file that cannot be written.
 std::vector<MipTexture> KeptOrBakedCharts(const Scene& scene, const std::filesystem::path& folder);
 
 }  // namespace ulf::acquisition

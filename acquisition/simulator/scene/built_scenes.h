@@ -1,4 +1,4 @@
-// Builds the scenes (scene.h).
+// Builds the scenes, one function for each name (Scene::Named()).
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// Vectors of eight floats by the compiler's vector extension, which works with AVX, with SSE and without
-// both. Geometry is a template over F8 (ray caster) and double (exact depth, tests).
+// Defines vectors of eight floats by the compiler's vector extension, which works with AVX, SSE or neither.
+// Geometry is a template over F8 (ray caster) and double (exact depth, tests).
 #pragma once
 
 #include <algorithm>

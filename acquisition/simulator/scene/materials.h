@@ -1,6 +1,6 @@
 // Defines procedural materials: reflectance (linear B, G, R, 0 to 1) as a function of a point on the solid,
-// in metres in its own frame. Hashes scatter every pattern over the whole surface: it has corners at several
-// scales and never repeats, so that features can be matched uniquely (but for kStucco, which has none).
+// in metres in the solid's frame. Hashes scatter every pattern over the whole surface, so that it has corners
+// at several scales and never repeats: features can be matched uniquely (but kStucco has none).
 #pragma once
 
 #include "acquisition/simulator/scene/lanes.h"
@@ -43,8 +43,8 @@ enum Name : int {
 }
 
 struct PaintedPoint {
-  Eigen::Vector3f local;
-  float u_m, v_m;  // along the chart
+  Eigen::Vector3f local;  // metres, the solid's frame
+  float u_m, v_m;         // metres along the chart's sides
   int chart;
   float texel_m;  // edges are softened over this width
 };

@@ -28,10 +28,10 @@ inline float UnitFloat(std::uint32_t hash) { return static_cast<float>(hash >> 8
 // Returns smooth noise, 0 to 1, with one lattice cell per unit.
 float ValueNoise(const Eigen::Vector3f& p, std::uint32_t seed);
 
-// Returns a sum of `octaves` of it, each at twice the frequency and half the height; 0 to 1.
+// Returns a sum of `octaves` of ValueNoise(), each at about twice the frequency and half the height; 0 to 1.
 float FractalNoise(const Eigen::Vector3f& p, int octaves, std::uint32_t seed);
 
-// The Voronoi cell (Worley noise, one site per unit cell) that contains a point.
+// The Voronoi cell that contains a point; each unit cell of the lattice has one random site (Worley noise).
 struct Cell {
   std::uint32_t hash = 0;  // of the site
   float to_site = 0;       // distance to it

@@ -40,23 +40,23 @@ struct Primitive {
   Finish finish = Finish::kMatte;  // kPolished and kGlass: not for boxes, rooms and tori
   float mirrored = 0.045f;         // share of light that is mirrored at right angles; 0.045: index 1.54
   float glow = 1;       // its light over what the lamps give it: in a light box above 1, behind glass below
-  bool thin = false;    // may be thinner than a pixel: looked at more closely
-  bool moves = false;   // with the scene's sway
+  bool thin = false;    // may be thinner than a pixel, which then gets more rays
+  bool moves = false;   // moves with the scene's Sway
   int main_chart = -1;  // the only chart that needs full resolution; -1: all of them
   Eigen::Quaterniond world_from_local = Eigen::Quaterniond::Identity();
-  // Set by SceneBuilder: the pose above, and the first of its charts among the scene's.
+  // Set by SceneBuilder: the pose above as a transform, and the index of its first chart among the scene's.
   Rigid3 local_from_world = {};
   int first_chart = 0;
 
   int ChartCount() const;
-  // Return the bounding sphere in the local frame.
+  // Return centre and radius of the bounding sphere in the local frame.
   Vec3<float> BoundCenter() const;
   float BoundRadius() const;
   // Returns the largest distance of a point of the surface from `point_in_world`.
   double FarthestFrom(const Eigen::Vector3d& point_in_world) const;
 };
 
-// A point of the surface: chart, coordinates (u, v) on it, and outward normal.
+// A point of the surface: its chart, coordinates (u, v) on the chart, 0 to 1, and outward normal (local).
 struct SurfacePoint {
   int chart = 0;  // within the primitive
   float u = 0, v = 0;
@@ -71,11 +71,11 @@ ChartPoint PointOnChart(const Primitive& primitive, int chart, float u, float v)
 
 struct ChartSize {
   float width_m = 0, height_m = 0;
-  bool wrap_u = false, wrap_v = false;
+  bool wrap_u = false, wrap_v = false;  // whether opposite edges meet on the surface
 };
 ChartSize SizeOfChart(const Primitive& primitive, int chart);
 
-// Returns the distance along a unit direction `d` from `o` (both local) to the surface, or infinity.
+// Returns the distance along a unit direction `d` from `o` (both local) to the surface; infinity for a miss.
 template <typename T>
 T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d);
 

@@ -1,9 +1,9 @@
 // Casts a ray through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
-// One ray per pixel; pixels whose solid differs from a neighbour's, that something thin passes through, or
-// that see a mirror or glass get four more rays, so that edges are anti-aliased (surfaces are by the mip
-// levels of their textures). Each tile has a list of the solids that it can show. `sway_angle`:
-// Scene::SwayAngle at that moment. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
+// Each pixel gets one ray; pixels whose solid differs from a neighbour's, that something thin passes through,
+// or that see a mirror or glass get four more to anti-alias edges (mip levels of the textures do that inside
+// surfaces). Each tile has a list of the solids that it can show. `sway_angle`: of the moving parts, from
+// SimulatedCamera::SwayAngle. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
 #pragma once
 
 #include <memory>
@@ -16,6 +16,7 @@ namespace ulf::acquisition {
 
 class RayCaster {
  public:
+  // Throws Error for a camera whose distortion cannot be inverted at some pixel.
   RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& camera);
   ~RayCaster();
   RayCaster(RayCaster&&) noexcept;
@@ -33,11 +34,10 @@ class RayCaster {
   // Returns the image without motion blur and sensor: CV_32FC3, linear B, G, R.
   cv::Mat Radiance(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
-  // Returns the distance along each pixel's ray, metres: CV_32FC1.
+  // Returns the distance to the first surface along each pixel's ray, metres: CV_32FC1.
   cv::Mat RayLength(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
-  // Returns a mask, CV_8UC1, 255 where the first surface along a pixel's ray is one that moves
-  // (Primitive::moves).
+  // Returns a mask, CV_8UC1, 255 where the first surface along a pixel's ray moves (Primitive::moves).
   cv::Mat MovingPixels(const Rigid3& cam_from_world, double sway_angle) const;
 
  private:

@@ -1,6 +1,6 @@
 // Defines the simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
 //
-// docs/devices.md#the-simulated-camera-sim-and-ulf-simulate says what is in each, and what is hard about it.
+// docs/devices.md#the-simulated-camera-sim-and-ulf-simulate says what is in each scene, and why it is hard.
 //
 // The lamps do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
 // textures: reflectance times irradiance (a large area light with exact penumbras, ambient light with
@@ -83,6 +83,7 @@ class Scene {
   // encloses the scene. `through_glass` leaves out surfaces of glass.
   Hit FirstHit(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,
                double sway_angle = 0, bool through_glass = false) const;
+  // Return the distance of that surface, and the solid, with moving parts at rest unless an angle is given.
   double DepthAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,
                     double sway_angle = 0) const {
     return FirstHit(origin_in_world, direction_in_world, sway_angle).distance;

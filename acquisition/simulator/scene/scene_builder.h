@@ -1,4 +1,4 @@
-// Builds a scene from solids, lamps and the subject, then bakes the light.
+// Builds a scene from solids, lamps and the subject, then bakes the light (bake.h). World frame, metres.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace ulf::acquisition {
 
-// Returns a matte solid of the subject at a place, turned about z.
+// Returns a matte solid that is part of the subject, turned about z.
 Primitive Matte(Shape shape, const std::array<float, 3>& size, const Eigen::Vector3d& position, int material,
                 double turned_deg = 0);
 
@@ -16,7 +16,7 @@ class SceneBuilder {
   SceneBuilder() : scene_(new Scene) {}
 
   void Add(Primitive solid);
-  // Adds a round rod between two points of the world; `solid` says the rest.
+  // Adds a round rod between two points; `solid` says its material and all else.
   void AddRod(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, Primitive solid);
   // Adds a sheet of markers (kMarkerSheet, kTurntableSheet) whose front faces -y of `world_from_local`.
   void AddBoard(const Rigid3& world_from_local, int material, bool moves = false);
@@ -33,7 +33,7 @@ class SceneBuilder {
   // Sets the subject's sphere around `center`, large enough for the solids that belong to it.
   void EncloseSubject(const Eigen::Vector3d& center);
   void SetSway(const Sway& sway) { scene_->sway_ = sway; }
-  // Bakes the scene. A capture starts in `first_direction` from the subject, at `first_distance`.
+  // Bakes the scene; call it last. Both parameters say where from the subject a capture starts (Scene).
   std::shared_ptr<const Scene> Finish(const Eigen::Vector3d& first_direction, double first_distance = 1);
 
  private:

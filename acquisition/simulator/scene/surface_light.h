@@ -14,11 +14,11 @@ struct SurfaceView {
   Eigen::Vector3f point, normal, direction;  // the direction is the ray's, towards the surface
   float distance = 0;                        // from the eye
   float pixel_angle = 0;                     // radians
-  double sway_angle = 0;                     // of what moves
+  double sway_angle = 0;                     // of the scene's moving parts
 };
 
-// Returns the radiance towards the eye, where `matte` is the baked one. `part`: index into the scene's
-// primitives.
+// Returns the radiance of a surface towards the eye; `matte`: its baked radiance, `part`: index of its solid
+// in Scene::primitives().
 F4 SurfaceLight(const Scene& scene, int part, F4 matte, const SurfaceView& view);
 
 }  // namespace ulf::acquisition
