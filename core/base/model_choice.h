@@ -1,4 +1,5 @@
-// States why the program chose one model and not another, in one form for all commands.
+// States why the program chose one model (a lens, a blending field, a mesh) and not another, in one form for
+// all commands.
 #pragma once
 
 #include <fmt/format.h>

@@ -7,7 +7,7 @@
 
 namespace ulf {
 
-// Returns the word itself, or in double quotes if a shell would split it: `ulf repair "my vase"`.
+// Returns the word, in double quotes if a shell would split or interpret it: `ulf repair "my vase"`.
 inline std::string ShellWord(std::string_view word) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:=,@%+-";
