@@ -6,7 +6,7 @@
 
 namespace ulf {
 
-// The solver uses one thread.
+// Returns the options, for one thread. Also raises glog's threshold to fatal messages in the whole process.
 ceres::Solver::Options SilentSolver(int max_iterations);
 
 }  // namespace ulf

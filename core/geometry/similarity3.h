@@ -1,4 +1,4 @@
-// A similarity transform (rotation, translation, scale): the poses of one camera are determined up to one.
+// A similarity transform (rotation, translation, scale). Images alone determine poses up to such a transform.
 //
 // `target_from_source` as for Rigid3, with the scale first: target = scale * rotation * source + translation.
 // Scaling the world about the camera does not change the image, so WithoutScale() turns a pose that a
@@ -40,8 +40,9 @@ inline Similarity3 operator*(const Similarity3& c_from_b, const Similarity3& b_f
 // scale.
 Similarity3 Perturbed(const Similarity3& target_from_source, const Eigen::Matrix<double, 7, 1>& delta);
 
-// Returns the similarity that maps `source` to `target` with least squared error (Umeyama 1991), of scale 1
-// if `rigid`; none for fewer than three points or if they lie on one line.
+// Returns the similarity that maps each point of `source` to that of `target` at the same index, with least
+// squared error (Umeyama 1991), of scale 1 if `rigid`; none for fewer than three points or if they lie on one
+// line.
 std::optional<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
                                        std::span<const Eigen::Vector3d> target, bool rigid = false);
 
