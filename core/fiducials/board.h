@@ -15,9 +15,9 @@
 //   aruco:4x5:37.5:5:DICT_6X6_1000    columns x rows of markers, marker, gap, dictionary
 //   aprilgrid:6x6:30:9                columns x rows of tags, tag, gap
 //   chessboard:8x6:25                 columns x rows of squares, square
-// Boards of other makers have words behind that, in any order: `first=36`, the least number of a marker;
-// `right-up`, how markers are numbered (right, left, up or down to the next one, then to the next row or
-// column); `white-corner`, a ChArUco board with a marker in its upper left corner, as OpenCV before 4.6
+// Boards of other makers have further words behind colons, in any order: `first=36`, the least number of a
+// marker; `right-up`, how markers are numbered (right, left, up or down to the next one, then to the next row
+// or column); `white-corner`, a ChArUco board with a marker in its upper left corner, as OpenCV before 4.6
 // drew boards with an even number of rows.
 #pragma once
 
@@ -52,7 +52,7 @@ struct Board {
   MarkerOrder order = {};
   bool white_corner = false;
 
-  static Board Parse(const std::string& text);  // throws Refusal that names the right form
+  static Board Parse(const std::string& text);  // throws a Refusal that names the right form
   std::string Text() const;
 
   // Returns whether the board is a grid of markers without squares between: an ArUco grid or an AprilGrid.
@@ -77,7 +77,8 @@ struct Board {
   bool operator==(const Board&) const = default;
 };
 
-// Returns OpenCV's number of the dictionary with this name; throws Refusal that lists the names.
+// Returns OpenCV's number of the dictionary with this name. Throws a Refusal that lists the names if there is
+// none.
 int DictionaryNumber(const std::string& name);
 
 }  // namespace ulf

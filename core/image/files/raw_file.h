@@ -29,20 +29,20 @@ namespace ulf {
 using WhiteBalance = std::array<double, 3>;
 
 struct RawFacts {
-  cv::Size size;     // px, as the camera crops it; `visible` if the file does not say how
+  cv::Size size;     // px, as the camera crops it; equal to `visible` if the file does not say how
   cv::Size visible;  // px, the sensor's visible area
   ExifFacts exif;
   std::string maker, model;
-  bool has_white_balance = false;  // as shot; otherwise the camera's daylight is used
-  WhiteBalance white_balance{1, 1, 1};
-  bool has_color_matrix = false;  // otherwise the colours are the sensor's own
+  bool has_white_balance = false;       // the file holds one as shot
+  WhiteBalance white_balance{1, 1, 1};  // as shot, or else the camera's daylight
+  bool has_color_matrix = false;        // otherwise the colours are the sensor's own
 };
 
 // Keeps one white balance for the pictures of a light field: for each camera (maker and model) that of its
 // first raw file. Several threads may use it.
 class LockedWhiteBalance {
  public:
-  // Returns the white balance to develop a raw file with; none means its own.
+  // Returns the white balance to develop a raw file of these facts with; none means its own.
   std::optional<WhiteBalance> WhiteBalanceFor(const RawFacts& facts);
 
  private:
@@ -50,11 +50,11 @@ class LockedWhiteBalance {
   std::map<std::pair<std::string, std::string>, WhiteBalance> first_ ULF_GUARDED_BY(mutex_);
 };
 
-// kQuick is bilinear and takes half the time (24 megapixels: 0.7 s of processor for 1.4), for tracking and
-// display.
+// kQuick is bilinear and takes half the CPU time (0.7 s for 1.4 s at 24 megapixels), for
+// tracking and display.
 enum class RawQuality { kQuick, kBest };
 
-// Returns whether a raw file of these facts can be cropped to `wanted`.
+// Returns whether a raw file of these facts can be cropped to `wanted`: at most 5 % of a side are cut off.
 bool CanCropRaw(const RawFacts& facts, cv::Size wanted);
 
 // All functions below throw Error that begins with `path` (or `name`) and says what is wrong and the remedy:
@@ -64,10 +64,10 @@ bool CanCropRaw(const RawFacts& facts, cv::Size wanted);
 // Reads the facts without decoding the pixels.
 RawFacts ReadRawFacts(const std::string& path);
 
-// Returns CV_16UC3, B, G, R. `wanted` is the size to crop to, by default RawFacts::size; throws Error if that
-// is impossible. `white_balance` is by default RawFacts::white_balance. `clipped` receives 255 where the
-// sensor, times its white balance, goes beyond full scale, as ClippedPixels() (clipped.h); it is found in the
-// mosaic because the colour matrix hides clipping.
+// Returns CV_16UC3, B, G, R. `wanted` is the size to crop to, by default RawFacts::size; throws Error if
+// CanCropRaw() says no. `white_balance` is by default RawFacts::white_balance. `*clipped` becomes a mask as
+// of ClippedPixels() (clipped.h), 255 where the sensor times its white balance goes beyond full scale; it is
+// found in the mosaic because the colour matrix hides clipping.
 cv::Mat ReadRawFile(const std::string& path, std::optional<cv::Size> wanted = std::nullopt,
                     const std::optional<WhiteBalance>& white_balance = std::nullopt,
                     cv::Mat* clipped = nullptr);
