@@ -27,10 +27,10 @@ enum class SetFormat {
 };
 // Returns the name on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
 const char* Name(SetFormat format);
-// Returns none for "auto". Throws Refusal that lists the names.
+// Returns none for "auto". Throws a Refusal that lists the names for an unknown one.
 std::optional<SetFormat> SetFormatFromName(const std::string& name);
 
-// Returns the formats in which `source`, a folder or a file, holds a set.
+// Returns the formats in which `source`, a folder or a file, holds a set, in the order of SetFormat.
 std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
 
 // Returns the file or folder that the format's reader takes; empty if `source` holds no such set.
