@@ -15,7 +15,7 @@ namespace ulf {
 
 inline constexpr const char* kLinksFile = "links.json";
 
-// Lets this process follow the links that it meets, and stores the permission in the folders.
+// Permits this process to follow the links that it meets, and to store the permission in their folders.
 void FollowOutsideLinks(bool follow = true);
 
 struct OutsideLink {
@@ -30,7 +30,8 @@ struct OutsideLink {
 // are followed all the same.
 std::vector<OutsideLink> RefusedLinks(const std::filesystem::path& root, const std::vector<View>& views);
 
-// Describes them: "images leads to /large/images, outside of the light field; ..." with the remedy.
+// Describes links, of which there is at least one: "the link 'images' leads to /large/images, outside of the
+// light field; ...", with the remedy.
 std::string Words(const std::filesystem::path& root, const std::vector<OutsideLink>& refused);
 
 // Throws Error with this description if there are any.

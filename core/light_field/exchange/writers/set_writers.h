@@ -10,22 +10,20 @@
 
 namespace ulf {
 
-// Agisoft Metashape imports cameras by File > Import > Import Cameras, "Agisoft XML". Conventions are those
-// of set_readers.h: sensors with f, b1 = fx - fy, the principal point counted from the middle, p1 and p2
-// swapped against OpenCV; camera-to-chunk transforms with our axes. Frame sensors have k1 k2 k3 p1 p2,
-// fisheyes k1 to k4, so no coefficient is lost. A camera's label is its photograph's name without the ending.
-
+// Returns cameras.xml. Agisoft Metashape imports cameras by File > Import > Import Cameras, "Agisoft XML".
+// Conventions are those of set_readers.h: sensors with f, b1 = fx - fy, the principal point counted from the
+// middle, p1 and p2 swapped against OpenCV; camera-to-chunk transforms with our axes. Frame sensors have k1
+// k2 k3 p1 p2, fisheyes k1 to k4, so no coefficient is lost. A camera's label is its photograph's name
+// without the ending.
 std::string MetashapeXmlText(const LightField& exported);
 
-// RealityScan (once RealityCapture) reads an XMP file beside each photograph: STEM.xmp for STEM.jpg.
-// Conventions are those of set_readers.h. Poses are locked and lenses exact, so that the program keeps both;
-// views of one camera are one calibration group. Groups count from 0: its help ("Selected Input") calls every
-// number but -1 a group.
-
-// Throws Refusal, with the remedy, if the form cannot represent one of the lenses (a fisheye).
+// Throws Refusal, with the remedy, if RealityScan's form cannot represent one of the lenses (a fisheye).
 void RequireRealityScanLenses(const LightField& light_field);
 
-// Returns the file of one view of a light field that passed the check.
+// Returns the file of one view of a light field that passed the check. RealityScan (once RealityCapture)
+// reads an XMP file beside each photograph: STEM.xmp for STEM.jpg. Conventions are those of set_readers.h.
+// Poses are locked and lenses exact, so that the program keeps both; views of one camera are one calibration
+// group. Groups count from 0: the program's help ("Selected Input") calls every number but -1 a group.
 std::string RealityScanXmpText(const CameraModel& camera, int camera_group, const Rigid3& cam_from_world);
 
 // instant-ngp and NeRF's synthetic sets have transforms files with poses as in transforms.json
@@ -47,10 +45,11 @@ std::string InstantNgpText(const LightField& exported);
 // Returns the transform from the light field's world to that of NeRF's synthetic sets.
 Similarity3 NerfFromWorld(const LightField& light_field, const Subject& subject);
 
-// Returns whether a view belongs to the test part, which is every eighth.
+// Returns whether the view at this index of LightField::views belongs to the test part, which
+// is every eighth.
 bool IsForTesting(std::size_t index);
 
-// Returns the transforms file of the test or training part. File names are relative to its folder.
+// Returns the transforms file of the test or the training part. File names are relative to its folder.
 std::string NerfSyntheticText(const LightField& exported, const Similarity3& nerf_from_world, bool testing);
 
 // Returns sentences on what readers of NeRF's synthetic sets will not show as it is; empty if nothing.
