@@ -100,8 +100,7 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder);
 // Throws DiskFullError if `reason`, an errno, says that there is no room, otherwise Error.
 [[noreturn]] void ThrowDiskError(int reason, const std::string& what_failed);
 
-// Throws Error unless `path` leads to a regular file: opening a pipe would wait for ever, and reading a
-// device would never end.
+// Throws Error unless `path` leads to a regular file: reading a pipe or a device might never end.
 void RequireRegularFile(const std::filesystem::path& path);
 
 // Opens a regular file. Throws Error if it is missing, is not regular, or cannot be read.

@@ -39,8 +39,7 @@ std::string Parameter(std::string_view name);
 // Sets how Parameter() spells names in this process. Call it once, before other threads begin.
 void SpellParameters(std::string (*spell)(std::string_view name));
 
-// The disk or the user's quota is full. What was being written has been removed; it can be written again when
-// there is room.
+// The disk or the user's quota is full. What was being written is removed; the caller may try again later.
 class DiskFullError : public Error {
  public:
   using Error::Error;

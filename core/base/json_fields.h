@@ -19,8 +19,7 @@ namespace ulf {
 // nlohmann::json::parse_error::byte.
 std::string JsonFault(std::string_view text, std::size_t byte);
 
-// Parses JSON. Throws an Error that says `where` (the file), the fault, and `remedy` (what to
-// do, as a clause).
+// Parses JSON. Throws an Error with `where` (the file), the fault, and `remedy` (what to do, as a clause).
 nlohmann::json ParseJson(std::string_view text, const std::string& where, const std::string& remedy);
 
 // An object inside parsed JSON, which must outlive this, and its place for messages: "transforms.json, frame
@@ -51,8 +50,7 @@ struct JsonPlace {
   }
   double Number(const char* key, double otherwise) const { return Has(key) ? Number(key) : otherwise; }
 
-  // Throws Error if there is any other key, for files that people write by hand: a misspelt key would
-  // otherwise be ignored.
+  // Throws Error for any other key: in files that people write by hand, it may be misspelt.
   void RequireOnly(std::initializer_list<const char*> keys) const {
     if (!object.is_object()) throw Error("{}: expected an object", where);
     for (const auto& item : object.items()) {

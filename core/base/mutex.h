@@ -1,6 +1,5 @@
 // A mutex, its lock and a condition variable that Clang's thread-safety analysis can follow. They are the
-// standard library's with the analysis' attributes on them and cost nothing more; the functions have the
-// standard's names.
+// standard library's, by the same names and at the same cost, with the analysis' attributes on them.
 //
 // A member says which mutex guards it (ULF_GUARDED_BY), a function which one its caller must hold
 // (ULF_REQUIRES) or must not hold (ULF_EXCLUDES); a build with the preset "clang" fails where the code does

@@ -11,8 +11,7 @@ namespace ulf {
 // Throws Refusal when `path` is a folder, or its folder is missing or not writable.
 void RequireWritable(const std::string& path);
 
-// Throws Refusal if a regular file of this name holds anything but `bytes`, so that a user's file is not
-// replaced unasked.
+// Throws Refusal if a regular file is there and holds anything but `bytes`: it is not replaced unasked.
 void RequireUnused(const std::string& path, std::string_view bytes = {});
 
 // Checks as RequireWritable() does, and that the ending is .png, .jpg or .jpeg.

@@ -1,5 +1,4 @@
-// Shows the progress of work that takes more than a second, on standard error: a bar on a terminal, plain
-// lines elsewhere.
+// Shows the progress of work of more than a second on standard error: a bar on a terminal, else plain lines.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,4 @@
-// Quotes words for shells: in commands that messages show for copying, and in the completions of bash and
-// zsh.
+// Quotes words for shells: in commands that messages show for copying, and in completions of bash and zsh.
 #pragma once
 
 #include <string>

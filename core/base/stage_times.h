@@ -17,8 +17,7 @@ struct StageTimes {
   double keyframe_s = 0;        // deciding on a keyframe and handing it over
 };
 
-// Adds the CPU time from its construction to its destruction, or to Stop(), to `*sum_s`; with null it
-// measures nothing.
+// Adds the CPU time from its construction to its end, or to Stop(), to `*sum_s`; does nothing with null.
 class StageTimer {
  public:
   explicit StageTimer(double* sum_s) : sum_s_(sum_s), start_s_(sum_s ? ThreadCpuSeconds() : 0) {}

@@ -9,8 +9,7 @@ namespace ulf {
 // Returns these signals, without SIGHUP if it was ignored from the start (nohup).
 std::vector<int> StopSignals();
 
-// While an object of this class exists, these signals only make Requested() true. At most one object may
-// exist at a time.
+// While an object of this class exists, at most one, these signals only make Requested() true.
 class StopOnSignal {
  public:
   StopOnSignal();

@@ -14,8 +14,8 @@ namespace ulf {
 
 class Waiting {
  public:
-  // Starts the thread, which ends with the object. Examples are "closing" for `what` and "depth maps and the
-  // mesh" for `step`.
+  // Starts the thread, which ends with the object. `what` is as "closing", `step` as "depth maps
+  // and the mesh".
   Waiting(std::string what, std::string step);
   ~Waiting();
   Waiting(const Waiting&) = delete;

@@ -65,8 +65,7 @@ struct Board {
   double WidthMm() const;
   double HeightMm() const;
   // Returns the points that are detected, by id, in mm: the inner corners of a ChArUco board or chessboard
-  // row by row; the four corners of each marker of a grid (from first_marker on), clockwise from its upper
-  // left one.
+  // row by row; for a grid, MarkerPoints().
   std::vector<Eigen::Vector3d> Points() const;
   // Returns the corners of the markers of a ChArUco board or a grid in mm, four for each marker number from
   // first_marker on, clockwise from its upper left one.
@@ -77,8 +76,7 @@ struct Board {
   bool operator==(const Board&) const = default;
 };
 
-// Returns OpenCV's number of the dictionary with this name. Throws a Refusal that lists the names if there is
-// none.
+// Returns OpenCV's number of the dictionary with this name. Throws a Refusal with all names if there is none.
 int DictionaryNumber(const std::string& name);
 
 }  // namespace ulf

@@ -23,8 +23,7 @@ struct BoardView {
 // A usable view has at least this many corners: fewer do not determine a pose and check it. Guessed.
 inline constexpr std::size_t kLeastCorners = 6;
 
-// `gray` is CV_8UC1. The result is empty if fewer than kLeastCorners are found, or if they lie
-// nearly on a line.
+// `gray` is CV_8UC1. The result is empty if fewer than kLeastCorners are found, or all nearly on a line.
 BoardView DetectBoard(const Board& board, const cv::Mat& gray);
 
 // Returns the blur of the board's edges as the standard deviation of a Gaussian, in pixels, from the steepest

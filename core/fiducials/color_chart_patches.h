@@ -11,8 +11,7 @@ namespace ulf {
 inline constexpr int kChartColumns = 6, kChartRows = 4, kChartPatches = 24;
 inline constexpr int kFirstGrey = 18;  // index of the white patch; the greys follow
 
-// Returns L* a* b* (D50) as the maker published them for charts made before November 2014 (later ones
-// differ by less than 3 units).
+// Returns L* a* b* (D50) as published for charts made before November 2014; later ones differ by less than 3.
 const std::array<Eigen::Vector3d, kChartPatches>& ChartLab();
 
 // The chart's outline is a rectangle of this size, in the units of OpenCV's model (mcc), with square patches.

@@ -26,19 +26,17 @@ MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int 
 // Throws Refusal for a dictionary that does not exist.
 std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray);
 
-// The next two functions find markers whose corners touch other dark areas, such as the squares between the
-// tags of an AprilGrid: OpenCV's detector takes outlines that touch for a single one and misses most of
-// them. Here dark areas are eroded until they part, and quadrilaterals among the outlines of what remains
-// are grown back.
+// The next two functions find markers whose corners touch other dark areas, as those of an AprilGrid do:
+// OpenCV's detector takes outlines that touch for a single one and misses most of them. Here dark areas are
+// eroded until they part, and quadrilaterals among the outlines of what remains are grown back.
 
 // Returns outlines that may be markers, clockwise, accurate to about two pixels, with pixel centres at
 // integer + 0.5; a marker may be there more than once. `gray` is CV_8UC1.
 std::vector<MarkerImage> DarkQuads(const cv::Mat& gray);
 
 // Returns the markers of a dictionary among the outlines, each number once (the outline with the fewest wrong
-// border cells), with corners clockwise from the upper left one of OpenCV's picture of the marker, as
-// accurate as the outlines. `border_cells` is the width of a marker's dark border. Throws Refusal for a
-// dictionary that does not exist.
+// border cells), with corners clockwise from the upper left one of OpenCV's picture of the marker.
+// `border_cells` is the width of a marker's dark border. Throws Refusal for a dictionary that does not exist.
 std::vector<std::pair<int, MarkerImage>> MarkersAmong(const std::vector<MarkerImage>& quads,
                                                       const cv::Mat& gray, const std::string& dictionary,
                                                       int border_cells);

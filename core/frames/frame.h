@@ -12,8 +12,7 @@
 
 namespace ulf {
 
-// kIncomplete means that pixels are missing; such a frame is counted and displayed, never
-// tracked or recorded.
+// kIncomplete: pixels are missing; such a frame is counted and displayed, but never tracked or recorded.
 enum class FrameStatus { kComplete, kIncomplete };
 
 // kStill is a photograph of a tethered camera in full resolution, which has its own intrinsics.
@@ -49,14 +48,12 @@ struct Frame {
   std::optional<double> requested_s;
   std::optional<EncodedImage> encoded;  // the file of which `image` was decoded, if there is one
   std::optional<EncodedImage> raw;      // the raw file beside that, or alone: then `image` is its light
-  // The pose if it is known without tracking, from the simulator or a replayed light field. The tracker
-  // never uses it.
+  // The pose, if the simulator or a replayed light field knows it. The tracker never uses it.
   std::optional<Rigid3> known_cam_from_world;
 };
 
-// Says where frames come from, by what the user of the program can still change about them. All advice
-// depends on it, so that advice names only what can be changed (tests/commands/capture/advice_test.cpp
-// checks all of it).
+// Says where frames come from, by what the user of the program can still change about them: all advice names
+// only what can be changed (tests/commands/capture/advice_test.cpp checks it).
 enum class FrameSource {
   kSettableCamera,  // a camera in the hand, whose settings `ulf features` and the URI change
   kCamera,          // a camera in the hand, whose settings its URI changes, if anything does (the simulator)

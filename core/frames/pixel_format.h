@@ -62,9 +62,8 @@ std::string SupportedPixelFormats();
 // Returns the bytes of one image without padding at the end of rows; for JPEG the least possible number.
 std::size_t ImageBytes(const PixelFormat& format, int width, int height);
 
-// Copies and unpacks, or decodes, `size` bytes. Throws Error if the image has no pixels, if there are too few
-// bytes or rows are too short, if luma and chroma cannot have that size, or if a JPEG cannot be decoded or
-// has another size.
+// Copies and unpacks, or decodes, `size` bytes. Throws Error if the image has no pixels, if bytes or rows are
+// too few, if luma and chroma cannot have that size, or if a JPEG is damaged or has another size.
 Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
                      const BytesLayout& layout = {});
 
@@ -79,12 +78,10 @@ std::optional<PixelFormat> PreferredPixelFormat(const std::vector<std::string>& 
 // Unpacks PFNC's "p": a stream of bits, lowest first. `bits` is 10, 12 or 14.
 void UnpackLsb(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
-// Unpacks GigE Vision's "Packed": two values in three bytes, the low bits of both in the middle. `bits` is
-// 10 or 12.
+// Unpacks GigE Vision's "Packed": two values in three bytes, low bits in the middle. `bits` is 10 or 12.
 void UnpackGvsp(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
-// Unpacks 16-bit little-endian words with the value in the low bits; the bits above are ignored.
-// `bits` is 10 to 16.
+// Unpacks 16-bit little-endian words of `bits` low bits, 10 to 16; the bits above are ignored.
 void UnpackWords(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
 }  // namespace ulf

@@ -31,8 +31,8 @@ struct CameraModel {
                                 Distortion distortion = Distortion::kNone,
                                 const std::array<double, 5>& coefficients = {});
 
-  // Throws Error naming `owner` (a file or a camera) and what is out of range: sizes, focal lengths, anything
-  // that is not finite.
+  // Throws Error naming `owner` (a file or a camera) and what is not positive (sizes, focal
+  // lengths) or finite.
   void Validate(const std::string& owner) const;
 
   // Returns the image point in px of a point, which may lie outside the image; none if the point is behind
@@ -52,9 +52,8 @@ struct CameraModel {
   // Returns the unit ray through an image point; none if the distortion cannot be inverted.
   std::optional<Eigen::Vector3d> RayFromImg(const Eigen::Vector2d& img) const;
 
-  // Returns how far from the axis the distortion polynomial grows: x² + y² of the ray (x, y, 1), or 1e30
-  // if it grows everywhere; for a fisheye the angle in radians, or pi. ImgFromCam() has no image for
-  // points beyond.
+  // Returns how far from the axis the distortion polynomial grows: x² + y² of the ray (x, y, 1), 1e30 if it
+  // grows everywhere; for a fisheye the angle in radians, at most pi. ImgFromCam() returns none beyond.
   double DistortionExtent() const;
 
   bool Contains(const Eigen::Vector2d& img) const {
@@ -67,8 +66,7 @@ struct CameraModel {
   CameraModel WithoutDistortion() const;
 
   double MeanFocalPx() const { return 0.5 * (fx + fy); }
-  // Returns the largest angle between the axis and a ray of the image, half the diagonal field of view, in
-  // radians.
+  // Returns the largest angle between the axis and a ray of the image, in radians.
   double MaxRayAngle() const;
 
   bool operator==(const CameraModel&) const = default;

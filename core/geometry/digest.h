@@ -1,5 +1,4 @@
-// Checksums of 64 bits that tell whether values have changed: FNV-1a, and a faster one. They
-// give no security.
+// Checksums of 64 bits that tell whether values have changed, without security: FNV-1a, and a faster one.
 #pragma once
 
 #include <cstddef>

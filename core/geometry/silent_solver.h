@@ -1,5 +1,4 @@
-// Options for Ceres that print nothing: a step that fails is a normal part of the search, and the summary
-// reports it.
+// Options for Ceres that print nothing: a step that fails is normal in a search; the summary reports it.
 #pragma once
 
 #include <ceres/solver.h>

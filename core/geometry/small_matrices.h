@@ -1,5 +1,4 @@
-// Decompositions of small matrices by Eigen, here because each use of Eigen's templates costs seconds of
-// compiling.
+// Decompositions of small matrices, here because each use of Eigen's templates costs seconds of compiling.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,8 +32,7 @@ EigenvaluesX EigenvaluesOfAnySize(const Eigen::MatrixXd& symmetric);
 // Returns the inverse; none if the matrix is singular to the precision of its numbers.
 std::optional<Eigen::Matrix3d> InverseOf(const Eigen::Matrix3d& matrix);
 
-// Solves normal * x = right for a positive semidefinite matrix. The result may be not finite if there is no
-// solution.
+// Solves normal * x = right for a positive semidefinite matrix. Without a solution, x may not be finite.
 Eigen::Vector3d SolveNormal(const Eigen::Matrix3d& normal, const Eigen::Vector3d& right);
 Eigen::Matrix<double, 6, 1> SolveNormal(const Eigen::Matrix<double, 6, 6>& normal,
                                         const Eigen::Matrix<double, 6, 1>& right);

@@ -21,8 +21,7 @@ struct TimedPose {
   Rigid3 cam_from_world;
 };
 
-// These read and write a TUM file. They throw Error naming the file and, for a line that is no
-// pose, the line.
+// These read and write a TUM file. They throw Error naming the file and, if it is no pose, the line.
 std::vector<TimedPose> ReadTum(const std::filesystem::path& path);
 void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses);
 

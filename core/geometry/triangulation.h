@@ -1,5 +1,4 @@
-// Triangulates a point from two or more rays. Poses are cam_from_world, rays are unit vectors in the camera
-// frame.
+// Triangulates a point from rays. Poses are cam_from_world, rays are unit vectors in the camera frame.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,4 @@
-// Finds clipped pixels, at which a sensor or the number range of a file was full: only a lower bound of
-// their light is known.
+// Finds clipped pixels: the sensor or the number range of the file was full, and the light may be more.
 //
 // Later steps hide clipping: demosaicing mixes full pixels with others, and white balance, colour matrix and
 // flat field move full scale. Therefore clipped pixels are found in what the camera gave, and a mask of them
@@ -12,14 +11,12 @@
 
 namespace ulf {
 
-// An encoded value counts as full from this share of full scale on: lossy files have full areas a level
-// lower here and there.
+// Encoded values count as full from this share of full scale on: lossy files vary by a level in full areas.
 inline constexpr double kClippedFrom = 254.0 / 255;
 
 // Returns a mask of colours: CV_8UC3, 255 where the encoded value is at least the share `from` of full scale.
-// In a mosaic it also marks that colour of the pixels around, because Demosaiced() computes it from the full
-// value; it computes no other colour from it. Empty if nothing is full, and for float pixels, which have no
-// full scale.
+// In a mosaic it also marks that colour of the pixels around, because Demosaiced() computes it, and no other
+// colour, from the full value. Empty if nothing is full, and for float pixels, which have no full scale.
 cv::Mat ClippedColors(const Image& image, double from = kClippedFrom);
 
 // Returns the same as a mask of pixels: CV_8UC1, 255 if any colour is marked.

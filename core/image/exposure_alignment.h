@@ -41,9 +41,8 @@ struct AlignedExposure {
 // Error if the distortion of `camera` cannot be inverted somewhere in its picture.
 cv::Mat DepthInPicture(const CameraModel& camera, const CameraModel& depth_camera, const cv::Mat& depth);
 
-// Resamples the exposure. Pixels outside of its picture, and those that something nearer hides in it, are
-// not seen. `depth` comes from DepthInPicture(); `ratio` is as in AlignedExposure. Throws as
-// DepthInPicture() does.
+// Resamples the exposure. Pixels outside of its picture, and those that something nearer hides in it, are not
+// seen. `depth` is of DepthInPicture(), `ratio` as in AlignedExposure. Throws as DepthInPicture() does.
 AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& camera, const cv::Mat& depth,
                               const Rigid3& exposure_from_reference, double ratio);
 

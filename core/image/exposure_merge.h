@@ -7,8 +7,8 @@
 // itself it would favour values that are too low. A clipped colour of a pixel has no weight; its other
 // colours do, unless the picture mixes colours.
 //
-// An exposure that may be misaligned or blurred is less certain at edges: it reduces the noise of flat
-// areas and leaves edges to the others. Pixels that still disagree with the reference (ghosts) are left out
+// An exposure that may be misaligned or blurred is less certain at edges: it reduces the noise of flat areas
+// and leaves edges to the others. Pixels that still disagree with the reference are left out
 // (exposure_ghosts.h).
 //
 // Light is a share of the exposure's full scale, 0 at the black level. Channels are B G R in memory.

@@ -1,5 +1,4 @@
-// A camera's flat field: the light at each place of the image relative to the middle (vignetting and
-// shading).
+// A camera's flat field: the light at each place of the image relative to the middle (vignetting, shading).
 //
 // The flat field is estimated from a few frames of a plain, evenly lit card in linear light. Its logarithm is
 // a polynomial of the position (from the image's middle, in half diagonals), one for each of B, G, R. The
@@ -8,8 +7,7 @@
 // card's lighting and is never part of the flat field. Dust on the sensor (small dark spots) is excluded from
 // the estimate and not corrected; it is counted, so that the sensor can be cleaned.
 //
-// Recorded photographs are never changed. A light field keeps the flat field of its camera, and
-// ReadViewImage() divides by it.
+// Recorded photographs are never changed: ReadViewImage() divides by the light field's flat field.
 #pragma once
 
 #include <array>
@@ -36,8 +34,7 @@ struct FlatField {
 
   // Returns the light relative to the middle, for images of this size: CV_32FC3.
   cv::Mat Light(int used_width, int used_height) const;
-  // Returns the image in linear float, divided by the light. `black_level`, a share of full
-  // scale, stays in it.
+  // Returns the image in linear float, divided by the light. `black_level` (share of full scale) stays in it.
   Image Corrected(const Image& image, double black_level = 0) const;
 
   // These return the flat field for images of another part of the sensor, or of another size. `estimated` is
@@ -63,8 +60,7 @@ struct FlatFieldResult {
 // `cards` are frames of the card, of one size. `black_level` is a share of full scale.
 FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level = 0);
 
-// These serve the journal, calibration files and recordings. Reading throws an Error that
-// begins with `where`.
+// For the journal, calibration files and recordings. Reading throws an Error that begins with `where`.
 nlohmann::json FlatFieldToJson(const FlatField& flat_field);
 FlatField FlatFieldFromJson(const nlohmann::json& json, const std::string& where);
 

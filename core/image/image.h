@@ -8,8 +8,7 @@
 
 namespace ulf {
 
-// Says how a stored number relates to light: proportional (kLinear), or encoded for a display (kSrgb, IEC
-// 61966-2-1).
+// How a stored number relates to light: proportional, or encoded for a display (sRGB, IEC 61966-2-1).
 enum class Transfer { kLinear, kSrgb };
 
 // A mosaic's pattern is named by its first two pixels of the first two rows, as in GenICam.

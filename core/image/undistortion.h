@@ -27,7 +27,7 @@ Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner)
 std::vector<Undistortion> UndistortionsToOne(const std::vector<CameraModel>& cameras,
                                              const std::vector<std::string>& owners);
 
-// Maps every pixel of `to` to its place in the picture of `from`, in the form of cv::remap (CV_32FC1, pixel
+// Where each pixel of `to` lies in the picture of `from`, for cv::remap (CV_32FC1, pixel
 // centres at integers).
 struct UndistortionMap {
   cv::Mat x, y;

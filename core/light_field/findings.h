@@ -52,8 +52,7 @@ struct KeptFinding {
   bool operator==(const KeptFinding&) const = default;
 };
 
-// Returns "view 7" or "views 3, 5 to 9 and 12"; of many runs of ids the first ones and the number of the
-// rest; "" for no view.
+// Returns "view 7" or "views 3, 5 to 9 and 12", for many runs of ids "... and 20 more"; "" for no view.
 std::string ViewNumbers(const std::set<int>& ids);
 
 // Does the same for the keys of a map.

@@ -116,8 +116,7 @@ struct ScenePoint {
   std::vector<ViewObservation> track{};  // at most one a view; empty if unknown
 };
 
-// The goal of a capture: a cap of so many degrees of azimuth and elevation, and the share of it that is
-// enough.
+// The goal of a capture: a cap, in degrees of azimuth and elevation, and the share of it that is enough.
 struct CoverageGoal {
   Eigen::Vector2d cap_deg;
   double share = 1;
@@ -255,13 +254,11 @@ std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 // half of the photographs show it.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
 
-// Names of the files of a view and of its other exposures, which a capture with brackets takes.
-// docs/light_field.md describes them.
+// Names of files of a view and its other exposures, which a bracket takes (docs/light_field.md).
 
 inline constexpr const char* kExposuresFolder = "exposures";
 inline constexpr const char* kMergedFolder = "merged";
-// Channels of merged/*.exr besides R, G, B: 1 where all exposures are clipped; 1 where an
-// exposure is left out.
+// Channels of merged/*.exr besides R, G, B: 1 where all exposures are clipped, and where one is left out.
 inline constexpr const char* kClippedChannel = "clipped";
 inline constexpr const char* kGhostsChannel = "ghosts";
 

@@ -40,8 +40,7 @@ class VideoReader {
   const VideoFacts& Facts() const;
   // Returns the next picture; none at the end. Throws Error if its pixels cannot be converted.
   std::optional<VideoPicture> Next();
-  // Describes the faults so far: a part that is missing or damaged, pictures of another size that were left
-  // out; empty if none.
+  // Describes the faults so far: parts that are missing or damaged, pictures left out; empty if none.
   std::string Problem() const;
 
  private:

@@ -23,8 +23,7 @@ struct DngLayout {
 
 // Returns `count` bytes of a file from the position `at` on; fewer if it ends.
 using ReadBytesAt = std::function<std::string(std::uint64_t at, std::size_t count)>;
-// Returns whether LibRaw reads this mosaic correctly: none, Bayer's in its four orders, and X-Trans in any
-// shift.
+// Returns whether LibRaw reads this mosaic correctly: none, Bayer's four orders, and X-Trans in any shift.
 bool IsKnownMosaic(const DngLayout& layout);
 // Returns none if the file is no DNG, or has no raw picture.
 std::optional<DngLayout> DngLayoutOf(const ReadBytesAt& read);

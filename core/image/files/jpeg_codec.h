@@ -2,8 +2,7 @@
 //
 // A lost USB packet leaves a gap in a webcam's data: the picture is shifted or smeared after it, and nothing
 // marks the gap. Only the decoder notices, when the data end before the picture does (libjpeg warns and fills
-// the rest). libjpeg also warns of filling bytes before a marker, which many webcams send; such pictures are
-// complete.
+// the rest). libjpeg also warns of fill bytes before a marker, which many webcams send in complete pictures.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +32,7 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name);
 // and columns are the sensor's, because the intrinsics belong to the sensor.
 cv::Mat DecodeJpeg(const std::string& bytes);
 
-// Encodes 8-bit pixels: one channel, B G R, or B G R A, without the alpha. Quality is 1 to 100. Throws Error
-// for other pixels.
+// Encodes 8-bit pixels, one channel or B G R (A is dropped); quality 1 to 100. Throws Error for others.
 std::string JpegBytes(const cv::Mat& pixels, int quality = 95);
 
 }  // namespace ulf

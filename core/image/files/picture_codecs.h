@@ -1,5 +1,4 @@
-// Reads and writes the picture files that each have a library of their own; png_picture.h and jpeg_codec.h
-// have the common kinds.
+// Reads and writes the rarer kinds of picture files; png_picture.h and jpeg_codec.h have the common ones.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -27,9 +27,8 @@ struct ColorTags {
 // damaged or impossible, or the profile is of another space than the pixels, it warns and leaves the pixels.
 void ConvertToSrgb(const ColorTags& claim, StoredPicture& picture);
 
-// Converts four inks (C, M, Y, K), CV_8UC4 or CV_16UC4, to sRGB (B, G, R, same depth). `is_inverted`
-// means that full scale is no ink. Without a usable profile each ink is assumed to be ideal, with a
-// warning in `picture`.
+// Converts four inks (C, M, Y, K), CV_8UC4 or CV_16UC4, to sRGB (B, G, R, same depth). `is_inverted`: full
+// scale is no ink. Without a usable profile each ink is assumed to be ideal, with a warning in `picture`.
 cv::Mat SrgbOfInks(const cv::Mat& inks, bool is_inverted, const std::string& icc, StoredPicture& picture);
 
 // Converts CIE L*a*b*, CV_8UC3 or CV_16UC3 as TIFF codes it (`is_signed`) or as ICC does, to sRGB (B, G, R,

@@ -17,16 +17,15 @@ struct PictureFolder {
   std::size_t others = 0;  // number of other files, also hidden ones and text files
   // Clauses for messages, each with a count: pictures of each kind that ulf does not read, pictures without a
   // picture's extension, files that are no pictures (except text files and what programs keep beside
-  // photographs), and folders inside that hold pictures. All clauses but the first name some files
+  // photographs), and folders inside that hold pictures. The last three name some of them
   // (AbbreviatedList()).
   std::vector<std::string> left_out;
   // Returns `left_out` in one line, joined by "; ".
   std::string LeftOut() const;
 };
 
-// Lists a folder without those inside it. `used` are names of files and folders that `left_out` does
-// not mention, because the caller knows them. Throws std::filesystem::filesystem_error if the folder
-// cannot be read.
+// Lists a folder without those inside it. `used` are names of files and folders that `left_out` omits,
+// because the caller knows them. Throws std::filesystem::filesystem_error if the folder cannot be read.
 PictureFolder PicturesIn(const std::filesystem::path& folder, const std::set<std::string>& used = {});
 
 struct Mismatch {

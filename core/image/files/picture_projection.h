@@ -1,6 +1,5 @@
-// Detects pictures that no single lens made, by what cameras and programs write beside the pixels: panoramas
-// (XMP of Photo Sphere), stereo pairs (JPS, XMP, the Multi-Picture Format of CIPA DC-007), and pixels that
-// are not square.
+// Detects pictures that no single lens made, by metadata: panoramas (XMP of Photo Sphere), stereo pairs (JPS,
+// XMP, the Multi-Picture Format of CIPA DC-007), and pixels that are not square.
 #pragma once
 
 #include <string>
@@ -11,8 +10,7 @@
 namespace ulf {
 
 // These throw an Error that begins with `name` and says the remedy if the picture is a panorama or a stereo
-// pair. The first reads XMP text; the other the segments of a JPEG, where further pictures behind the first
-// become a remark.
+// pair, by its XMP text or by the segments of a JPEG. Further pictures in the JPEG become a remark.
 void RequireOneLens(std::string_view xmp, const std::string& name);
 void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, StoredPicture& picture);
 

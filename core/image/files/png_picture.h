@@ -14,8 +14,7 @@ namespace ulf {
 // panorama or a stereo pair.
 StoredPicture ReadPng(std::string_view bytes, const std::string& name);
 
-// Encodes 8 or 16 bits; one channel, B G R, or B G R A: fast rather than small. Throws Error
-// for other pixels.
+// Encodes 8 or 16 bits, one channel, B G R or B G R A; fast rather than small. Throws Error for others.
 std::string PngBytes(const cv::Mat& pixels);
 
 }  // namespace ulf

@@ -50,16 +50,14 @@ class LockedWhiteBalance {
   std::map<std::pair<std::string, std::string>, WhiteBalance> first_ ULF_GUARDED_BY(mutex_);
 };
 
-// kQuick is bilinear and takes half the CPU time (0.7 s for 1.4 s at 24 megapixels), for
-// tracking and display.
+// kQuick, for tracking and display, is bilinear and takes half the CPU time (0.7 s for 24 megapixels).
 enum class RawQuality { kQuick, kBest };
 
 // Returns whether a raw file of these facts can be cropped to `wanted`: at most 5 % of a side are cut off.
 bool CanCropRaw(const RawFacts& facts, cv::Size wanted);
 
-// All functions below throw Error that begins with `path` (or `name`) and says what is wrong and the remedy:
-// for files that are missing, truncated or damaged, kinds that LibRaw does not read, and sensors whose pixels
-// are not square.
+// All functions below throw an Error that begins with `path` (or `name`), with the fault and the remedy, if a
+// file is missing, truncated, damaged or of a kind that LibRaw does not read, or its pixels are not square.
 
 // Reads the facts without decoding the pixels.
 RawFacts ReadRawFacts(const std::string& path);

@@ -21,8 +21,7 @@ struct StoredPicture {
 // Sets pixels and alpha from `pixels` of one to four channels: grey or B, G, R, and alpha behind them if any.
 void TakePixels(const cv::Mat& pixels, StoredPicture& picture);
 
-// Removes the words that begin with a digit from a sentence, so that a folder's repeated fault is reported
-// once.
+// Removes words that begin with a digit from a sentence, so that a folder's repeated fault is reported once.
 std::string WithoutNumbers(const std::string& sentence);
 
 // Notes an orientation (Exif's numbers, 1 to 8) for display, which is not applied.

@@ -1,5 +1,4 @@
-// Converts what a TIFF (TIFF 6.0) stores to pixels: samples of any number of bits, palettes,
-// transfer functions.
+// Converts what a TIFF (6.0) stores to pixels: samples of any number of bits, palettes, transfer functions.
 #pragma once
 
 #include <array>

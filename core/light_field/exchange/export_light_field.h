@@ -63,8 +63,7 @@ void RequireExportable(const LightField& light_field, const std::filesystem::pat
 void RequireRoomFor(const LightField& light_field, const std::filesystem::path& out,
                     const ExportOptions& options);
 
-// Runs both checks, then exports. Throws also when a photograph cannot be read, the disk is full or
-// `stop` says so.
+// Runs both checks, then exports. Throws also if a photograph cannot be read, the disk is full, or `stop()`.
 ExportSummary ExportLightField(const LightField& light_field, const std::filesystem::path& out,
                                const ExportOptions& options);
 

@@ -26,13 +26,12 @@ struct Imported {
   std::string subject_told_by;  // for people, as SubjectOfSet::told_by; empty: the user or the set gave it
 };
 
-// Copies `source`, a folder or a file in one of the formats of set_format.h, into the new light field
-// `dir`. Photographs are checked (they must decode and have their camera's size) and kept byte for byte;
-// more than 8 bits go to masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides
-// something, go to masks/; points with their observations to points.ulf and points.ply. White space in
-// names becomes '_'. `dir` is complete at the end, or does not exist after a failure. Warnings tell what of
-// the source is not used. Throws Error for an invalid source, DiskFullError, and Refusal if the subject or
-// the camera must be given.
+// Copies `source`, a folder or a file in one of the formats of set_format.h, into the new light field `dir`.
+// Photographs are checked (they must decode and have their camera's size) and kept byte for byte; more than 8
+// bits go to masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to
+// masks/; points to points.ulf and points.ply. White space in names becomes '_'. `dir` is complete at the
+// end, or does not exist after a failure. Warnings tell what of the source is not used. Throws Error for an
+// invalid source, DiskFullError, and Refusal if the subject or the camera must be given.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

@@ -1,5 +1,4 @@
-// Reads arrays that numpy.save() wrote (NumPy's format, versions 1 to 3): floating point of 4 or 8 bytes in
-// one or two dimensions.
+// Reads arrays of numpy.save() (versions 1 to 3): floating point of 4 or 8 bytes, one or two dimensions.
 #pragma once
 
 #include <Eigen/Core>

@@ -74,17 +74,15 @@ PosedSet ReadMetashapeSet(const std::filesystem::path& xml, const std::filesyste
 // NeRF's synthetic scenes (Mildenhall et al. 2020) have transforms_train.json, transforms_val.json and
 // transforms_test.json with one field of view, and pictures with alpha in train/, val/ and test/.
 
-// Reads all views of the parts that exist, in this order, keeping duplicates between parts; photographs'
-// paths begin with the part's folder. PosedSet::background is white. `images` and errors are as in
-// ReadTransformsSet().
+// Reads all views of the parts that exist, in this order, also those in two parts; photographs' paths begin
+// with the part's folder. PosedSet::background is white. `images` and errors are as in ReadTransformsSet().
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images = {});
 
 // RealityScan (once RealityCapture) exports an XMP file NAME.xmp for the photograph NAME.jpg.
 //
 // The conventions follow "On the Coordinate Systems Employed in the Import, Estimation, and Export of Camera
 // Geometry by RealityScan" (M. Hornáček, 8 June 2026, linked from dev.epicgames.com, "Camera Geometry in
-// RealityScan"), equations 27 to 48 and appendix B. In an rdf:Description, each is an attribute or an
-// element:
+// RealityScan"), equations 27 to 48 and appendix B. In an rdf:Description stand, as attributes or elements:
 //   xcr:Rotation                R of camera from world, row by row; xcr:Position: the camera's centre C
 //   xcr:FocalLength35mm         36 f / s with s = max(w, h), f and s in pixels
 //   xcr:PrincipalPointU, V      (principal point - (w/2, h/2)) / s; missing: 0

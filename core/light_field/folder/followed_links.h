@@ -1,8 +1,7 @@
 // Guards symbolic links that lead out of a light field's folder, such as images/ after a move to a larger
 // disk. A folder may come from anybody, so nothing is read or written through such a link until the caller
-// permits it (FollowOutsideLinks). The permission is kept in DIR/links.json, for these links of this folder
-// to these places alone: a copy of the folder needs a new one. A place that belongs to another user than the
-// folder is never followed.
+// permits it (FollowOutsideLinks). The permission is kept in links.json, for these links of this folder to
+// these places alone: a copy needs a new one. A place of another user than the folder's is never followed.
 #pragma once
 
 #include <filesystem>

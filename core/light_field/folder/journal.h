@@ -62,8 +62,7 @@ struct JournalContents {
   std::vector<KeptFinding> kept_findings;  // the last of each check
 };
 
-// Throws Error when the file cannot be read or its first line is no header, NewerFormatError for that of a
-// newer version.
+// Throws Error when the file cannot be read or begins with no header, NewerFormatError for a newer version.
 JournalContents ReadJournal(const std::filesystem::path& file);
 // Reads a journal whose header is damaged or missing, with the header's values from `header`.
 JournalContents ReadJournal(const std::filesystem::path& file, const LightField& header);
@@ -76,8 +75,7 @@ class Journal {
   // Throws Error if another Journal holds the lock, in this process or another, or the file cannot be opened.
   explicit Journal(const std::filesystem::path& file);
 
-  // Removes all behind JournalContents::whole_bytes, a damaged end. Call it before the first append to an
-  // existing journal.
+  // Removes what follows JournalContents::whole_bytes. Call it before anything is appended to an old journal.
   void CutAt(std::size_t whole_bytes);
 
   void Header(const LightField& light_field);

@@ -1,6 +1,5 @@
-// Keeps, in a light field's journal, what costly checks found, so that every command that opens the
-// light field can repeat it. A finding lapses for a view whose photograph or pose is no longer the one
-// that was judged.
+// Keeps, in a light field's journal, what costly checks found, so that every command that opens the light
+// field can repeat it. A finding lapses for a view whose photograph or pose is not the judged one any more.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +11,7 @@
 
 namespace ulf {
 
-// Returns those of `kept` that still hold for the light field, with the views for which they do. Reads parts
-// of their photographs.
+// Returns those of `kept` that still hold, with the views for which they do. Reads parts of photographs.
 std::vector<Finding> StillValid(const std::vector<KeptFinding>& kept, const LightField& light_field);
 
 // Notes in the journal of the light field in `dir` what `check` found, replacing what it found before.

@@ -1,5 +1,4 @@
-// Removes temporary files that a killed writer left in a light field's folder. One list of places serves
-// every writer.
+// Removes temporary files that a killed writer left in a light field's folder.
 #pragma once
 
 #include <filesystem>

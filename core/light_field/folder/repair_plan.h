@@ -38,8 +38,7 @@ struct RepairPlan {
   bool any() const { return !steps.empty(); }
 };
 
-// Plans, and changes nothing. Throws Error if the folder contains no light field, NewerFormatError for one
-// by a newer ulf.
+// Changes nothing. Throws Error if the folder contains no light field, NewerFormatError for a newer ulf's.
 RepairPlan PlanRepair(const std::filesystem::path& dir);
 
 // Reads the readable part of the journal, with a header from transforms.json or sparse/0 if its own is lost.

@@ -33,17 +33,15 @@ struct ViewFiles {
 enum class MakePictures { kNow, kLater };
 
 // Encodes a frame's files. The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked
-// 16-bit linear colours. A camera's own JPEG is kept byte for byte; a photograph for a raw file without a
-// JPEG is made from it, by `white_balance` (null: the file's own). Throws Error for a frame without pixels
-// and without a file.
+// 16-bit linear colours. A camera's own JPEG is kept byte for byte; without one the photograph is made from
+// the raw file, by `white_balance` (null: the file's own). Throws Error for a frame without pixels or a file.
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures,
                         LockedWhiteBalance* white_balance = nullptr);
 
 // Returns whether the photograph can be made from the master.
 bool PictureFollowsFromMaster(const View& view);
-// Returns the photograph in images/ as made from the master, 8-bit sRGB. `size` is what a raw file is
-// cropped to, the camera model's; by default as the camera crops it. Throws Error if the master is
-// missing or truncated.
+// Returns the photograph made from the master, 8-bit sRGB. `size` is the camera model's, to which a raw file
+// is cropped; by default as the camera crops it. Throws Error if the master is missing or truncated.
 Image PictureFromMaster(const std::filesystem::path& root, const View& view,
                         std::optional<cv::Size> size = std::nullopt);
 // Writes that photograph if it is missing. Throws DiskFullError, Error.

@@ -13,15 +13,13 @@ namespace ulf {
 Image ReadRecordedImage(const LightField& light_field, const View& view);
 // Does the same for rendering: divided by its camera's flat field and in linear sRGB by its colour profile,
 // if there are any (then linear float, three channels). `*clipped` becomes a mask of the pixels of which only
-// a lower bound of the light is known (core/image/clipped.h): CV_8UC1 of the image's size, 255 there; empty
-// if there is none.
+// a lower bound of the light is known (core/image/clipped.h): CV_8UC1, 255 there; empty if there are none.
 Image ReadViewImage(const LightField& light_field, const View& view, cv::Mat* clipped = nullptr);
 
 // Returns whether the view has a mask, or a photograph with alpha, that may exclude parts of it.
 bool HasMask(const LightField& light_field, const View& view);
-// Returns CV_8UC1 of the photograph's size, 0: excluded by the mask or the alpha; empty without both. A
-// mask of another size is resized (nearest pixel). Throws Error for a mask that is missing or of
-// another aspect ratio.
+// Returns CV_8UC1 of the camera's size, 0: excluded by mask or alpha; empty without both. A mask of another
+// size is resized (nearest pixel). Throws Error for a mask that is missing or of another aspect ratio.
 cv::Mat ReadViewMask(const LightField& light_field, const View& view);
 
 // Returns the master with its transfer and mosaic, or the photograph if there is no master; the black level

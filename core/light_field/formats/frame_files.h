@@ -1,6 +1,5 @@
 // Finds the photographs and masks that the frames of a transforms.json name, and keeps their paths within a
-// folder. In all functions `given` is the path as the file has it, and `where` the place in the file with
-// which errors begin.
+// folder. `given` is the path as the file has it; errors begin with `where`, the place in the file.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +17,7 @@ namespace ulf {
 std::string PathInside(const std::filesystem::path& root, const std::string& relative,
                        const std::string& where);
 
-// Returns the file's path relative to `root`, or "" if it does not exist. Throws Error if the name
-// leaves `root`.
+// Returns the file's path relative to `root`, or "" if it is missing. Throws Error if the name leaves `root`.
 std::string FileWithin(const std::filesystem::path& root, const std::string& given, const std::string& where);
 
 // Says where the photographs and masks of frames are.
@@ -54,8 +52,7 @@ class MissingPhotographs {
   std::string first_where_, first_;
 };
 
-// Returns the set's own mask, relative to the photographs' folder. Throws Error if it is missing or
-// leaves `root`.
+// Returns the set's own mask, relative to the photographs' folder. Throws if it is missing or leaves `root`.
 std::string MaskOfSet(const FrameFiles& files, const std::string& given, const std::string& where);
 
 // Returns the mask of a frame, or "". A mask beside photographs in another folder has precedence: it has

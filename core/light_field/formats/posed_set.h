@@ -22,17 +22,16 @@ struct PosedSet {
   std::string format;  // for people, such as "COLMAP, binary"
   // The nearest and the farthest depth along each view's axis, world units; empty if the format has none.
   std::vector<Eigen::Vector2d> depth_bounds;
-  // The background (B, G, R, 0 to 1) over which published results blend pictures with alpha; none if
-  // undefined.
+  // The background (B, G, R, 0 to 1) over which published results blend pictures with alpha, if defined.
   std::optional<cv::Vec3d> background;
 };
 
 // Finds the photographs of a set that names them without their folder.
 class SetImages {
  public:
-  // `chosen` is the folder that the user gave; if empty, the first of `folders` (relative to `base`, or
-  // absolute) that holds photographs is taken. Throws an Error that names the folders that were tried and the
-  // remedy if there are none.
+  // `chosen` is the folder that the user gave; if empty, the first of `folders` (relative to
+  // `base`, or absolute) that holds photographs is taken. Throws an Error with these folders and
+  // the remedy if none does.
   SetImages(const std::filesystem::path& base, const std::filesystem::path& chosen,
             const std::vector<std::filesystem::path>& folders);
 

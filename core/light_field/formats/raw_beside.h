@@ -13,14 +13,13 @@
 
 namespace ulf {
 
-// These return the raw file of the same name beside a JPEG, and the JPEG beside a raw file; empty if there is
-// none.
+// These return the raw file of the same name beside a JPEG, and the JPEG beside a raw file; empty if none.
 std::filesystem::path RawBeside(const std::filesystem::path& photograph);
 std::filesystem::path JpegBeside(const std::filesystem::path& raw);
 
-// Returns the misalignment of two pictures: the largest of the shifts in their middle and near their
-// corners, in px. Their tone curves may differ. Returns none if they have too little texture, different
-// sizes, or too few pixels.
+// Returns the misalignment of two pictures, whose tone curves may differ: the largest of the shifts in
+// the middle and near the corners, in px. Returns none if they are small, differ in size or have too
+// little texture.
 std::optional<double> LargestShiftPx(const cv::Mat& srgb8, const cv::Mat& other_srgb8);
 
 // Copies exposure, aperture, focal length and lens of the raw file to the view if the view lacks them.

@@ -1,6 +1,5 @@
-// Reads and writes cameras in transforms.json: intrinsics with the keys of nerfstudio and instant-ngp,
-// for the whole set or per frame. The values are pixels, with pixel centres at integer + 0.5, and
-// angles in radians.
+// Reads and writes cameras in transforms.json: intrinsics with the keys of nerfstudio and instant-ngp, for
+// the whole set or per frame. Lengths are pixels, pixel centres at integer + 0.5, angles radians.
 #pragma once
 
 #include <filesystem>

@@ -3,8 +3,7 @@
 // Their poses are camera-to-world in OpenGL's axes (x right, y up, z back); those of ulf are cam_from_world
 // with y down and z forward. World coordinates are unchanged. Pixel centres are at integer + 0.5 in both.
 // Intrinsics are at the top level or in every frame (transforms_camera.h). "mask_path" of frames and
-// "ply_file_path" of the set are read too. Other keys are listed in LightField::doubts, except for those that
-// only concern training.
+// "ply_file_path" of the set are read too. LightField::doubts names other keys, unless they concern training.
 #pragma once
 
 #include <filesystem>
@@ -25,10 +24,9 @@ inline constexpr const char* kTransformsFile = "transforms.json";
 // of the wrong type, not finite or not a rotation.
 LightField ReadTransformsJson(const std::filesystem::path& file);
 
-// Does the same for a set by another program: cameras are scaled to photographs that were resized
-// (AtSizeOf). `images` is a folder in which photographs are searched by name (SetImages::Find); the light
-// field's paths are then relative to it, and masters and exposures under "ulf" are ignored. If empty, the
-// file's paths apply.
+// Does the same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf).
+// If `images` is not empty, photographs are searched there by name (SetImages::Find); the light field's paths
+// are then relative to it, and masters and exposures under "ulf" are ignored.
 LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {});
 
 // Reads the file only, not the images and points that it names; they need not exist. A frame without an id
@@ -47,8 +45,7 @@ nlohmann::json TransformsDocument(const LightField& light_field,
 std::string TransformsJsonText(const LightField& light_field,
                                const std::optional<JournalStamp>& made_from = std::nullopt);
 
-// Returns the rows of "transform_matrix", which has OpenGL's axes, for a camera-to-world matrix
-// with our axes.
+// Returns the rows of "transform_matrix" (OpenGL's axes) for a camera-to-world matrix with our axes.
 nlohmann::json OpenGlRows(const Eigen::Matrix4d& world_from_cam);
 
 // Throws Error naming `where` and `key` unless the matrix is a rotation (within 1e-3) and a translation.

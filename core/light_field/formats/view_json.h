@@ -17,8 +17,7 @@ nlohmann::json PhotographToJson(const View& view);
 
 inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
 
-// These read what the two write. `view` is new but for the id and the mask that hold if their
-// keys are missing.
+// These read what the two write, into a new view, whose id and mask hold if their keys are missing.
 void ReadViewJson(const JsonPlace& place, View& view);
 void ReadPhotographJson(const JsonPlace& place, View& view);
 
@@ -51,9 +50,8 @@ void NoteCalibrationSource(const JsonPlace& place, int camera, LightField& light
 // Reads {"covered": 781, "recorded": 217}: why frames were recorded or not.
 std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);
 
-// The form is
-// {"cover":"bound","goal_db":33,"frames":412,"directions":[[x,y,z,nearest_view_angle,one_sided,db,
-// db_outside,misregistration_px,"cause"],...]}.
+// The form is {"cover":"bound","goal_db":33,"frames":412,"directions":[[x,y,z, nearest_view_angle, one_sided,
+// db, db_outside, misregistration_px, "cause"],...]}.
 nlohmann::json MeasuredToJson(const MeasuredErrors& measured);
 MeasuredErrors MeasuredFromJson(const JsonPlace& place);
 

@@ -64,8 +64,7 @@ class Body {
 
 namespace ulf {
 
-// Parses a number, also "nan" and "inf"; NaN stands for one that is too large or too small. Returns false if
-// `text` is no number.
+// Parses a number, also "nan" and "inf"; NaN if it is out of range. Returns false if `text` is no number.
 bool ParseNumber(std::string_view text, double& value);
 
 }  // namespace ulf

@@ -37,8 +37,7 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
 // Returns a PLY file, binary little-endian: x y z float, red green blue uchar. `light_field` is a mark that
 // identifies the light field whose points they are; empty for a separate file.
 std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field = "");
-// Returns the finite vertices of any PLY, with their colours if any. Throws Error for a file that is no PLY
-// or is truncated.
+// Returns the finite vertices of any PLY, with colours if any. Throws Error if it is no PLY or truncated.
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file);
 
 }  // namespace ulf

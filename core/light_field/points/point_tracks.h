@@ -16,8 +16,7 @@ namespace ulf {
 // Observations with a larger reprojection error are removed, as in COLMAP's mapper (its default).
 inline constexpr double kMostTrackErrorPx = 4;
 
-// Computes the positions of all points observed by these views again. Removes points that
-// FitPoint() cannot find.
+// Computes anew all points that these views observe. Removes those for which FitPoint() returns none.
 void FitPointsOf(const std::set<int>& view_ids, LightField& light_field);
 
 // Removes observations of missing views and those with larger errors than kMostTrackErrorPx, and sets every
@@ -48,8 +47,7 @@ PosedObservation PosedObservationOf(const ViewObservation& seen, const LightFiel
 // cameras have the point in front of them, or the rays are nearly parallel.
 std::optional<Eigen::Vector3d> FitPoint(std::span<const PosedObservation> observations);
 
-// Returns an observation's distance from the point's projection in pixels; infinite if there is
-// no projection.
+// Returns an observation's distance from the point's projection in pixels; infinite if there is none.
 double ReprojectionErrorPx(const PosedObservation& observation, const Eigen::Vector3d& point_in_world);
 
 }  // namespace ulf

@@ -12,9 +12,9 @@ namespace ulf {
 // of a form of export) and the remedy if there is neither.
 Subject SubjectForExport(const LightField& light_field, const char* form);
 
-// instant-ngp's world: scale * p + offset, for a point p of the light field's world, lies in the cube from 0
-// to 1 for the region of best resolution, and in a cube of `aabb_scale` times that size around its middle for
-// all that is rendered.
+// instant-ngp's world: for a point p of the light field's world, scale * p + offset lies in the cube from
+// 0 to 1 if p is in the region of best resolution, and in a concentric cube `aabb_scale` times as large if
+// p is rendered.
 struct UnitCube {
   double scale = 1;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
