@@ -8,7 +8,7 @@ namespace ulf {
 
 class Progress {
  public:
-  // `what` names the work, before the bar. If `quiet`, Show() prints nothing.
+  // `what` names the work and stands before the bar. If `quiet`, Show() prints nothing.
   explicit Progress(std::string what, bool quiet = false);
   ~Progress();
   Progress(const Progress&) = delete;

@@ -14,8 +14,7 @@ namespace ulf {
 
 class Waiting {
  public:
-  // Starts the thread, which ends with the object. `what` is as "closing", `step` as "depth maps
-  // and the mesh".
+  // Starts the thread, which ends with the object; `what` such as "closing", `step` as "depth maps".
   Waiting(std::string what, std::string step);
   ~Waiting();
   Waiting(const Waiting&) = delete;

@@ -31,8 +31,8 @@ struct CameraModel {
                                 Distortion distortion = Distortion::kNone,
                                 const std::array<double, 5>& coefficients = {});
 
-  // Throws Error naming `owner` (a file or a camera) and what is not positive (sizes, focal
-  // lengths) or finite.
+  // Throws Error naming `owner` (a file, a camera) and a size or focal length not positive, a
+  // value not finite.
   void Validate(const std::string& owner) const;
 
   // Returns the image point in px of a point, which may lie outside the image; none if the point is behind

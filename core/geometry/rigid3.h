@@ -21,8 +21,7 @@ struct Rigid3 {
     return {inverse, -(inverse * translation)};
   }
 
-  // Returns the target frame's origin in the source frame: of `cam_from_world` the camera
-  // centre in the world.
+  // Returns the target frame's origin in the source frame: for `cam_from_world`, the camera's centre.
   Eigen::Vector3d OriginInSource() const { return -(rotation.conjugate() * translation); }
 
   // Returns a target-frame direction in the source frame. For `cam_from_world`, UnitZ gives the optical axis.

@@ -22,9 +22,8 @@ struct ColorProfile {
   std::array<double, 3> white_balance{1, 1, 1};  // factors of R G B, green 1
   // Matrix from balanced R G B, row by row; each row sums to one, so grey stays grey.
   std::array<double, 9> matrix{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  // The factors of the sensor's red, green and blue with which LibRaw developed the colour chart's
-  // raw file and must develop photographs. None: the profile is for what the camera sends and not
-  // applied to raw files.
+  // The factors of the sensor's red, green and blue with which LibRaw developed the colour chart's raw file
+  // and must develop photographs. None: the profile is for what the camera sends, not for raw files.
   std::optional<std::array<double, 3>> raw_white_balance = {};
   std::string source = {};             // describes what it was estimated from
   std::optional<double> delta_e = {};  // mean CIEDE2000 of patches left out; none for a grey card

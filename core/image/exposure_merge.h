@@ -8,8 +8,7 @@
 // colours do, unless the picture mixes colours.
 //
 // An exposure that may be misaligned or blurred is less certain at edges: it reduces the noise of flat areas
-// and leaves edges to the others. Pixels that still disagree with the reference are left out
-// (exposure_ghosts.h).
+// and leaves edges to the others. Pixels that still disagree are left out (exposure_ghosts.h).
 //
 // Light is a share of the exposure's full scale, 0 at the black level. Channels are B G R in memory.
 #pragma once
@@ -42,7 +41,7 @@ std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> picture
 double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& reference);
 
 struct MergedLight {
-  cv::Mat light;    // CV_32FC3, shares of the reference's full scale: above 1 if only others are unclipped
+  cv::Mat light;    // CV_32FC3, shares of the reference's full scale: above 1 where the reference is clipped
   cv::Mat clipped;  // CV_8UC1, 255 where all exposures are clipped in some colour: a lower bound
   cv::Mat ghosts;   // CV_8UC1, 255 where an exposure is left out because it disagrees (exposure_ghosts.h)
   double ghost_share = 0;  // of all pixels

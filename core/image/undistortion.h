@@ -27,10 +27,9 @@ Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner)
 std::vector<Undistortion> UndistortionsToOne(const std::vector<CameraModel>& cameras,
                                              const std::vector<std::string>& owners);
 
-// Where each pixel of `to` lies in the picture of `from`, for cv::remap (CV_32FC1, pixel
-// centres at integers).
+// Where each pixel of `to` lies in the picture of `from`: a map of cv::remap, pixel centres at integers.
 struct UndistortionMap {
-  cv::Mat x, y;
+  cv::Mat x, y;  // CV_32FC1
 };
 UndistortionMap MapOf(const Undistortion& undistortion);
 

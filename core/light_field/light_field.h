@@ -51,7 +51,7 @@ struct StoredExposure {
   // The factors of the sensor's red, green and blue with which a raw master is developed (green is 1), if
   // they are not the file's own but those of the light field's first raw file of this camera.
   std::optional<std::array<double, 3>> raw_white_balance;
-  double device_time_s = 0;
+  double device_time_s = 0;  // both times are as in Frame (core/frames/frame.h)
   double host_time_s = 0;
   double exposure_s = 0;   // 0: unknown
   double gain = 1;         // as a factor
@@ -86,7 +86,7 @@ struct View : StoredExposure {
   bool on_shared_clock = false;    // IEEE 1588 sets the clock of device_time_s
   std::optional<double> focal_mm;  // of the lens, mm, as the camera reports it
   std::string lens = {};           // model as its maker names it; empty if unknown
-  double tracking_quality = 1;     // the pose's predicted error as a number from 0 to 1 (docs/tracking.md)
+  double tracking_quality = 1;     // 0 to 1, by the pose's predicted error; 1 is best (docs/tracking.md)
   // The camera's velocity during readout, if a rolling shutter was compensated, in the middle row's frame:
   // rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;
@@ -179,15 +179,15 @@ struct CaptureFacts {
   std::string device_serial, device_maker, device_model;
   std::optional<SensorWindow> window;  // the part of the sensor in the views; none: unknown, or photographs
   std::string units = "arbitrary";     // or "metres"
-  std::optional<double> threshold_px;  // the capture's threshold, px of the coverage image
-  int coverage_width_px = 640;
+  std::optional<double> threshold_px;  // largest bound at which a direction counts as covered
+  int coverage_width_px = 640;  // width of the coverage image, in whose pixels bounds and threshold are
 };
 
 // The values of the journal's header, noted when a capture begins.
 struct CaptureHeader : NewCamera, CaptureFacts {};
 
 struct LightField : CaptureFacts {
-  std::filesystem::path root;
+  std::filesystem::path root;  // the folder
   std::vector<CameraModel> cameras;
   // Measured flat fields by index into cameras. The photographs are uncorrected; ReadViewImage divides by it.
   std::map<int, FlatField> flat_fields;

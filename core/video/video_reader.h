@@ -1,7 +1,6 @@
-// Reads a video through FFmpeg's libraries. The stream's matrix, range, primaries, transfer curve,
-// orientation and pixel aspect are followed; missing ones get players' defaults, which the notes say. The
-// standards are ITU-R BT.601, BT.709 and BT.2020 (matrices and primaries), BT.2100 (PQ and HLG), BT.2408
-// (reference white).
+// Reads a video through FFmpeg's libraries, by the stream's matrix, range, primaries, transfer curve,
+// orientation and pixel aspect; missing ones get players' defaults, which the notes say. The standards are
+// ITU-R BT.601, BT.709 and BT.2020 (matrices and primaries), BT.2100 (PQ and HLG), BT.2408 (reference white).
 #pragma once
 
 #include <filesystem>

@@ -13,8 +13,8 @@ struct ExifFacts {
   std::optional<double> iso;
   std::optional<double> focal_mm;    // of the lens itself, mm
   std::optional<double> focal_35mm;  // mm, of a lens with the same field of view on 36 x 24 mm
-  bool is_adobe_rgb = false;         // the mark R03 (DCF) says so
-  bool is_other_space = false;       // the colours are marked as not sRGB, and no mark says which
+  bool is_adobe_rgb = false;         // the colours are marked as Adobe RGB (DCF's R03)
+  bool is_other_space = false;       // the colours are marked as not sRGB, and no mark says as what
   int orientation = 1;               // Exif's; 1: not rotated
   // When it was taken, as text that sorts by time: "2026:11:29 10:11:12.345", or in RawFacts 20 digits of
   // seconds since 1970; empty if unknown.

@@ -17,8 +17,7 @@ struct PictureFolder {
   std::size_t others = 0;  // number of other files, also hidden ones and text files
   // Clauses for messages, each with a count: pictures of each kind that ulf does not read, pictures without a
   // picture's extension, files that are no pictures (except text files and what programs keep beside
-  // photographs), and folders inside that hold pictures. The last three name some of them
-  // (AbbreviatedList()).
+  // photographs), and folders inside that hold pictures. The last three kinds name some files.
   std::vector<std::string> left_out;
   // Returns `left_out` in one line, joined by "; ".
   std::string LeftOut() const;

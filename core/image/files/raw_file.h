@@ -6,8 +6,7 @@
 // than 512 pixels), the camera's own colour matrix. Nothing depends on the picture's content: no automatic
 // brightness, no maximum taken from the pixels. Full scale is where the sensor's least amplified colour is
 // full; colours beyond are clipped there, none is invented. Rows and columns are the sensor's: `exif` holds
-// the orientation for display. Lens corrections that a camera notes for converters (distortion, vignetting)
-// are not applied.
+// the orientation for display. Lens corrections in the file (distortion, vignetting) are not applied.
 //
 // The visible area of a sensor is some pixels larger than the camera's JPEG. A picture is cropped to the size
 // that the caller gives (that of the camera model), or else as the camera crops it if the file says how.

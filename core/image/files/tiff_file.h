@@ -1,7 +1,6 @@
-// Writes a picture as an uncompressed TIFF file, the format of masters and recorded frames. Compressing
-// 16 bits takes ten times as long as writing them, and a library's encoder copies the picture twice;
-// this writer copies no pixels. The file has one strip, little-endian, with the baseline tags of TIFF
-// 6.0 and SampleFormat.
+// Writes a picture as an uncompressed TIFF file, the format of masters and recorded frames. Compressing 16
+// bits takes ten times as long as writing them, and a library's encoder copies the picture twice; this writer
+// copies no pixels. The file has one little-endian strip, the baseline tags of TIFF 6.0, and SampleFormat.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -46,12 +46,12 @@ struct ExportOptions {
 struct ExportSummary {
   std::size_t copied = 0, made = 0;  // numbers of photographs copied unchanged, and written anew
   std::size_t masks = 0;
-  std::vector<Undistortion> cameras;  // of undistorted photographs, one per camera
+  std::vector<Undistortion> cameras;  // by index into LightField::cameras; empty if nothing was undistorted
   PointStatistics points;
   std::vector<std::string> doubts;  // sentences on what the form's programs will not read as it is
 };
 
-// Throws Refusal if `out`, given for `parameter`, lies in the light field's folder.
+// Throws Refusal naming Parameter(`parameter`) if `out` lies in the light field's folder.
 void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out,
                     std::string_view parameter = "output");
 

@@ -112,12 +112,11 @@ PosedSet ReadRealityScanSet(const std::filesystem::path& folder, const std::file
 // `rgb_txt` is the list; the trajectory lies beside it. `images` is the folder to which names are relative;
 // if empty, the list's. `camera` is that of all photographs.
 //
-// A photograph's pose is interpolated between the poses before and after it if these are at most 0.1 s
-// apart; otherwise it is the nearest one within 0.02 s (as in the benchmark's associate.py). Photographs
-// without either, and missing ones, are left out and named in `doubts`. Views are in order of time,
-// whatever the files' order. Throws an Error that names file and line for an invalid line, a photograph
-// that is named twice, and a name that leaves the folder; and an Error with both ranges of time if no
-// photograph has a pose.
+// A photograph's pose is interpolated between the poses before and after it if these are at most 0.1 s apart;
+// otherwise it is the nearest one within 0.02 s (as in the benchmark's associate.py). Photographs without
+// either, and missing ones, are left out and named in `doubts`. Views are in order of time, whatever the
+// files' order. Throws an Error that names file and line for an invalid line, a photograph that is named
+// twice, and a name that leaves the folder; and Error if no photograph has a pose.
 PosedSet ReadTumSet(const std::filesystem::path& rgb_txt, const std::filesystem::path& images,
                     const CameraModel& camera);
 

@@ -47,7 +47,7 @@ struct Derived {
 };
 
 struct FolderCheck {
-  Derived transforms, model;
+  Derived transforms, model;                  // transforms.json and sparse/0
   std::optional<LightField> from_transforms;  // none: missing, unreadable or not checked
   std::vector<std::string> unnamed;  // numbered photographs and masters that the journal does not name
   std::set<int> missing_masters;     // views with a photograph whose master is missing

@@ -1,6 +1,6 @@
 // The light field on disk: a folder with the files that nerfstudio, instant-ngp and COLMAP's readers open.
-// The append-only journal is authoritative; Close(), Resume() and `ulf repair` derive transforms.json and
-// sparse/0 from it. Reading never writes.
+// The append-only journal is authoritative; LightFieldWriter's Close() and Resume() and the repair derive
+// transforms.json and sparse/0 from it. Reading never writes.
 //
 //   journal.jsonl  transforms.json  sparse/0/  images/  masters/  masks/  points.ulf  points.ply  unposed/
 //   kept/  cache/

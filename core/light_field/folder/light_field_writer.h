@@ -46,8 +46,7 @@ class LightFieldWriter {
   int CameraInUse() const;
   // Returns the lens in use as it was noted, before any correction (`ulf refine`).
   const CameraModel& CameraAsNoted() const;
-  // Notes another camera, uses it for later views and returns its index. Throws Error for
-  // another picture size.
+  // Notes another camera, uses it for later views and returns its index. Throws for another picture size.
   int AddCamera(const NewCamera& camera);
 
   // Selects the mosaic itself as the master of a mosaic frame, instead of demosaicked 16-bit linear colours.
@@ -92,16 +91,15 @@ class LightFieldWriter {
   void SetPoints(std::vector<ScenePoint> points);
   // Notes a time in which no view could be recorded (tracking lost, device lost), by the device's clock.
   void NoteGap(double from_s, double to_s, const std::string& reason);
-  // Takes all of these views out of the journal together. Then their photographs and masters
-  // (NNNNNN.master.*) move to unposed/; another call or the next writer moves what a kill or a
-  // full disk left.
+  // Takes all of these views out of the journal together, then moves their photographs and masters
+  // (NNNNNN.master.*) to unposed/. Another call or the next writer moves what a kill or a full disk left.
   void RemoveViews(const std::set<int>& view_ids);
   // Keeps a photograph that has no pose, and its master, in unposed/. The journal notes the frame's metadata,
   // and as `problem` why it can never become a view, if so.
   void KeepUnposed(const Frame& frame, const std::string& problem = "");
   // Makes views of photographs in unposed/ (unposed_photographs.h) that have a pose now, each with its
-  // reserved id. The journal names a photograph's copy before the one in unposed/ is removed: a kill
-  // leaves one or both.
+  // reserved id. The journal names a photograph's copy before the original is removed: one of them
+  // always exists.
   void AddUnposed(std::vector<View> photographs);
   // Sets the errors that Close() writes, replacing those of an earlier session.
   void SetMeasured(MeasuredErrors measured);

@@ -29,9 +29,9 @@ struct RepairPlan {
   std::vector<NewCamera> new_cameras;    // of some of these views; their indices follow the journal's own
   std::map<int, Rigid3> poses;           // corrected poses of views in the journal, by id
   std::map<int, CorrectedLens> cameras;  // corrected cameras of the journal, by index
-  std::set<int> taken_out;               // views whose photograph is missing
-  std::set<int> pictures_of_others;      // views whose photograph differs from its master
-  std::optional<LightField> settings;    // lost subject, up, goal and capture time
+  std::set<int> taken_out;               // ids of views whose photograph is missing or damaged
+  std::set<int> pictures_of_others;      // ids of views whose photograph differs from its master
+  std::optional<LightField> settings;    // lost subject, up, goal, readout, turntable, times and counts
   std::uint64_t longest_stamp = 0;       // bytes of the longest journal that a derived file was made from
   bool new_journal = false, new_derived = false, missing_pictures = false;
   bool damaged_points = false, other_transforms = false, other_model = false;  // files that go to kept/

@@ -29,9 +29,8 @@ struct PosedSet {
 // Finds the photographs of a set that names them without their folder.
 class SetImages {
  public:
-  // `chosen` is the folder that the user gave; if empty, the first of `folders` (relative to
-  // `base`, or absolute) that holds photographs is taken. Throws an Error with these folders and
-  // the remedy if none does.
+  // `chosen` is the folder that the user gave; if empty, the first of `folders` (relative to `base`, or
+  // absolute) that holds photographs is taken. Throws Error with the remedy if none does.
   SetImages(const std::filesystem::path& base, const std::filesystem::path& chosen,
             const std::vector<std::filesystem::path>& folders);
 

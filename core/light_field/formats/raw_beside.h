@@ -17,9 +17,8 @@ namespace ulf {
 std::filesystem::path RawBeside(const std::filesystem::path& photograph);
 std::filesystem::path JpegBeside(const std::filesystem::path& raw);
 
-// Returns the misalignment of two pictures, whose tone curves may differ: the largest of the shifts in
-// the middle and near the corners, in px. Returns none if they are small, differ in size or have too
-// little texture.
+// Returns the misalignment of two pictures, whose tone curves may differ: the largest of the shifts in the
+// middle and near the corners, in px; none if they are small, differ in size or lack texture.
 std::optional<double> LargestShiftPx(const cv::Mat& srgb8, const cv::Mat& other_srgb8);
 
 // Copies exposure, aperture, focal length and lens of the raw file to the view if the view lacks them.

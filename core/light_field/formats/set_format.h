@@ -39,8 +39,7 @@ std::filesystem::path PlaceOf(SetFormat format, const std::filesystem::path& sou
 // Returns the folder of a model: `source`, or in it sparse/0, sparse, colmap/sparse/0 or 0; empty if none.
 std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
 
-// Returns whether the folder holds this part of a COLMAP model ("images", ...) with this ending
-// ("bin", "txt").
+// Returns whether the folder holds a part of a COLMAP model ("images", ...) with an ending ("bin", "txt").
 bool HoldsColmapPart(const std::filesystem::path& folder, const std::string& part, const char* ending);
 
 }  // namespace ulf
