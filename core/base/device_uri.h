@@ -16,13 +16,12 @@ struct DeviceUri {
 
   // Throws Refusal if there is no scheme, or an option has no key or no "=".
   static DeviceUri Parse(const std::string& uri);
-  // These return the value of an option, or nullopt if it is not given. They throw Refusal if it is no finite
-  // number, or no whole number from `least` to `most`.
+  // These return the value of an option; if it is not given, nullopt or `otherwise`. Number() and Whole()
+  // throw Refusal if it is no finite number, or no whole one, or not from `least` to `most`.
   std::optional<std::string> Option(const std::string& key) const;
   std::optional<double> Number(const std::string& key) const;
-  std::optional<int> Whole(const std::string& key, int least, int most) const;
-  // Returns `otherwise` if the option is not given. Throws Refusal if it is no number from `least` to `most`.
   double Number(const std::string& key, double otherwise, double least, double most) const;
+  std::optional<int> Whole(const std::string& key, int least, int most) const;
   // Gives the option this value, replacing an earlier one.
   void Set(const std::string& key, const std::string& value);
   // Throws Refusal naming the first option that is not in `known`.

@@ -55,7 +55,7 @@ struct Board {
   static Board Parse(const std::string& text);  // throws a Refusal that names the right form
   std::string Text() const;
 
-  // Returns whether the board is a grid of markers without squares between: an ArUco grid or an AprilGrid.
+  // Returns whether the points are the markers' corners: for an ArUco grid or an AprilGrid.
   bool IsMarkerGrid() const { return kind == BoardKind::kArucoGrid || kind == BoardKind::kAprilGrid; }
   // Returns the width of a marker's dark border in cells.
   int BorderCells() const { return kind == BoardKind::kAprilGrid ? 2 : 1; }

@@ -47,10 +47,10 @@ struct PixelFormat {
   YuvEncoding yuv = {};
 };
 
-// Describes what the format alone does not tell. `yuv` replaces the format's.
+// Describes what the format alone does not tell.
 struct BytesLayout {
-  std::size_t row_bytes = 0;  // with padding; 0: none
-  std::optional<YuvEncoding> yuv = {};
+  std::size_t row_bytes = 0;            // from row to row, with padding; 0: there is none
+  std::optional<YuvEncoding> yuv = {};  // in place of PixelFormat::yuv
 };
 
 // These return none for a format that is not supported.

@@ -98,8 +98,7 @@ class LightFieldWriter {
   // and as `problem` why it can never become a view, if so.
   void KeepUnposed(const Frame& frame, const std::string& problem = "");
   // Makes views of photographs in unposed/ (unposed_photographs.h) that have a pose now, each with its
-  // reserved id. The journal names a photograph's copy before the original is removed: one of them
-  // always exists.
+  // reserved id. The journal names a photograph's copy before the original is removed.
   void AddUnposed(std::vector<View> photographs);
   // Sets the errors that Close() writes, replacing those of an earlier session.
   void SetMeasured(MeasuredErrors measured);

@@ -20,8 +20,8 @@ inline constexpr double kMostTrackErrorPx = 4;
 void FitPointsOf(const std::set<int>& view_ids, LightField& light_field);
 
 // Removes observations of missing views and those with larger errors than kMostTrackErrorPx, and sets every
-// point's error. Of a single observation that is left, the track is removed too; the point stays. Returns the
-// number of larger errors.
+// point's error. A point with fewer than two observations left loses its track, and stays. Returns the number
+// of larger errors.
 std::size_t MeasurePoints(LightField& light_field);
 
 // Statistics of all points.
