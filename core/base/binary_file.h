@@ -9,7 +9,7 @@
 
 namespace ulf {
 
-// Returns `count` bytes from `at` on; fewer where the file ends.
+// Returns `count` bytes from the position `at` on; fewer where the file ends.
 inline std::string BytesAt(std::istream& file, std::uint64_t at, std::size_t count) {
   std::string bytes(count, '\0');
   file.clear();
@@ -19,7 +19,7 @@ inline std::string BytesAt(std::istream& file, std::uint64_t at, std::size_t cou
   return bytes;
 }
 
-// The numbers have up to eight bytes; all of `bytes` is read.
+// These return the unsigned number that all of `bytes` encode; there are at most eight.
 inline std::uint64_t BigEndian(std::string_view bytes) {
   std::uint64_t value = 0;
   for (const char byte : bytes) value = value << 8 | static_cast<unsigned char>(byte);

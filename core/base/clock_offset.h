@@ -1,6 +1,6 @@
-// The difference of two clocks, host clock - device clock, estimated from the arrival of frames: the smallest
-// difference seen, because the frame with the smallest delay is the one that was held up least. The estimate
-// includes the delay that every frame has (exposure, readout, network).
+// Estimates the difference of two clocks, host clock - device clock, from the arrival of frames: the smallest
+// difference seen, because that frame was held up least. The estimate includes the delay that every frame has
+// (exposure, readout, network).
 //
 // Clocks drift (50 ppm are 3 ms in a minute), so only the last 30 to 60 s count.
 #pragma once
@@ -12,12 +12,13 @@ namespace ulf {
 
 class ClockOffset {
  public:
+  // Takes a frame's time stamp by the device's clock and its arrival by the host's.
   void Add(double device_time_s, double host_time_s);
-  // The offset in seconds; none before the first frame.
+  // Returns the offset in seconds; none before the first frame.
   std::optional<double> OffsetS() const;
-  // The standard deviation of the delay in seconds; none with fewer than two frames.
+  // Returns the standard deviation of the delay in seconds; none with fewer than two frames.
   std::optional<double> JitterS() const;
-  // Seconds by which this frame took longer than the fastest one; 0 before the first frame.
+  // Returns by how many seconds this frame took longer than the fastest added one; 0 if none was added.
   double LatenessS(double device_time_s, double host_time_s) const;
 
  private:

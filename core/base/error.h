@@ -24,10 +24,9 @@ class Error : public std::runtime_error {
 // text is "WHAT VALUE: WHY; REMEDY", without the parts that are empty. The exit status is 2.
 class Refusal : public Error {
  public:
-  // what: the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file). value:
-  // what was given for it; empty where that adds nothing. why: what is wrong. remedy: what to do; empty where
-  // `why` says it. Without `what` the text is "WHY; REMEDY", where `why` quotes the value in a sentence of
-  // its own.
+  // `what` is the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file);
+  // `value` what was given for it, or empty; `why` what is wrong; `remedy` what to do, or empty if `why` says
+  // it. Without `what` the text is "WHY; REMEDY", where `why` quotes the value.
   Refusal(const std::string& what, const std::string& value, const std::string& why,
           const std::string& remedy);
 };
@@ -39,8 +38,7 @@ std::string Parameter(std::string_view name);
 // Sets how Parameter() spells names in this process. Call it once, before other threads begin.
 void SpellParameters(std::string (*spell)(std::string_view name));
 
-// The disk or the user's quota is full. What was being written has been removed; it can be written again when
-// there is room.
+// The disk or the user's quota is full. What was being written is removed; the caller may try again later.
 class DiskFullError : public Error {
  public:
   using Error::Error;

@@ -19,10 +19,12 @@ namespace ulf {
 // nlohmann::json::parse_error::byte.
 std::string JsonFault(std::string_view text, std::size_t byte);
 
-// Parses JSON. Throws Error that says `where`, the fault, and `remedy` (what to do, as a clause).
+// Parses JSON. Throws an Error with `where` (the file), the fault, and `remedy` (what to do, as a clause).
 nlohmann::json ParseJson(std::string_view text, const std::string& where, const std::string& remedy);
 
-// An object inside a file, and its place for messages: "transforms.json, frame 12 (images/0012.jpg)".
+// An object inside parsed JSON, which must outlive this, and its place for messages: "transforms.json, frame
+// 12 (images/0012.jpg)". Its functions read the value of a key and throw Error if it is missing or of another
+// kind; those with `otherwise` return that for a missing key or null.
 struct JsonPlace {
   const nlohmann::json& object;
   std::string where;
@@ -35,7 +37,7 @@ struct JsonPlace {
     return object.at(key);
   }
 
-  // The object of this key.
+  // Returns the object of this key.
   JsonPlace Inside(const char* key) const { return {Raw(key), where + ", " + key}; }
 
   double Number(const char* key) const {
@@ -48,7 +50,7 @@ struct JsonPlace {
   }
   double Number(const char* key, double otherwise) const { return Has(key) ? Number(key) : otherwise; }
 
-  // Throws Error for any other key, for files that people write by hand: a misspelt key would be ignored.
+  // Throws Error for any other key: in files that people write by hand, it may be misspelt.
   void RequireOnly(std::initializer_list<const char*> keys) const {
     if (!object.is_object()) throw Error("{}: expected an object", where);
     for (const auto& item : object.items()) {

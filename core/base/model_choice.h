@@ -1,4 +1,4 @@
-// States why the program chose one model and not another, in one form for all commands.
+// States why the program chose one model (of a lens, a blending field) and not another, for all commands.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,14 +1,13 @@
 // A mutex, its lock and a condition variable that Clang's thread-safety analysis can follow. They are the
-// standard library's with the analysis' attributes on them and cost nothing more; the functions have the
-// standard's names.
+// standard library's, by the same names and at the same cost, with the analysis' attributes on them.
 //
 // A member says which mutex guards it (ULF_GUARDED_BY), a function which one its caller must hold
 // (ULF_REQUIRES) or must not hold (ULF_EXCLUDES); a build with the preset "clang" fails where the code does
 // otherwise. GCC sees none of it. https://clang.llvm.org/docs/ThreadSafetyAnalysis.html
 //
-// The analysis takes a lambda for a function of its own: one that runs while its caller holds the lock, such
-// as the predicate of a wait, says so: [this]() ULF_REQUIRES(mutex_) { return stopped_; }. It can guard
-// members and static variables, not variables of a function.
+// To the analysis a lambda is a function of its own. If its caller holds the lock, as for the predicate of a
+// wait, the lambda says so: [this]() ULF_REQUIRES(mutex_) { return stopped_; }. The analysis follows members
+// and static variables, not the local variables of a function.
 #pragma once
 
 #include <chrono>
@@ -74,7 +73,7 @@ class ConditionVariable {
     condition_.wait(lock.lock_, std::move(predicate));
   }
 
-  // These return the last value of the predicate.
+  // These return the predicate's last value: false if the time ran out first.
   template <typename Rep, typename Period, typename Predicate>
   bool wait_for(MutexLock& lock, const std::chrono::duration<Rep, Period>& time, Predicate predicate) {
     return condition_.wait_for(lock.lock_, time, std::move(predicate));

@@ -1,10 +1,11 @@
-// Orders file names by the value of the numbers in them: frame_2 comes before frame_10.
+// Orders file names by the value of the numbers in them, for sorting: frame_2 comes before frame_10.
 #pragma once
 
 #include <string>
 
 namespace ulf {
 
+// Returns whether `a` comes before `b`.
 inline bool NameOrder(const std::string& a, const std::string& b) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   std::size_t i = 0, j = 0;

@@ -7,8 +7,8 @@
 
 namespace ulf {
 
-// Calls each(0) to each(count - 1) in several threads, in any order. `stripes` is the number of parts into
-// which the loop is divided; 0 means one for each index.
+// Calls each(0) to each(count - 1) in several threads, in any order, and returns when all calls have. Throws
+// what a call threw. The loop is divided into `stripes` parts; 0 means one for each index.
 template <typename Each>
 void ParallelFor(std::size_t count, const Each& each, double stripes = 0) {
   // OpenCV starts and joins threads in a way that the thread sanitizer cannot see; it sees this counter.

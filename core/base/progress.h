@@ -1,5 +1,4 @@
-// Shows the progress of work that takes more than a second, on standard error: a bar on a terminal, plain
-// lines elsewhere.
+// Shows the progress of work of more than a second on standard error: a bar on a terminal, else plain lines.
 #pragma once
 
 #include <chrono>
@@ -9,6 +8,7 @@ namespace ulf {
 
 class Progress {
  public:
+  // `what` names the work and stands before the bar. If `quiet`, Show() prints nothing.
   explicit Progress(std::string what, bool quiet = false);
   ~Progress();
   Progress(const Progress&) = delete;

@@ -1,5 +1,4 @@
-// Quotes words for shells: in commands that messages show for copying, and in the completions of bash and
-// zsh.
+// Quotes words for shells: in commands that messages show for copying, and in completions of bash and zsh.
 #pragma once
 
 #include <string>
@@ -7,7 +6,7 @@
 
 namespace ulf {
 
-// Returns the word itself, or in double quotes if a shell would split it: `ulf repair "my vase"`.
+// Returns the word, in double quotes if a shell would split or interpret it: `ulf repair "my vase"`.
 inline std::string ShellWord(std::string_view word) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:=,@%+-";

@@ -9,7 +9,7 @@ namespace ulf {
 // Returns these signals, without SIGHUP if it was ignored from the start (nohup).
 std::vector<int> StopSignals();
 
-// While an object of this class exists, these signals only make Requested() true. At most one may exist.
+// While an object of this class exists, at most one, these signals only make Requested() true.
 class StopOnSignal {
  public:
   StopOnSignal();
@@ -20,10 +20,8 @@ class StopOnSignal {
   static bool Requested();
 };
 
-// A separate stack for a thread's signal handlers lets the crash handler (commands/capture/crash_handler.h)
-// run after a stack overflow. Each thread needs its own.
-
-// Gives the calling thread such a stack until it ends. Does nothing if the thread has one.
+// Gives the calling thread, until it ends, a separate stack for signal handlers, on which the crash handler
+// (commands/capture/crash_handler.h) can run after a stack overflow. Does nothing if the thread has one.
 void InstallSignalStack();
 
 }  // namespace ulf

@@ -1,5 +1,6 @@
 // Says on standard error what a person is waiting for while work runs that cannot tell its share, such as the
-// end of a capture: every three seconds a line with the step and the seconds so far, by a thread of its own.
+// end of a capture. After the first second a thread of its own prints a line every three seconds, with the
+// step and the seconds that it has taken so far.
 #pragma once
 
 #include <chrono>
@@ -13,7 +14,7 @@ namespace ulf {
 
 class Waiting {
  public:
-  // Examples are "closing" for `what` and "depth maps and the mesh" for `step`.
+  // Starts the thread, which ends with the object; `what` such as "closing", `step` as "depth maps".
   Waiting(std::string what, std::string step);
   ~Waiting();
   Waiting(const Waiting&) = delete;

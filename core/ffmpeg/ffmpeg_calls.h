@@ -85,7 +85,7 @@ struct FfmpegCalls {
 #undef ULF_MEMBER
 };
 
-// Returns the loaded functions. Throws Error, which names the packages, if the libraries of the version that
+// Returns the loaded functions. Throws an Error that names the packages if the libraries of the version that
 // ulf was built with are not installed; so do the functions below. May be called from any thread.
 const FfmpegCalls& Ffmpeg();
 

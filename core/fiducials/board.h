@@ -15,9 +15,9 @@
 //   aruco:4x5:37.5:5:DICT_6X6_1000    columns x rows of markers, marker, gap, dictionary
 //   aprilgrid:6x6:30:9                columns x rows of tags, tag, gap
 //   chessboard:8x6:25                 columns x rows of squares, square
-// Boards of other makers have words behind that, in any order: `first=36`, the least number of a marker;
-// `right-up`, how markers are numbered (right, left, up or down to the next one, then to the next row or
-// column); `white-corner`, a ChArUco board with a marker in its upper left corner, as OpenCV before 4.6
+// Boards of other makers have further words behind colons, in any order: `first=36`, the least number of a
+// marker; `right-up`, how markers are numbered (right, left, up or down to the next one, then to the next row
+// or column); `white-corner`, a ChArUco board with a marker in its upper left corner, as OpenCV before 4.6
 // drew boards with an even number of rows.
 #pragma once
 
@@ -52,10 +52,10 @@ struct Board {
   MarkerOrder order = {};
   bool white_corner = false;
 
-  static Board Parse(const std::string& text);  // throws Refusal that names the right form
+  static Board Parse(const std::string& text);  // throws a Refusal that names the right form
   std::string Text() const;
 
-  // Returns whether the board is a grid of markers without squares between: an ArUco grid or an AprilGrid.
+  // Returns whether the points are the markers' corners: for an ArUco grid or an AprilGrid.
   bool IsMarkerGrid() const { return kind == BoardKind::kArucoGrid || kind == BoardKind::kAprilGrid; }
   // Returns the width of a marker's dark border in cells.
   int BorderCells() const { return kind == BoardKind::kAprilGrid ? 2 : 1; }
@@ -65,8 +65,7 @@ struct Board {
   double WidthMm() const;
   double HeightMm() const;
   // Returns the points that are detected, by id, in mm: the inner corners of a ChArUco board or chessboard
-  // row by row; the four corners of each marker of a grid (from first_marker on), clockwise from its upper
-  // left one.
+  // row by row; for a grid, MarkerPoints().
   std::vector<Eigen::Vector3d> Points() const;
   // Returns the corners of the markers of a ChArUco board or a grid in mm, four for each marker number from
   // first_marker on, clockwise from its upper left one.
@@ -77,7 +76,7 @@ struct Board {
   bool operator==(const Board&) const = default;
 };
 
-// Returns OpenCV's number of the dictionary with this name; throws Refusal that lists the names.
+// Returns OpenCV's number of the dictionary with this name. Throws a Refusal with all names if there is none.
 int DictionaryNumber(const std::string& name);
 
 }  // namespace ulf

@@ -17,27 +17,26 @@ using MarkerImage = std::array<Eigen::Vector2d, 4>;  // corners in the image, cl
 // the lines of two sides intersect in the corner. This works for small markers, where the usual square window
 // around the corner would contain cells of the marker or of its neighbour. Lines of at most 24 pixels are
 // straight under any lens distortion.
-// `gray` is CV_8UC1, display-encoded. `corners` are accurate to one or two pixels; these and the result
-// have pixel centres at integer + 0.5. `cells` counts cells along the marker's side, with its border. A
-// corner whose sides are not visible stays unchanged.
+// `gray` is CV_8UC1, display-encoded. `corners` are accurate to one or two pixels; these and the result have
+// pixel centres at integer + 0.5. `cells` counts cells along the marker's side, with its border. A corner
+// whose sides are not visible, are shorter than 6 pixels or meet more than 3 pixels away stays unchanged.
 MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells);
 
-// Returns all markers with their numbers, in no particular order, corners refined. `gray` is CV_8UC1.
+// Returns all markers with their numbers, in no particular order, with corners refined by RefinedBySides().
 // Throws Refusal for a dictionary that does not exist.
 std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray);
 
-// The next two functions find markers whose corners touch other dark areas, such as the squares between the
-// tags of an AprilGrid: OpenCV's detector takes outlines that touch for one and misses most of them. Here
-// dark areas are eroded until they part, and quadrilaterals among the outlines of what remains are grown
-// back.
+// The next two functions find markers whose corners touch other dark areas, as those of an AprilGrid do:
+// OpenCV's detector takes outlines that touch for a single one and misses most of them. Here dark areas are
+// eroded until they part, and quadrilaterals among the outlines of what remains are grown back.
 
 // Returns outlines that may be markers, clockwise, accurate to about two pixels, with pixel centres at
 // integer + 0.5; a marker may be there more than once. `gray` is CV_8UC1.
 std::vector<MarkerImage> DarkQuads(const cv::Mat& gray);
 
-// Returns the markers of a dictionary among the outlines, each number once (that with the fewest wrong
-// cells), corners clockwise from the upper left one of OpenCV's picture of the marker, as accurate as the
-// outlines. Throws Refusal for a dictionary that does not exist.
+// Returns the markers of a dictionary among the outlines, each number once (the outline with the fewest wrong
+// border cells), with corners clockwise from the upper left one of OpenCV's picture of the marker.
+// `border_cells` is the width of a marker's dark border. Throws Refusal for a dictionary that does not exist.
 std::vector<std::pair<int, MarkerImage>> MarkersAmong(const std::vector<MarkerImage>& quads,
                                                       const cv::Mat& gray, const std::string& dictionary,
                                                       int border_cells);

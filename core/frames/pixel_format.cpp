@@ -174,7 +174,7 @@ cv::Mat BgrFromJpeg(int width, int height, const std::uint8_t* bytes, std::size_
   return decoded.bgr;
 }
 
-// Copies values of 8 bits and unpacks others (unpack.h). Rows may be padded.
+// Copies values of 8 bits and unpacks others. Rows may be padded.
 void FillPixels(const PixelFormat& format, const std::uint8_t* bytes, std::size_t stride, cv::Mat& pixels) {
   const bool rows_follow = stride == 0 || (format.packing == kWholeBytes &&
                                            stride == RowBytes(format, static_cast<std::size_t>(pixels.cols)));

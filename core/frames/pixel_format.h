@@ -2,8 +2,8 @@
 // Pixel Format Naming Convention (PFNC); formats that only webcams have, have their usual names. A mosaic
 // stays a mosaic, with its pattern.
 //
-// Values of 10 to 14 bits are spread over 16 so that full scale is exactly 65535 (unpack.h). Machine-vision
-// cameras are taken as linear; luma with chroma and JPEG are display-encoded.
+// Values of 10 to 14 bits are spread over 16 so that full scale is exactly 65535. Grey values, mosaics and
+// RGB are taken as linear; luma with chroma and JPEG are display-encoded.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,7 @@ struct YuvEncoding {
 struct PixelFormat {
   std::string_view name;   // "BayerRG12p"
   std::uint32_t code = 0;  // PFNC's 32-bit number; 0: it has none
-  int bits = 8;            // per value
+  int bits = 8;            // per value: 8, 10, 12, 14 or 16
   int channels = 1;
   Mosaic mosaic = Mosaic::kNone;
   PixelPacking packing = PixelPacking::kWholeBytes;
@@ -49,10 +49,11 @@ struct PixelFormat {
 
 // Describes what the format alone does not tell.
 struct BytesLayout {
-  std::size_t row_bytes = 0;  // with padding; 0: none
-  std::optional<YuvEncoding> yuv = {};
+  std::size_t row_bytes = 0;            // from row to row, with padding; 0: there is none
+  std::optional<YuvEncoding> yuv = {};  // in place of PixelFormat::yuv
 };
 
+// These return none for a format that is not supported.
 std::optional<PixelFormat> PixelFormatByCode(std::uint32_t code);
 std::optional<PixelFormat> PixelFormatByName(std::string_view name);
 // Returns the names of all formats, "Mono8, Mono10, ...", for error messages.
@@ -61,8 +62,8 @@ std::string SupportedPixelFormats();
 // Returns the bytes of one image without padding at the end of rows; for JPEG the least possible number.
 std::size_t ImageBytes(const PixelFormat& format, int width, int height);
 
-// Copies and unpacks, or decodes. Throws Error when the image has no pixels or `size` is smaller than it,
-// when luma and chroma cannot have that size, or when a JPEG cannot be decoded or has another size.
+// Copies and unpacks, or decodes, `size` bytes. Throws Error if the image has no pixels, if bytes or rows are
+// too few, if luma and chroma cannot have that size, or if a JPEG is damaged or has another size.
 Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
                      const BytesLayout& layout = {});
 
@@ -71,18 +72,16 @@ Image ImageFromBytes(const PixelFormat& format, int width, int height, const voi
 // more (less bandwidth; users name deeper formats). Returns none if no format is supported.
 std::optional<PixelFormat> PreferredPixelFormat(const std::vector<std::string>& offered);
 
-// The next three functions unpack `count` values of 10 to 16 bits from `bytes` and spread them over 16
-// bits: full scale becomes exactly 65535 (v * 65535 / (2^n - 1), by repeating the high bits), which is
-// monotone and reversible.
+// The next three functions unpack `count` values of n = `bits` bits from `bytes` and spread them over 16 bits
+// by repeating the high bits: nearly v * 65535 / (2^n - 1), exactly at full scale, monotone and reversible.
 
 // Unpacks PFNC's "p": a stream of bits, lowest first. `bits` is 10, 12 or 14.
 void UnpackLsb(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
-// Unpacks GigE Vision's "Packed": two values in three bytes, the low bits of both in the middle. `bits` is
-// 10 or 12.
+// Unpacks GigE Vision's "Packed": two values in three bytes, low bits in the middle. `bits` is 10 or 12.
 void UnpackGvsp(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
-// Unpacks 16-bit little-endian words with the value in the low bits; the bits above are ignored.
+// Unpacks 16-bit little-endian words of `bits` low bits, 10 to 16; the bits above are ignored.
 void UnpackWords(const std::uint8_t* bytes, std::size_t count, int bits, std::uint16_t* out);
 
 }  // namespace ulf

@@ -1,5 +1,4 @@
-// Angles between vectors, and conversions from degrees, which people write, to radians, which the code
-// uses.
+// Angles between vectors, and conversions between degrees, which people write, and the code's radians.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// Writes and reads numbers as little-endian bytes, for binary files of ulf and of COLMAP.
+// Writes and reads numbers as little-endian bytes, for binary files of ulf and of COLMAP. A pose is its
+// quaternion x y z w, then its translation, as doubles; Count() is a 32-bit count.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,7 +37,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-// Reading past the end gives zeros; IsShort() tells so afterwards.
+// Reads bytes, which must outlive it. Reading past the end gives zeros; IsShort() tells so afterwards.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
@@ -66,8 +67,8 @@ class ByteReader {
     pose.translation = Get3();
     return pose;
   }
-  // Reads a 32-bit count of things of at least `least` bytes each; 0, and IsShort(), if so many cannot
-  // follow.
+  // Reads a 32-bit count of things of at least `least` bytes each, which is at least 1. Returns 0, and sets
+  // IsShort(), if fewer bytes are left.
   std::size_t Count(std::size_t least) {
     const std::size_t count = Get<std::uint32_t>();
     if (count * least > bytes_.size() - at_) short_ = true;
@@ -79,7 +80,7 @@ class ByteReader {
     if (count > (bytes_.size() - at_) / least) short_ = true;
     return short_ ? 0 : static_cast<std::size_t>(count);
   }
-  // Reads text up to a zero byte and skips that byte.
+  // Reads text up to a zero byte and skips that byte. Without one, returns "" and sets IsShort().
   std::string GetText() {
     const std::size_t end = bytes_.find('\0', at_);
     if (end == std::string_view::npos) {

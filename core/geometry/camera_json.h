@@ -10,10 +10,11 @@
 
 namespace ulf {
 
-// {"width","height","fx","fy","cx","cy","distortion":"none|radial-tangential|fisheye","coefficients":[5],
-//  "pixel_centers":"half"}
+// Returns {"width","height","fx","fy","cx","cy","distortion":"none|radial-tangential|fisheye",
+// "coefficients":[five numbers],"pixel_centers":"half"}.
 nlohmann::json CameraToJson(const CameraModel& camera);
-// Also reads "pixel_centers":"integer" and then adds half a pixel to the principal point. Throws Error.
+// Without distortion or coefficients in it, a camera has none. For "pixel_centers":"integer" adds half a
+// pixel to the principal point. Throws Error, as the other readers do, if a number is missing or impossible.
 CameraModel CameraFromJson(const JsonPlace& place);
 
 nlohmann::json Vector3ToJson(const Eigen::Vector3d& vector);  // [x, y, z]

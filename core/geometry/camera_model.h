@@ -26,24 +26,25 @@ struct CameraModel {
   std::array<double, 5> coefficients{};
 
   static CameraModel Pinhole(int width, int height, double focal_px);
-  // Makes a camera from a principal point counted from integer pixel centres (OpenCV, Kalibr, ROS).
+  // Makes a camera from a principal point whose pixel centres are at integers (OpenCV, Kalibr, ROS).
   static CameraModel FromOpenCv(int width, int height, double fx, double fy, double cx, double cy,
                                 Distortion distortion = Distortion::kNone,
                                 const std::array<double, 5>& coefficients = {});
 
-  // Throws Error naming what is out of range (sizes, focal lengths, anything not finite).
+  // Throws Error naming `owner` (a file, a camera) and a size or focal length not positive, a
+  // value not finite.
   void Validate(const std::string& owner) const;
 
-  // Returns the image point in px of a point in front of the camera; none behind it, or if the distortion
-  // polynomial no longer grows (the image point would belong to a ray nearer the axis). The result may lie
-  // outside the image.
+  // Returns the image point in px of a point, which may lie outside the image; none if the point is behind
+  // the camera (a fisheye sees there, too), or if the distortion polynomial no longer grows (the image point
+  // would belong to a ray nearer the axis).
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam) const;
 
-  // Does the same, with the 2x3 derivative by the point.
+  // Does the same, with the derivative by the point. A null pointer asks for no derivative.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
                                             Eigen::Matrix<double, 2, 3>* img_by_point) const;
 
-  // Does the same, with the derivative by the parameters as well: fx fy cx cy, then the five coefficients.
+  // Does the same, with the derivative by fx fy cx cy and the five coefficients as well.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
                                             Eigen::Matrix<double, 2, 3>* img_by_point,
                                             Eigen::Matrix<double, 2, 9>* img_by_parameters) const;
@@ -51,9 +52,8 @@ struct CameraModel {
   // Returns the unit ray through an image point; none if the distortion cannot be inverted.
   std::optional<Eigen::Vector3d> RayFromImg(const Eigen::Vector2d& img) const;
 
-  // Returns how far from the axis the distortion polynomial grows: the squared distance at depth 1, or the
-  // fisheye's angle in radians. ImgFromCam() has no image for points beyond. It is 1e30 or pi if it grows
-  // everywhere.
+  // Returns how far from the axis the distortion polynomial grows: x² + y² of the ray (x, y, 1), 1e30 if it
+  // grows everywhere; for a fisheye the angle in radians, at most pi. ImgFromCam() returns none beyond.
   double DistortionExtent() const;
 
   bool Contains(const Eigen::Vector2d& img) const {
@@ -66,8 +66,7 @@ struct CameraModel {
   CameraModel WithoutDistortion() const;
 
   double MeanFocalPx() const { return 0.5 * (fx + fy); }
-  // Returns the largest angle between the axis and a ray of the image, half the diagonal field of view, in
-  // radians.
+  // Returns the largest angle between the axis and a ray of the image, in radians.
   double MaxRayAngle() const;
 
   bool operator==(const CameraModel&) const = default;

@@ -1,4 +1,4 @@
-// A checksum that tells whether values have changed (FNV-1a, 64 bits). It gives no security.
+// Checksums of 64 bits that tell whether values have changed, without security: FNV-1a, and a faster one.
 #pragma once
 
 #include <cstddef>
@@ -25,10 +25,11 @@ class Digest {
   std::uint64_t value_ = 14695981039346656037ull;
 };
 
+// Returns the FNV-1a of the bytes.
 std::uint64_t ChecksumOf(std::string_view bytes);
 
-// Returns a checksum of large arrays, some gigabytes a second; its values differ from ChecksumOf(). Every
-// change of one 64-bit word changes the result.
+// Returns another checksum, for large arrays: some gigabytes a second. Every change of one 64-bit word
+// changes it. `seed` may be the checksum of what comes before.
 std::uint64_t FastChecksumOf(std::string_view bytes, std::uint64_t seed = 0);
 
 // Formats a checksum as files contain it: 16 hexadecimal digits.

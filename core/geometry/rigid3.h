@@ -21,12 +21,10 @@ struct Rigid3 {
     return {inverse, -(inverse * translation)};
   }
 
-  // Returns the target frame's origin in the source frame. For `cam_from_world` it is the camera centre in
-  // the world.
+  // Returns the target frame's origin in the source frame: for `cam_from_world`, the camera's centre.
   Eigen::Vector3d OriginInSource() const { return -(rotation.conjugate() * translation); }
 
-  // Returns a target-frame direction in the source frame. For `cam_from_world`, UnitZ gives the optical
-  // axis.
+  // Returns a target-frame direction in the source frame. For `cam_from_world`, UnitZ gives the optical axis.
   Eigen::Vector3d DirectionInSource(const Eigen::Vector3d& direction) const {
     return rotation.conjugate() * direction;
   }
@@ -41,12 +39,12 @@ inline Rigid3 operator*(const Rigid3& c_from_b, const Rigid3& b_from_a) {
           c_from_b.rotation * b_from_a.translation + c_from_b.translation};
 }
 
-// Interpolates between two poses `cam_from_world` at a share of the way from `a` to `b`: the rotation by
-// slerp, the camera's centre on a straight line.
+// Interpolates between two poses `cam_from_world` at a share (0 to 1) of the way from `a` to `b`: the
+// rotation by slerp, the camera's centre on a straight line.
 Rigid3 Interpolated(const Rigid3& a, const Rigid3& b, double share);
 
 // Returns the pose cam_from_world of a camera that looks at a target, with `up_in_world` upwards in its
-// image.
+// image; if it looks along that direction, its roll is arbitrary.
 Rigid3 LookAt(const Eigen::Vector3d& center_in_world, const Eigen::Vector3d& target_in_world,
               const Eigen::Vector3d& up_in_world);
 

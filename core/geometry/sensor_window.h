@@ -1,8 +1,7 @@
 // The part of a sensor that images show, and the conversion of intrinsics from one part to another.
 //
 // With pixel centres at integer + 0.5 the image's corner is the window's corner on the sensor, and binning
-// divides lengths: sensor = window + binning * image, exactly. The distortion belongs to the lens and does
-// not change.
+// divides lengths: sensor = window + binning * image, exactly. Distortion coefficients do not change.
 #pragma once
 
 #include <string>

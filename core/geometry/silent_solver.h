@@ -1,12 +1,11 @@
-// Options for Ceres that print nothing: a step that fails is a normal part of the search, and the summary
-// reports it.
+// Options for Ceres that print nothing: a step that fails is normal in a search; the summary reports it.
 #pragma once
 
 #include <ceres/solver.h>
 
 namespace ulf {
 
-// The solver uses one thread.
+// Returns the options, for one thread. Also raises glog's threshold to fatal messages in the whole process.
 ceres::Solver::Options SilentSolver(int max_iterations);
 
 }  // namespace ulf

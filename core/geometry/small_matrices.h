@@ -1,5 +1,4 @@
-// Decompositions of small matrices by Eigen, compiled once: a file that names one takes seconds longer to
-// compile, for each size again.
+// Decompositions of small matrices, here because each use of Eigen's templates costs seconds of compiling.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,25 +15,24 @@ struct SingularValues3 {
 };
 SingularValues3 SingularValuesOf(const Eigen::Matrix3d& matrix);
 
-// Eigenvalues of a symmetric matrix ascend; the eigenvectors are columns of length one.
+// Eigenvalues of a symmetric matrix in ascending order; the eigenvectors are columns of length one.
 struct Eigenvalues3 {
   Eigen::Vector3d values;
   Eigen::Matrix3d vectors;
 };
 Eigenvalues3 EigenvaluesOf(const Eigen::Matrix3d& symmetric);
 
-// The same of a symmetric matrix of any size.
+// The same for a symmetric matrix of any size.
 struct EigenvaluesX {
   Eigen::VectorXd values;
   Eigen::MatrixXd vectors;
 };
 EigenvaluesX EigenvaluesOfAnySize(const Eigen::MatrixXd& symmetric);
 
-// Returns none if the matrix is singular to the precision of its numbers.
+// Returns the inverse; none if the matrix is singular to the precision of its numbers.
 std::optional<Eigen::Matrix3d> InverseOf(const Eigen::Matrix3d& matrix);
 
-// Solves normal x = right for a positive semidefinite matrix. The result is not finite if there is no
-// solution.
+// Solves normal * x = right for a positive semidefinite matrix. Without a solution, x may not be finite.
 Eigen::Vector3d SolveNormal(const Eigen::Matrix3d& normal, const Eigen::Vector3d& right);
 Eigen::Matrix<double, 6, 1> SolveNormal(const Eigen::Matrix<double, 6, 6>& normal,
                                         const Eigen::Matrix<double, 6, 1>& right);

@@ -21,7 +21,7 @@ struct TimedPose {
   Rigid3 cam_from_world;
 };
 
-// Throws Error naming file and line.
+// These read and write a TUM file. They throw Error naming the file and, if it is no pose, the line.
 std::vector<TimedPose> ReadTum(const std::filesystem::path& path);
 void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses);
 
@@ -30,11 +30,11 @@ struct TrajectoryError {
   double ate_rmse = 0;
   double ate_median = 0;
   double ate_max = 0;
-  int steps = 0;        // number of steps of about `rpe_step_s`; if 0, the next three mean nothing
+  int steps = 0;        // number of steps of about `rpe_step_s`; if 0, the next three fields mean nothing
   double rpe_rmse = 0;  // translation over `rpe_step_s`
   double rpe_rotation_rmse_deg = 0;  // rotation over `rpe_step_s`
-  double drift = 0;  // median over these steps: error of the translation, as a share of the true motion
-  double rotation_rmse_deg = 0;  // after the alignment's rotation
+  double drift = 0;  // median over the steps: error of the translation, as a share of the true motion
+  double rotation_rmse_deg = 0;  // between true rotations and those turned by truth_from_estimated
   double scale = 1;              // truth units per estimated unit
   Similarity3 truth_from_estimated;
   struct AtTime {
@@ -47,8 +47,8 @@ struct TrajectoryError {
   std::vector<AtTime> errors;  // one for each pose with a counterpart
 };
 
-// Pairs poses whose times differ by at most `tolerance_s`; returns none if fewer than three pair up or they
-// lie on a line.
+// Compares the estimated poses, which are in order of time, with true poses at the nearest times, at most
+// `tolerance_s` off. Returns none if fewer than three have a counterpart, or if their centres lie on a line.
 std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> estimated,
                                                    std::span<const TimedPose> truth, double tolerance_s,
                                                    double rpe_step_s = 1.0);

@@ -1,8 +1,7 @@
 // CIELAB and the colour difference CIEDE2000.
 //
-// Linear light is that of linear sRGB (Rec. 709 primaries, white D65, where 1 is white). L*a*b* here
-// belongs to white D50, as the published colours of charts do; Bradford's adaptation converts between the
-// two.
+// Light is linear sRGB (Rec. 709 primaries, white D65, where 1 is white). L*a*b* is relative to white D50, as
+// the published colours of charts are; Bradford's adaptation converts between the two.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,4 @@
-// A camera's flat field: the light at each place of the image relative to the middle (vignetting and
-// shading).
+// A camera's flat field: the light at each place of the image relative to the middle (vignetting, shading).
 //
 // The flat field is estimated from a few frames of a plain, evenly lit card in linear light. Its logarithm is
 // a polynomial of the position (from the image's middle, in half diagonals), one for each of B, G, R. The
@@ -8,8 +7,7 @@
 // card's lighting and is never part of the flat field. Dust on the sensor (small dark spots) is excluded from
 // the estimate and not corrected; it is counted, so that the sensor can be cleaned.
 //
-// Recorded photographs are never changed. A light field keeps the flat field of its camera, and
-// ReadViewImage() divides by it.
+// Recorded photographs are never changed: ReadViewImage() divides by the light field's flat field.
 #pragma once
 
 #include <array>
@@ -29,17 +27,18 @@ struct FlatFieldPower {
 };
 
 struct FlatField {
-  int width = 0, height = 0;  // of the images that it was estimated on
+  int width = 0, height = 0;  // size of the images that it was estimated on, in px
   std::vector<FlatFieldPower> powers = {};
   // Maps a pixel of the images in use to the images of the estimate: estimated = offset + scale * used.
   double offset_x = 0, offset_y = 0, scale_x = 1, scale_y = 1;
 
   // Returns the light relative to the middle, for images of this size: CV_32FC3.
   cv::Mat Light(int used_width, int used_height) const;
-  // Returns the image in linear float, divided by the light. `black_level` is a share of full scale.
+  // Returns the image in linear float, divided by the light. `black_level` (share of full scale) stays in it.
   Image Corrected(const Image& image, double black_level = 0) const;
 
-  // These adapt it to images of another part of the sensor, or of another size.
+  // These return the flat field for images of another part of the sensor, or of another size. `estimated` is
+  // the window of the images that it was estimated on.
   FlatField ForWindow(const SensorWindow& estimated, const SensorWindow& used) const;
   FlatField ForSize(int used_width, int used_height) const;
 
@@ -52,16 +51,16 @@ struct FlatFieldResult {
   std::string model = {};              // the model that was chosen, for display
   std::array<double, 3> corner_bgr{};  // light in the darkest corner, relative to the middle
   double residual = 0;                 // standard deviation that the model leaves, as a share
-  double gradient = 0;                 // of the lighting, edge to edge along the diagonal, as a share
+  double gradient = 0;                 // change of the lighting from corner to corner, as a share
   int dust = 0;                        // number of spots
   int frames = 0;
   bool ok() const { return refusal.empty(); }
 };
 
-// `cards` are frames of the card. `black_level` is a share of full scale.
+// `cards` are frames of the card, of one size. `black_level` is a share of full scale.
 FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_level = 0);
 
-// These serve the journal, calibration files and recordings. They throw Error that begins with `where`.
+// For the journal, calibration files and recordings. Reading throws an Error that begins with `where`.
 nlohmann::json FlatFieldToJson(const FlatField& flat_field);
 FlatField FlatFieldFromJson(const nlohmann::json& json, const std::string& where);
 

@@ -8,14 +8,13 @@
 
 namespace ulf {
 
-// Says how a stored number relates to light: proportional (kLinear), or encoded for a display (kSrgb, IEC
-// 61966-2-1).
+// How a stored number relates to light: proportional, or encoded for a display (sRGB, IEC 61966-2-1).
 enum class Transfer { kLinear, kSrgb };
 
 // A mosaic's pattern is named by its first two pixels of the first two rows, as in GenICam.
 enum class Mosaic { kNone, kRggb, kGrbg, kGbrg, kBggr };
-const char* Name(Mosaic mosaic);                            // "RGGB"; "none"
-std::optional<Mosaic> MosaicByName(std::string_view name);  // none: there is no such pattern
+const char* Name(Mosaic mosaic);                            // "RGGB", or "none"
+std::optional<Mosaic> MosaicByName(std::string_view name);  // nullopt if there is no such name
 
 struct Image {
   cv::Mat pixels;  // CV_8UC1/3, CV_16UC1/3 or CV_32FC1/3; integer types are full scale at their maximum
@@ -47,6 +46,7 @@ cv::Mat LinearFloat(const Image& image);
 // Encodes linear float light, clamped to 0..1, for display: CV_32FC3 to CV_8UC3.
 cv::Mat Srgb8FromLinear(const cv::Mat& linear);
 
+// These convert one value, 0 to 1.
 float SrgbFromLinear(float linear);
 float LinearFromSrgb(float srgb);
 const std::array<float, 256>& LinearFromSrgb8();  // for every 8-bit value

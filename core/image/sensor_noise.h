@@ -5,9 +5,7 @@
 //
 // Smooth areas are measured by second differences, which cancel a linear gradient (Immerkaer 1996, "Fast
 // noise variance estimation"). Blocks with values at the ends of the range, where noise is cut off, are left
-// out.
-//
-// Light is a share of full scale, above black; variances are squares of such shares.
+// out. Light is a share of full scale, 0 at the black level; variances are squares of such shares.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -19,8 +17,8 @@ namespace ulf {
 
 // The variance of a photograph's light is per_light * light + floor.
 struct SensorNoise {
-  double per_light = 0;  // shot noise: gain over the full well
-  double floor = 0;      // read noise and rounding
+  double per_light = 0;  // of shot noise: one over the electrons at full scale
+  double floor = 0;      // of read noise and rounding
   double VarianceAt(double light) const { return per_light * (light > 0 ? light : 0) + floor; }
 };
 
@@ -34,8 +32,8 @@ class NoiseSamples {
  public:
   // `light` is CV_32FC3, made of `image`; `clipped` is CV_8UC1 of its size, 255 where light is not known.
   void Add(const Image& image, const cv::Mat& light, const cv::Mat& clipped);
-  // The result is never below rounding noise. If nothing is smooth enough, or bright enough to show noise on
-  // both sides, the noise is assumed to be cut off at its mean.
+  // Returns the noise, never below that of rounding. If all blocks are clipped or at black, black is taken
+  // for the mean of the noise, whose lower half is cut off.
   SensorNoise Fit() const;
 
  private:

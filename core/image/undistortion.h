@@ -14,22 +14,22 @@ struct Undistortion {
   CameraModel from, to;
   bool is_identity = false;  // the picture needs no change
   bool is_limited = false;   // the limit of 60 degrees from the axis cut the picture
-  double kept_share = 1;     // share of the picture's area
+  double kept_share = 1;     // share of the picture's area that the result shows
 };
 
 // Keeps the focal lengths and the largest rectangle around the axis that the camera's picture covers
-// completely, at most 60 degrees from the axis (there a pixel is stretched to at least four times its area).
-// Throws Error that begins with `owner` if the axis is not in the picture.
+// completely, at most 60 degrees from the axis (beyond it, pixels are stretched to more than four times their
+// area). Throws an Error that begins with `owner`, the view's or the camera's name, if the axis is not in the
+// picture or fewer than 16 px are left.
 Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner);
-// Uses one camera with square pixels for all: what every camera's largest rectangle holds, with the largest
-// mean focal length. `owners` has an owner for each camera; throws as UndistortionOf() does.
+// Uses one camera with square pixels for all: the rectangle that fits into every camera's largest one, with
+// the largest mean focal length. `owners` has a name for each camera. Throws as UndistortionOf() does.
 std::vector<Undistortion> UndistortionsToOne(const std::vector<CameraModel>& cameras,
                                              const std::vector<std::string>& owners);
 
-// Maps every pixel of the result to its place in the source, in the form of cv::remap (CV_32FC1, pixel
-// centres at integers).
+// Where each pixel of `to` lies in the picture of `from`: a map of cv::remap, pixel centres at integers.
 struct UndistortionMap {
-  cv::Mat x, y;
+  cv::Mat x, y;  // CV_32FC1
 };
 UndistortionMap MapOf(const Undistortion& undistortion);
 

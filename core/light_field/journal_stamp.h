@@ -20,12 +20,12 @@ struct JournalStamp {
   bool operator==(const JournalStamp&) const = default;
 };
 
-// Returns the stamp of the first `bytes` of FILE; none if the file is shorter or unreadable.
+// Returns the stamp of the file's first `bytes`; none if the file is shorter or unreadable.
 std::optional<JournalStamp> StampOf(const std::filesystem::path& file, std::uint64_t bytes);
 // Returns the stamp of the whole file.
 std::optional<JournalStamp> StampOf(const std::filesystem::path& file);
 
-// Reports a light field by a newer ulf. It is intact, but this program neither reads nor changes it.
+// Thrown for a light field by a newer ulf: it is intact, but this program neither reads nor changes it.
 class NewerFormatError : public Error {
  public:
   using Error::Error;

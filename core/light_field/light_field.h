@@ -1,5 +1,5 @@
-// The data of a light field: photographs with poses, and a sphere around the subject (thesis, section 2.1).
-// light_field_io.h reads and writes it.
+// The data of a light field: photographs with poses, and a sphere around the subject (thesis "Unstructured
+// Light Fields", MIT 2012, section 2.1). light_field_io.h reads and writes it.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,7 +31,7 @@ struct Subject {
   bool operator==(const Subject&) const = default;
 };
 
-// Parses "x,y,z,r" in world units; throws Refusal.
+// Parses "x,y,z,r" in world units. Throws Refusal for anything else, and unless r is positive.
 Subject ParseSubject(const std::string& text);
 
 // A rolling shutter's readout, row after row.
@@ -51,17 +51,17 @@ struct StoredExposure {
   // The factors of the sensor's red, green and blue with which a raw master is developed (green is 1), if
   // they are not the file's own but those of the light field's first raw file of this camera.
   std::optional<std::array<double, 3>> raw_white_balance;
-  double device_time_s = 0;
+  double device_time_s = 0;  // both times are as in Frame (core/frames/frame.h)
   double host_time_s = 0;
-  double exposure_s = 0;  // 0: unknown
-  double gain = 1;        // linear
-  double black_level = 0;
+  double exposure_s = 0;   // 0: unknown
+  double gain = 1;         // as a factor
+  double black_level = 0;  // as a share of full scale
   std::optional<double> f_number;
 };
 
 // Another exposure of a view, for merging: an image or a master, or both, and a known exposure time.
 struct ViewExposure : StoredExposure {
-  // The transform from the view's camera to this exposure's camera. Its translation is in world units.
+  // The transform from the view's camera frame to this exposure's. Its translation is in world units.
   Rigid3 exposure_from_view;
   bool pose_is_between = false;  // interpolated between frames before and after, not found in the exposure
 };
@@ -79,18 +79,19 @@ struct View : StoredExposure {
   std::string mask_path;  // one channel, of the image's size, 0: excluded; empty: no mask
   int camera = 0;         // index into LightField::cameras
   Rigid3 cam_from_world;
-  // The pose when the view was recorded; later adjustments change cam_from_world only.
+  // The pose when the view was recorded; later corrections change cam_from_world only.
   std::optional<Rigid3> recorded_cam_from_world;
   // The frame's number and the states of the camera's lines, one bit each, if the camera sent them.
   std::optional<std::uint64_t> frame_id, line_status;
   bool on_shared_clock = false;    // IEEE 1588 sets the clock of device_time_s
   std::optional<double> focal_mm;  // of the lens, mm, as the camera reports it
   std::string lens = {};           // model as its maker names it; empty if unknown
-  double tracking_quality = 1;     // 0 to 1
+  double tracking_quality = 1;     // 0 to 1, by the pose's predicted error; 1 is best (docs/tracking.md)
   // The camera's velocity during readout, if a rolling shutter was compensated, in the middle row's frame:
   // rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;
-  std::optional<double> bound_px;            // criterion's value when recorded; none for the first view
+  // The coverage bound when the view was recorded, px of the coverage image; none for the first view.
+  std::optional<double> bound_px;
   std::vector<ViewExposure> exposures = {};  // further exposures, in order of time
   std::optional<MergedExposures> merged = {};
 
@@ -111,12 +112,11 @@ struct ViewObservation {
 struct ScenePoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   std::array<std::uint8_t, 3> rgb{128, 128, 128};
-  double error_px = 0;                   // px, mean reprojection error of its observations
+  double error_px = 0;                   // mean reprojection error of its observations
   std::vector<ViewObservation> track{};  // at most one a view; empty if unknown
 };
 
-// The goal of a capture: a cap of so many degrees of azimuth and elevation, and the share of it that is
-// enough.
+// The goal of a capture: a cap, in degrees of azimuth and elevation, and the share of it that is enough.
 struct CoverageGoal {
   Eigen::Vector2d cap_deg;
   double share = 1;
@@ -128,7 +128,7 @@ struct CoverageGoal {
 class UpEstimator {
  public:
   void Add(const Eigen::Matrix3d& cam_from_world);
-  Eigen::Vector3d Up() const;  // in the world, a unit vector; -y without any camera
+  Eigen::Vector3d Up() const;  // in the world, a unit vector; -y if no camera was added
 
  private:
   double count_ = 0;
@@ -136,24 +136,24 @@ class UpEstimator {
   Eigen::Matrix3d rights_ = Eigen::Matrix3d::Zero();
 };
 
-// The error that a capture measured at frames (docs/capture.md, "Measured errors"), by direction.
+// How well recorded views predicted frames of a capture (docs/capture.md, "Measured errors"), by direction.
 struct MeasuredDirection {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // from the subject, unit, world frame
   double nearest_view_angle = 0;  // radians, to the nearest recorded view at that moment
-  double one_sided = 0;           // 1: all views around are on one side
-  double db = 0, db_outside = 0;  // dB, inside the subject's silhouette and around it, in small pictures
-  double misregistration_px = 0;  // px of small pictures
+  double one_sided = 0;           // 0: the views stand all round the frame; 1: all on one side of it
+  double db = 0, db_outside = 0;  // PSNR in dB, inside the subject's silhouette and around it
+  double misregistration_px = 0;  // px of the small pictures that are compared
   std::string cause;              // name of the error's cause
 };
 struct MeasuredErrors {
   std::string cover = "bound";  // name of the rule by which a viewpoint counts as covered
-  double goal_db = 0;
-  std::uint64_t frames = 0;  // number of measured frames
+  double goal_db = 0;           // PSNR that is enough
+  std::uint64_t frames = 0;     // number of measured frames
   std::vector<MeasuredDirection> directions;
 };
 
-// The camera stood while the subject turned on a printed board, whose frame is the world. The masks of such a
-// light field exclude the still background; renderings are empty there.
+// Says that the camera stood while the subject turned on a printed board, whose frame is the world. The masks
+// of such a light field exclude the still background; renderings are empty there.
 struct Turntable {
   std::string board;  // in the form of core/fiducials/board.h; empty: none or unknown
   bool operator==(const Turntable&) const = default;
@@ -165,8 +165,7 @@ struct UnposedPhotograph {
   std::string problem;  // why it cannot become a view; empty: it can, with a pose
 };
 
-// A camera for a light field, which has one to begin with, and another for each lens that the user gives
-// later.
+// A camera for a light field, which begins with one and gets another for each lens that the user gives later.
 struct NewCamera {
   CameraModel camera;
   std::optional<FlatField> flat_field;
@@ -180,15 +179,15 @@ struct CaptureFacts {
   std::string device_serial, device_maker, device_model;
   std::optional<SensorWindow> window;  // the part of the sensor in the views; none: unknown, or photographs
   std::string units = "arbitrary";     // or "metres"
-  std::optional<double> threshold_px;  // the capture's threshold, px of the coverage image
-  int coverage_width_px = 640;
+  std::optional<double> threshold_px;  // largest bound at which a direction counts as covered
+  int coverage_width_px = 640;  // width of the coverage image, in whose pixels bounds and threshold are
 };
 
 // The values of the journal's header, noted when a capture begins.
 struct CaptureHeader : NewCamera, CaptureFacts {};
 
 struct LightField : CaptureFacts {
-  std::filesystem::path root;
+  std::filesystem::path root;  // the folder
   std::vector<CameraModel> cameras;
   // Measured flat fields by index into cameras. The photographs are uncorrected; ReadViewImage divides by it.
   std::map<int, FlatField> flat_fields;
@@ -204,17 +203,17 @@ struct LightField : CaptureFacts {
   std::optional<ShutterReadout> readout;       // measured or given in the last session; none: unknown
   // The origin of the intrinsics by index into cameras, if known.
   std::map<int, std::string> calibration_sources;
-  std::set<int> taken_back;  // ids of views that were recorded and removed again
-  double capture_s = 0;
-  std::map<std::string, std::uint64_t> reasons;  // number of frames for each reason
+  std::set<int> taken_back;                      // ids of views that were recorded and removed again
+  double capture_s = 0;                          // length of all sessions, by the device's clock
+  std::map<std::string, std::uint64_t> reasons;  // number of frames by why they were recorded or not
   std::optional<MeasuredErrors> measured;        // none: the capture measured none
   std::vector<ScenePoint> points;
   // Number of observations left out on reading, because their error exceeded kMostTrackErrorPx.
   std::size_t misplaced_observations = 0;
   std::vector<std::string> doubts;  // sentences on files of the folder that disagree or are damaged
-  std::vector<Finding> findings;    // results of the other checks of consistency
+  std::vector<Finding> findings;    // what the other checks found (findings.h)
 
-  Eigen::Vector3d UpInWorld() const;
+  Eigen::Vector3d UpInWorld() const;  // unit
   // Adds the camera and returns its index.
   int AddCamera(const NewCamera& camera);
   // Returns the origin of the camera's intrinsics; empty if unknown.
@@ -243,37 +242,36 @@ inline bool HasAspectOf(const CameraModel& camera, cv::Size size) {
          kRounding_px;
 }
 
-// Replaces the subject and drops errors that were measured about another one.
+// Replaces the subject. Drops the measured errors if it differs by more than 5 % of its radius.
 void PlaceSubject(const Subject& subject, LightField& light_field);
 
-// Returns the point nearest to the optical axes of all views, before the cameras or behind; none if they are
-// nearly parallel.
+// Returns the point nearest to the optical axes of all views, before the cameras or behind; none for fewer
+// than two views, or if the axes are nearly parallel.
 std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 
-// Returns this point, with a radius of `width_share` of the median image width at the median distance; none
-// if the axes are nearly parallel or meet behind the cameras.
+// Returns a sphere around this point whose image is `width_share` of the pictures' width wide (by medians of
+// distance and field of view); none if there is no such point, if it is behind a camera, or if fewer than
+// half of the photographs show it.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
 
-// Names the files of a view and of its other exposures (`ulf capture`, bracket). docs/light_field.md
-// describes them.
+// Names of files of a view and its other exposures, which a bracket takes (docs/light_field.md).
 
 inline constexpr const char* kExposuresFolder = "exposures";
 inline constexpr const char* kMergedFolder = "merged";
-// Channels of merged/*.exr besides R, G, B: 1 where no exposure is unclipped; 1 where an exposure is left
-// out.
+// Channels of merged/*.exr besides R, G, B: 1 where all exposures are clipped, and where one is left out.
 inline constexpr const char* kClippedChannel = "clipped";
 inline constexpr const char* kGhostsChannel = "ghosts";
 
-// Returns exposures/000012-2 for the second one of view 12; the master's is 000012-2.master.
+// Returns exposures/000012-2, to which an extension is added, for the second further exposure of view 12; its
+// master's name goes on with ".master".
 std::string ExposureName(int view_id, std::size_t number);
 // Returns merged/000012.exr.
 std::string MergedPath(int view_id);
 
-// Returns all files that belong to a view alone, relative to the light field, except its mask.
+// Returns the paths of all files that belong to a view alone, relative to the light field, except its mask.
 std::set<std::string> FilesOf(const View& view);
 
-// Returns the exposure as a photograph for ReadViewMaster(): with the view's camera and id, and the
-// exposure's pose.
+// Returns the exposure as a photograph for ReadViewMaster(): with the view's camera and id, and its own pose.
 View PhotographOf(const View& view, const ViewExposure& exposure);
 
 }  // namespace ulf

@@ -1,5 +1,5 @@
-// Checks that a video's file is complete, by the sizes that its own outermost parts state (ISO base media,
-// Matroska, AVI).
+// Checks that a video's file is complete, by the sizes that its outermost boxes, segment or chunk state (ISO
+// base media such as MP4, Matroska, AVI).
 #pragma once
 
 #include <filesystem>

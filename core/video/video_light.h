@@ -1,4 +1,5 @@
-// Converts the pictures of a video to sRGB or linear light, as the stream describes them.
+// Converts the pictures of a video to sRGB or linear light, as the stream describes them. VideoReader makes a
+// VideoLight from the first picture, sets its scaler by it, and converts what the scaler returns.
 #pragma once
 
 extern "C" {
@@ -25,14 +26,17 @@ class VideoLight {
 
   // Returns whether the frame has the same encoding, so that one conversion serves both.
   bool IsOf(const AVFrame& frame) const;
+  // Sets the matrix and range by which the scaler converts to B, G, R.
   void Set(SwsContext& scaler) const;
-  // More than 8 bits are kept because of a high dynamic range or other primaries.
+  // Returns whether the scaler must give 16 bits, because of a high dynamic range or other primaries.
   bool is_deep() const { return is_deep_; }
+  // Returns the encoding of what ToSrgbOrLinear() returns.
   Transfer transfer() const { return is_linear_ ? Transfer::kLinear : Transfer::kSrgb; }
-  // Converts the scaler's B, G, R (16 bits if deep) to sRGB of 8 bits, or to linear light in float with
-  // sRGB's primaries where 1 is the white of a sheet of paper.
+  // Converts the scaler's B, G, R to CV_8UC3 in sRGB, or for a high dynamic range to CV_32FC3, linear light
+  // with sRGB's primaries in which a sheet of white paper is 1.
   cv::Mat ToSrgbOrLinear(const cv::Mat& scaled) const;
 
+  // These are as in VideoFacts.
   const std::vector<std::string>& notes() const { return notes_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 

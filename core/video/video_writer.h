@@ -1,6 +1,6 @@
-// Writes a video by FFmpeg's libraries that every player and browser shows with the colours of its pictures:
-// H.264 (MPEG-4 Part 2 if the libraries have no H.264), BT.709, limited range, both named in the stream, with
-// the index first.
+// Writes a video through FFmpeg's libraries that every player and browser shows with the colours of its
+// pictures: an MP4 of H.264 (MPEG-4 Part 2 if the libraries have no H.264) in BT.709's limited range, which
+// the stream names, with the index before the pictures.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +11,16 @@ namespace ulf {
 
 class VideoWriter {
  public:
-  // `size` must be even. Throws Error, or Refusal for a rate that the codec does not support.
+  // Width and height must be even. The rate is in pictures a second. Throws Error if the file cannot be
+  // written, or Refusal for a rate or size that the codec does not support.
   VideoWriter(const std::filesystem::path& mp4, const cv::Size& size, double frame_rate);
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
   ~VideoWriter();  // without Close() the file is no video
 
-  void Add(const cv::Mat& srgb8);  // throws Error, DiskFullError
-  void Close();                    // throws the same
+  // Adds a picture, CV_8UC3 of this size. Throws Error or DiskFullError, as Close() does.
+  void Add(const cv::Mat& srgb8);
+  void Close();
 
  private:
   struct State;

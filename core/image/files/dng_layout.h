@@ -12,24 +12,24 @@ namespace ulf {
 
 struct DngLayout {
   cv::Size mosaic;      // period in pixels; empty if every pixel has all colours
-  std::string pattern;  // colours by rows: R, G, B, or C, M, Y, W; empty if not stated
-  // Black levels by rows, columns and colours, repeated over a picture whose pixels have all colours.
+  std::string pattern;  // colours of a period by rows, letters of RGBCMYW, ? for others; empty if not stated
+  // Only for a picture whose pixels have all colours: the size of the pattern of black levels, in pixels, and
+  // its levels by rows, columns and colours.
   cv::Size black_period;
   std::vector<double> black;
   bool is_staggered = false;     // rows or columns of the mosaic are shifted by half a pixel
   bool has_plain_tiles = false;  // without compression
 };
 
-// Returns `count` bytes from a place; fewer if the file ends.
+// Returns `count` bytes of a file from the position `at` on; fewer if it ends.
 using ReadBytesAt = std::function<std::string(std::uint64_t at, std::size_t count)>;
-// Returns whether LibRaw reads this mosaic correctly: the four orders of Bayer's, and X-Trans from any of
-// its pixels.
+// Returns whether LibRaw reads this mosaic correctly: none, Bayer's four orders, and X-Trans in any shift.
 bool IsKnownMosaic(const DngLayout& layout);
-// Returns none if it is no DNG, or one without a raw picture.
+// Returns none if the file is no DNG, or has no raw picture.
 std::optional<DngLayout> DngLayoutOf(const ReadBytesAt& read);
 
-// Returns the DNG with its raw picture in one strip instead of uncompressed tiles. Throws Error, which
-// begins with `name`, if the tiles reach beyond the file.
+// Returns the DNG with its raw picture in one strip instead of uncompressed tiles. Throws an Error that
+// begins with `name` if the tiles reach beyond the file, if colours are in separate planes, or above 4 GB.
 std::string DngWithoutTiles(const std::string& dng, const std::string& name);
 
 }  // namespace ulf

@@ -1,4 +1,4 @@
-// Reads the Exif 2.3 data of a photograph's JPEG file through libexif.
+// Reads the Exif 2.3 data of a photograph through libexif.
 #pragma once
 
 #include <optional>
@@ -13,17 +13,20 @@ struct ExifFacts {
   std::optional<double> iso;
   std::optional<double> focal_mm;    // of the lens itself, mm
   std::optional<double> focal_35mm;  // mm, of a lens with the same field of view on 36 x 24 mm
-  bool is_adobe_rgb = false;         // the DCF mark R03 is set
-  bool is_other_space = false;       // the colours are marked as not sRGB, and no mark says which
+  bool is_adobe_rgb = false;         // the colours are marked as Adobe RGB (DCF's R03)
+  bool is_other_space = false;       // the colours are marked as not sRGB, and no mark says as what
   int orientation = 1;               // Exif's; 1: not rotated
-  std::string taken = {};            // "2026:11:29 10:11:12.345", sorts by time as text; empty if unknown
-  std::string lens = {};             // model as its maker names it, ASCII; empty if unknown
+  // When it was taken, as text that sorts by time: "2026:11:29 10:11:12.345", or in RawFacts 20 digits of
+  // seconds since 1970; empty if unknown.
+  std::string taken = {};
+  std::string lens = {};  // model as its maker names it, ASCII; empty if unknown
 };
 
-// Converts a camera's text to one line of ASCII; empty if it holds neither letter nor digit ("----").
+// Converts a camera's text to a line of ASCII, ? for other bytes; empty without a letter or digit ("----").
 std::string ExifText(std::string_view bytes);
 
-// Reads the Exif data in the bytes of a JPEG; nothing is set if there are none or they cannot be read.
+// Reads the Exif data in the bytes of a JPEG, or in a block that begins with "Exif\0\0". Nothing is set if
+// there are none or they cannot be read.
 ExifFacts ReadExif(const std::string& jpeg);
 
 }  // namespace ulf

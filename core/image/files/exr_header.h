@@ -7,12 +7,12 @@
 
 namespace ulf {
 
-// Throws Error, which begins with `path`, if an attribute is longer than the file or has another length
-// than its type, or if lines or tiles of its pixels would need more memory than the file can justify
+// Throws an Error that begins with `path` if an attribute is longer than the file or has another length than
+// its type, or if lines or tiles of its pixels would need more memory than the file can justify
 // (RequirePixelsOfFile). Files that are no OpenEXR pass: the library reports them.
 void RequireExrHeader(const std::string& path);
 
-// Throws Error that says that the file is truncated or damaged, with the reason and the remedy.
+// Throws an Error that says that the file is truncated or damaged, why, and the remedy.
 [[noreturn]] void RefuseExr(const std::string& path, const char* why);
 
 }  // namespace ulf

@@ -23,19 +23,19 @@ struct ImageHeader {
   std::string Text() const;  // "JPEG 640x480, 3 channels of 8 bits"
 };
 
-// Return none for other kinds of files and for truncated headers; by path also for a missing file and for a
-// camera's raw file, which may be a TIFF. A stream must be seekable and stand at its beginning.
+// These return none for other kinds of files and for truncated headers; by path also for a missing file and
+// for a camera's raw file, which may be a TIFF. A stream must be seekable.
 std::optional<ImageHeader> ReadImageHeader(const std::string& path);
 std::optional<ImageHeader> ReadImageHeader(std::istream& file);
 
-// Refuses damaged or malicious files before memory is allocated: throws Error, which begins with `path`, if
+// Refuses damaged or malicious files before memory is allocated: throws an Error that begins with `path` if
 // the decoded pixels (`pixels` times `bytes_of_pixel`) need more memory than a file of `file_bytes` can
 // expand to. Up to 256 MB always pass.
 void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
                          double bytes_of_pixel);
 
 // Returns the size that the header of a BMP, Netpbm (PBM to PPM, PFM), Radiance HDR or WebP file claims; none
-// for other kinds and truncated headers. It is unchecked, and may be huge, 0 or negative.
+// for other kinds and truncated headers. The size is unchecked, and may be huge, 0 or negative.
 std::optional<cv::Size2d> ClaimedSize(std::istream& file);
 
 }  // namespace ulf

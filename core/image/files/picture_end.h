@@ -7,9 +7,10 @@
 
 namespace ulf {
 
-// Returns false for bytes in memory that are no JPEG or lack the picture's end mark.
+// Returns whether the bytes are a JPEG with the picture's end mark.
 bool JpegIsWhole(std::string_view bytes);
-// Returns true for other kinds, whose decoders tell, and false for what is no regular file.
+// Returns whether a JPEG or PNG file has its end; true for other kinds, whose decoders tell, and false for
+// what is no regular file or shorter than 8 bytes.
 bool ImageFileIsWhole(const std::filesystem::path& path);
 
 }  // namespace ulf

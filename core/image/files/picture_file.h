@@ -15,13 +15,13 @@ namespace ulf {
 // Reads any kind but raw files. Throws Error naming the file, what is wrong with it, and the remedy.
 StoredPicture ReadPicture(const std::string& path);
 
-// Logs the warnings of a picture, each kind of them once for all files.
+// Logs the warnings of a picture, each kind of them once in this process.
 void LogWarnings(const std::string& path, const StoredPicture& picture);
 
-// Returns the pixels of ReadPicture(), or of a camera's raw file as raw_file.h reads it; transparent pixels
-// keep their colours. Logs each warning of the picture once. Throws Error as ReadPicture() does.
+// Returns the pixels of ReadPicture(), and calls LogWarnings(); for a camera's raw file what ReadRawFile()
+// returns. Transparent pixels keep their colours. Throws Error as ReadPicture() does.
 cv::Mat ReadImageFile(const std::string& path);
-// Says how the file's numbers relate to light: linear in raw files and in floating point.
+// Says how the numbers that ReadImageFile() returns relate to light: linear for raw files and floating point.
 Transfer TransferOfFile(const std::filesystem::path& path);
 
 // Returns whether the header claims an alpha channel or transparent colours; false for an unreadable file.
@@ -30,23 +30,23 @@ bool HasAlphaChannel(const std::filesystem::path& path);
 // empty if the file has none. Throws as ReadImageFile() does.
 cv::Mat ReadAlpha(const std::string& path);
 
-// Returns width and height of any readable picture, for a raw file as the camera crops it (raw_file.h); kinds
-// without a known header are decoded for it. Throws Error as ReadImageFile().
+// Returns width and height of any readable picture, for a raw file as the camera crops it (raw_file.h).
+// Decodes kinds that ReadImageHeader() does not know. Throws Error as ReadImageFile() does.
 cv::Size ReadImageSize(const std::string& path);
 
 // Returns whether the name has an ending that ReadImageFile() reads, in lower or upper case.
 bool HasImageEnding(const std::filesystem::path& path);
-// Tells, by its ending, the kind of a picture that is not read, and what converts it ("HEIC, ... ;
+// Tells, by the name's ending, the kind of a picture that is not read, and what converts it ("HEIC, ... ;
 // heif-convert ..."); none for others.
 std::optional<std::string> UnreadPicture(const std::filesystem::path& path);
 
-// Encodes by the ending of `path`. Throws DiskFullError or Error; an existing file at `path` is then
-// unchanged.
+// Encodes by the ending of `path`: .png, .jpg, .jpeg or .webp. Throws DiskFullError or Error; an existing
+// file at `path` is then unchanged.
 void WritePictureFile(const std::string& path, const cv::Mat& srgb8);
 
-// Blends the picture's colours (straight, not premultiplied) over `background` (B, G, R, display-encoded, 0
-// to 1) in stored numbers, as synthetic sets for view synthesis define it: CV_8UC3 or CV_16UC3. Returns an
-// empty image if the file has no alpha channel. Throws Error as ReadImageFile() does.
+// Blends the picture's colours (straight, not premultiplied) over `background` (B, G, R, encoded as the
+// picture, 0 to 1) in stored numbers, as synthetic sets for view synthesis define it. Returns three channels
+// of the picture's depth; empty if the file has no alpha channel. Throws Error as ReadPicture() does.
 cv::Mat ReadOverBackground(const std::string& path, const cv::Vec3d& background);
 
 }  // namespace ulf

@@ -29,9 +29,10 @@ enum class PictureKind {
   kTwoFisheyes
 };
 
+// Returns kUnknown for other files, and for one that cannot be read.
 PictureKind KindOfPicture(const std::filesystem::path& path);
 inline bool IsRead(PictureKind kind) { return kind != PictureKind::kUnknown && kind < PictureKind::kHeif; }
-// Describes an unread kind and the remedy ("HEIC, which is not read; convert it ...").
+// Describes an unread or unknown kind and the remedy ("HEIC or AVIF, ... which is not read; convert it ...").
 std::string WordsOf(PictureKind kind);
 // Tells an unread kind by the ending of the name, in any case; kUnknown for all others.
 PictureKind UnreadKindByEnding(const std::filesystem::path& path);
@@ -39,7 +40,7 @@ PictureKind UnreadKindByEnding(const std::filesystem::path& path);
 // Returns whether the file is a camera's raw file (raw_file.h), by its ending in lower or upper case.
 bool IsRawFile(const std::filesystem::path& path);
 
-// Removes raw files that have a picture of the same name.
+// Removes raw files beside which the list has a picture of the same name but for the extension.
 template <typename Path>
 void LeaveOutRawTwins(std::vector<Path>& files) {
   const auto stem = [](const Path& file) { return std::filesystem::path(file).replace_extension(); };

@@ -10,10 +10,11 @@
 namespace ulf {
 
 // Converts to sRGB by the file's colour chunks, with precedence cICP, iCCP, sRGB, gAMA and cHRM (PNG, third
-// edition). Throws Error, which begins with `name`, if the file is damaged or has a high dynamic range.
+// edition). Throws an Error that begins with `name` if the file is damaged, has a high dynamic range, or is a
+// panorama or a stereo pair.
 StoredPicture ReadPng(std::string_view bytes, const std::string& name);
 
-// Encodes 8 or 16 bits; one channel, B G R, or B G R A. It is fast rather than small.
+// Encodes 8 or 16 bits, one channel, B G R or B G R A; fast rather than small. Throws Error for others.
 std::string PngBytes(const cv::Mat& pixels);
 
 }  // namespace ulf

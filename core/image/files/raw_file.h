@@ -6,8 +6,7 @@
 // than 512 pixels), the camera's own colour matrix. Nothing depends on the picture's content: no automatic
 // brightness, no maximum taken from the pixels. Full scale is where the sensor's least amplified colour is
 // full; colours beyond are clipped there, none is invented. Rows and columns are the sensor's: `exif` holds
-// the orientation for display. Lens corrections that a camera notes for converters (distortion, vignetting)
-// are not applied.
+// the orientation for display. Lens corrections in the file (distortion, vignetting) are not applied.
 //
 // The visible area of a sensor is some pixels larger than the camera's JPEG. A picture is cropped to the size
 // that the caller gives (that of the camera model), or else as the camera crops it if the file says how.
@@ -29,20 +28,20 @@ namespace ulf {
 using WhiteBalance = std::array<double, 3>;
 
 struct RawFacts {
-  cv::Size size;     // px, as the camera crops it; `visible` if the file does not say how
+  cv::Size size;     // px, as the camera crops it; equal to `visible` if the file does not say how
   cv::Size visible;  // px, the sensor's visible area
   ExifFacts exif;
   std::string maker, model;
-  bool has_white_balance = false;  // as shot; otherwise the camera's daylight is used
-  WhiteBalance white_balance{1, 1, 1};
-  bool has_color_matrix = false;  // otherwise the colours are the sensor's own
+  bool has_white_balance = false;       // the file holds one as shot
+  WhiteBalance white_balance{1, 1, 1};  // as shot, or else the camera's daylight
+  bool has_color_matrix = false;        // otherwise the colours are the sensor's own
 };
 
 // Keeps one white balance for the pictures of a light field: for each camera (maker and model) that of its
 // first raw file. Several threads may use it.
 class LockedWhiteBalance {
  public:
-  // Returns the white balance to develop a raw file with; none means its own.
+  // Returns the white balance to develop a raw file of these facts with; none means its own.
   std::optional<WhiteBalance> WhiteBalanceFor(const RawFacts& facts);
 
  private:
@@ -50,24 +49,22 @@ class LockedWhiteBalance {
   std::map<std::pair<std::string, std::string>, WhiteBalance> first_ ULF_GUARDED_BY(mutex_);
 };
 
-// kQuick is bilinear and takes half the time (24 megapixels: 0.7 s of processor for 1.4), for tracking and
-// display.
+// kQuick, for tracking and display, is bilinear and takes half the CPU time (0.7 s for 24 megapixels).
 enum class RawQuality { kQuick, kBest };
 
-// Returns whether a raw file of these facts can be cropped to `wanted`.
+// Returns whether a raw file of these facts can be cropped to `wanted`: at most 5 % of a side are cut off.
 bool CanCropRaw(const RawFacts& facts, cv::Size wanted);
 
-// All functions below throw Error that begins with `path` (or `name`) and says what is wrong and the remedy:
-// for files that are missing, truncated or damaged, kinds that LibRaw does not read, and sensors whose pixels
-// are not square.
+// All functions below throw an Error that begins with `path` (or `name`), with the fault and the remedy, if a
+// file is missing, truncated, damaged or of a kind that LibRaw does not read, or its pixels are not square.
 
 // Reads the facts without decoding the pixels.
 RawFacts ReadRawFacts(const std::string& path);
 
-// Returns CV_16UC3, B, G, R. `wanted` is the size to crop to, by default RawFacts::size; throws Error if that
-// is impossible. `white_balance` is by default RawFacts::white_balance. `clipped` receives 255 where the
-// sensor, times its white balance, goes beyond full scale, as ClippedPixels() (clipped.h); it is found in the
-// mosaic because the colour matrix hides clipping.
+// Returns CV_16UC3, B, G, R. `wanted` is the size to crop to, by default RawFacts::size; throws Error if
+// CanCropRaw() says no. `white_balance` is by default RawFacts::white_balance. `*clipped` becomes a mask as
+// of ClippedPixels() (clipped.h), 255 where the sensor times its white balance goes beyond full scale; it is
+// found in the mosaic because the colour matrix hides clipping.
 cv::Mat ReadRawFile(const std::string& path, std::optional<cv::Size> wanted = std::nullopt,
                     const std::optional<WhiteBalance>& white_balance = std::nullopt,
                     cv::Mat* clipped = nullptr);

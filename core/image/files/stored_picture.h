@@ -12,28 +12,25 @@ struct StoredPicture {
   // R. CV_8U and CV_16U are encoded as sRGB, CV_32F is linear light with sRGB's primaries, 1 at full scale.
   cv::Mat pixels;
   cv::Mat alpha;  // one channel of the same depth, not premultiplied; empty: opaque
-  // Sentences that begin with "its" or "it". Notes tell conversions and orientations, because of which the
-  // file's own numbers show another picture. Remarks only inform, such as that the file holds more pictures.
-  // Warnings tell what was not understood and how it was interpreted.
+  // Sentences for messages that begin with "its" or "it". Notes tell conversions and orientations, because of
+  // which the file's own numbers show another picture. Remarks only inform, such as that the file holds more
+  // pictures. Warnings tell what was not understood and how it was interpreted.
   std::vector<std::string> notes = {}, remarks = {}, warnings = {};
 };
 
-// Takes pixels that may have alpha behind their grey, or behind B, G, R.
+// Sets pixels and alpha from `pixels` of one to four channels: grey or B, G, R, and alpha behind them if any.
 void TakePixels(const cv::Mat& pixels, StoredPicture& picture);
 
-// Removes the words that begin with a digit from a sentence, so that a folder's repeated fault is reported
-// once.
+// Removes words that begin with a digit from a sentence, so that a folder's repeated fault is reported once.
 std::string WithoutNumbers(const std::string& sentence);
 
 // Notes an orientation (Exif's numbers, 1 to 8) for display, which is not applied.
 void NoteOrientation(int orientation, StoredPicture& picture);
 
-// Warns of numbers of floating-point pictures that are no light, or unlikely to have white at 1: infinities
-// and NaN, levels, absolute light.
-
-// Checks pixels of the file before any conversion; other depths than CV_32F are ignored. All numbers stay: a
-// warning counts those that are not finite, whose pixels get no weight in renderings (photograph.h). If more
-// than half of the numbers above 0 are brighter than white, a warning gives the median and the largest.
+// Checks CV_32F pixels of a file, before any conversion, for numbers that are no light, and changes none. A
+// warning counts infinities and NaN, whose pixels get no weight in renderings (photograph.h). If more than
+// half of the numbers above 0 are brighter than white, which is 1, a warning gives the median and the
+// largest: they may be levels of integers, or light in physical units.
 void CheckFloatNumbers(StoredPicture& picture);
 
 }  // namespace ulf

@@ -1,7 +1,6 @@
 // Writes a picture as an uncompressed TIFF file, the format of masters and recorded frames. Compressing 16
 // bits takes ten times as long as writing them, and a library's encoder copies the picture twice; this writer
-// copies no pixels. The file has one strip, is little-endian and uses the baseline tags of TIFF 6.0 and
-// SampleFormat.
+// copies no pixels. The file has one little-endian strip, the baseline tags of TIFF 6.0, and SampleFormat.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -14,9 +13,8 @@ namespace ulf {
 // R, G, B). The pixels are shared, not copied. Throws Error for another type, or for more than 4 GB.
 FileContent TiffContent(const cv::Mat& pixels);
 
-// Returns the pixels of a file of TiffContent() for a picture of one channel and this size and type; empty if
-// the bytes have another size, type or writer. It allocates no more than the picture asked for, whatever the
-// bytes claim.
+// Returns the pixels of `bytes` that TiffContent() wrote for a picture of one channel and this size and type;
+// empty for any other bytes. It allocates no more than the picture asked for, whatever the bytes claim.
 cv::Mat PixelsOfTiff(std::string_view bytes, const cv::Size& size, int type);
 
 }  // namespace ulf

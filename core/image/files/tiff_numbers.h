@@ -1,4 +1,4 @@
-// Converts the samples of a TIFF (TIFF 6.0) of any size, palettes and transfer functions.
+// Converts what a TIFF (6.0) stores to pixels: samples of any number of bits, palettes, transfer functions.
 #pragma once
 
 #include <array>
@@ -16,26 +16,28 @@ struct TiffNumbers {
 };
 
 // Copies `count` pixels of `block_channels` samples, one after the other in `row`, to the row `y` of
-// `samples` from the column `x` and the channel `first_channel` on. Integers become CV_8U or CV_16U, floating
-// point CV_32F, the type of `samples`.
+// `samples` from the column `x` and the channel `first_channel` on. The depth of `samples` is CV_8U for
+// integers of up to 8 bits, CV_16U for larger ones, CV_32F for floating point; full scale stays full scale.
 void CopyTiffRow(const TiffNumbers& numbers, const std::uint8_t* row, int count, int block_channels, int x,
                  int y, int first_channel, cv::Mat& samples);
 
+// Returns the first `count` channels, without alpha and other extra samples.
 cv::Mat FirstChannels(const cv::Mat& samples, int count);
 
 // Returns the colours (CV_8UC3) of indices (CV_8UC1) into a palette of `count` reds, greens and blues;
 // palettes have 16 bits, but a few programs write 8, in which no entry is above 255.
 cv::Mat ThroughPalette(const cv::Mat& indices, const std::array<const std::uint16_t*, 3>& rgb, int count);
 
-// Converts 8 or 16 bits to sRGB by a table of the light (of 65535) of every number, for red, green and blue,
-// or for all if the others are null. Returns false if the table is nearly sRGB; the pixels then stay.
+// Converts pixels of 8 or 16 bits to sRGB by the tag TransferFunction, which lists for every number its
+// light, 0 to 65535: for red, green and blue, or for all if the others are null. Returns false, and leaves
+// the pixels, if they are nearly sRGB already.
 bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::Mat& pixels);
 
-// Warns if MaxSampleValue of the file needs fewer bits than its samples have, unless samples, as
-// CopyTiffRow() gives them, are above it.
+// Warns if the tag MaxSampleValue, `largest`, needs fewer bits than the file's samples have, unless `samples`
+// (as CopyTiffRow() gives them) are above it.
 void WarnOfUnusedBits(unsigned largest, int bits, const cv::Mat& samples, StoredPicture& picture);
 
-// Undoes premultiplication by `alpha`, which has the depth of `pixels`.
+// Undoes premultiplication by `alpha`, one channel of the depth of `pixels`.
 void DivideByAlpha(const cv::Mat& alpha, cv::Mat& pixels);
 
 }  // namespace ulf

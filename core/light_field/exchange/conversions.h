@@ -16,13 +16,14 @@ struct Conversion {
   std::filesystem::path file;
   std::string words;  // a note or remark of stored_picture.h
 };
-// Reads the first photograph of each kind and size of file, assuming that others are like it. Raw files and
+// Reads the first photograph of each extension and size, assuming that others are like it. Raw files and
 // unreadable files are ignored.
 std::vector<Conversion> ConversionsOf(const LightField& light_field);
 
 // Counts photographs that are copied unchanged although ulf converts them when it reads them.
 class CopiedColorEncodings {
  public:
+  // Notes a copied photograph.
   void Add(const StoredPicture& picture);
   // Returns a sentence for the report of the copy, with counts; empty if all are plain sRGB.
   std::string Doubt(std::size_t copied) const;

@@ -10,7 +10,7 @@
 //
 // Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are
 // copied byte for byte. Names lose folders and spaces, which some readers do not accept. The export is
-// complete, or OUT does not exist.
+// complete, or the folder `out` does not exist.
 #pragma once
 
 #include <filesystem>
@@ -44,27 +44,26 @@ struct ExportOptions {
 };
 
 struct ExportSummary {
-  std::size_t copied = 0, made = 0;  // numbers of photographs
+  std::size_t copied = 0, made = 0;  // numbers of photographs copied unchanged, and written anew
   std::size_t masks = 0;
-  std::vector<Undistortion> cameras;  // of undistorted photographs, one per camera
+  std::vector<Undistortion> cameras;  // by index into LightField::cameras; empty if nothing was undistorted
   PointStatistics points;
   std::vector<std::string> doubts;  // sentences on what the form's programs will not read as it is
 };
 
-// Throws Refusal if `out`, given for `parameter`, lies in the light field's folder.
+// Throws Refusal naming Parameter(`parameter`) if `out` lies in the light field's folder.
 void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out,
                     std::string_view parameter = "output");
 
-// Checks before any work: throws Error when OUT exists and is not empty, Refusal when the form cannot
-// represent the light field.
+// Checks before any work: throws Error when there is no view or `out` exists and is not empty, Refusal when
+// the form cannot represent the light field or `out` lies in it.
 void RequireExportable(const LightField& light_field, const std::filesystem::path& out,
                        const ExportOptions& options);
 // Throws DiskFullError if the photographs that are copied unchanged do not fit on the disk of `out`.
 void RequireRoomFor(const LightField& light_field, const std::filesystem::path& out,
                     const ExportOptions& options);
 
-// Throws Error when OUT exists and is not empty, a photograph cannot be read or the disk is full; Refusal
-// when the form cannot represent the light field.
+// Runs both checks, then exports. Throws also if a photograph cannot be read, the disk is full, or `stop()`.
 ExportSummary ExportLightField(const LightField& light_field, const std::filesystem::path& out,
                                const ExportOptions& options);
 

@@ -11,8 +11,7 @@
 namespace ulf {
 
 struct ImportOptions {
-  std::optional<Subject> subject =
-      {};  // none: found from the cameras, points or depth bounds (subject_of_set.h)
+  std::optional<Subject> subject = {};     // none: the set's, or else found (subject_of_set.h)
   std::optional<SetFormat> format = {};    // none: recognised from the files
   std::filesystem::path images = {};       // the photographs' folder; empty: searched for
   std::optional<CameraModel> camera = {};  // for a format without intrinsics (read_posed_set.h)
@@ -23,16 +22,16 @@ struct ImportOptions {
 
 struct Imported {
   LightField light_field;
-  std::string format;           // for people; empty if the user or the set gave the subject
-  std::string subject_told_by;  // for people; empty: it was given, by the user or the set
+  std::string format;           // for people, as PosedSet::format
+  std::string subject_told_by;  // for people, as SubjectOfSet::told_by; empty: the user or the set gave it
 };
 
-// Copies SOURCE, a folder or a file in one of the formats of read_posed_set.h, into the new light field DIR.
+// Copies `source`, a folder or a file in one of the formats of set_format.h, into the new light field `dir`.
 // Photographs are checked (they must decode and have their camera's size) and kept byte for byte; more than 8
 // bits go to masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to
-// masks/; points to points.ply. White space in names becomes '_'. DIR is complete at the end, or does not
-// exist after a failure. Warnings tell what of the source is not used. Throws Error for an invalid source,
-// DiskFullError, and Refusal if the subject or the camera must be given.
+// masks/; points to points.ulf and points.ply. White space in names becomes '_'. `dir` is complete at the
+// end, or does not exist after a failure. Warnings tell what of the source is not used. Throws Error for an
+// invalid source, DiskFullError, and Refusal if the subject or the camera must be given.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

@@ -1,5 +1,4 @@
-// Reads arrays that numpy.save() wrote (NumPy's format, versions 1 to 3): numbers of 4 or 8 bytes in one or
-// two dimensions.
+// Reads arrays of numpy.save() (versions 1 to 3): floating point of 4 or 8 bytes, one or two dimensions.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,8 +6,8 @@
 
 namespace ulf {
 
-// Returns a row for each entry of the first dimension. Throws Error that names the file if it is of another
-// kind, truncated, of a shape that disagrees with its size, or of an unsupported type or shape.
+// Returns a row for each entry of the first dimension. Throws an Error that names the file if it is of
+// another kind, truncated, empty, or of an unsupported type or shape.
 Eigen::MatrixXd ReadNpyMatrix(const std::filesystem::path& file);
 
 }  // namespace ulf

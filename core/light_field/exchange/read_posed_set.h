@@ -10,9 +10,9 @@
 namespace ulf {
 
 // `format` is by default the first of FormatsIn(), with a doubt that names the others. `images` is the folder
-// of the photographs, searched for if empty. `camera` is given for formats without intrinsics only; otherwise
-// Refusal is thrown. Throws Error for a source without such a set, with the way to use videos and plain
-// photographs, and what the readers throw.
+// of the photographs, searched for if empty. `camera` must be given for formats without intrinsics (TUM), and
+// for no other; otherwise Refusal is thrown. Throws Error for a source without such a set, with the way to
+// use videos and plain photographs, for a photograph with two different poses, and what the readers throw.
 PosedSet ReadPosedSet(const std::filesystem::path& source, const std::optional<SetFormat>& format,
                       const std::filesystem::path& images, const std::optional<CameraModel>& camera = {});
 

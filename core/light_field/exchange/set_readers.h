@@ -1,5 +1,6 @@
 // Readers of posed photographs by other programs, one for each format (set_format.h). Each comment describes
-// the format and its conversion to a PosedSet.
+// the format and its conversion to a PosedSet. "Ours" means ulf's conventions: poses cam_from_world, x right,
+// y down, z forward, pixel centres at integer + 0.5.
 #pragma once
 
 #include <filesystem>
@@ -20,10 +21,11 @@ namespace ulf {
 // along z with y down, and pixels count from the top left corner. World coordinates are unchanged, their unit
 // is arbitrary. The principal point is the middle of the image, whose size its file says.
 
-// `images` is the folder of the photographs; if empty, the list's or that of the list. The list is
-// NAME.list.txt, list.txt or list.focal.txt in the folder of `bundle_out` or in its parent; a row is "NAME [0
+// `images` is the folder of the photographs; if empty, the one that the names in the list share, or images,
+// photos or the folder itself where the list lies, or in its parent. The list is NAME.list.txt, list.txt,
+// list.focal.txt or the only other one, in the folder of `bundle_out` or in its parent; a row is "NAME [0
 // FOCAL]". Cameras that were not registered (f is 0), and those without a photograph, are left out and named
-// in `doubts`. Throws Error that names file and line for an invalid file, counts that disagree with its
+// in `doubts`. Throws an Error that names file and line for an invalid file, counts that disagree with its
 // content, and a list of another length.
 PosedSet ReadBundlerSet(const std::filesystem::path& bundle_out, const std::filesystem::path& images);
 
@@ -41,18 +43,17 @@ PosedSet ReadColmapSet(const std::filesystem::path& source, const std::filesyste
 // whose columns are down, right, back, centre and (height, width, focal length), then the nearest and the
 // farthest depth. There is no lens distortion.
 
-// `source` is the folder or the file. `images` is the folder of the photographs; if empty, images, or else
-// the largest of images_2, images_4, images_8. Throws Error if the file is damaged, a row is no pose, or the
-// numbers of photographs and rows differ.
+// `source` is the folder or the file. `images` is the folder of the photographs; if empty, the first with
+// some among images, images_2, images_4, images_8, input and photos. Throws Error if the file is damaged, a
+// row is no pose, or the numbers of photographs and rows differ.
 PosedSet ReadLlffSet(const std::filesystem::path& source, const std::filesystem::path& images);
 
 // Agisoft Metashape (once PhotoScan) exports its cameras by File > Export > Export Cameras, "Agisoft XML".
 //
 // The elements are document > chunk > sensors, components, cameras (also inside groups), transform. A
-// camera's transform is world_from_cam in the chunk's coordinates, 16 numbers row by row, axes as ours. The
-// transform of the camera's component, or else of the chunk, leads to the world: scale, rotation,
-// translation. A geocentric translation (farther than 1e5 units) is ignored: single precision resolves no
-// millimetres there.
+// camera's transform is chunk_from_cam, 16 numbers row by row, axes as ours. The transform of the camera's
+// component, or else of the chunk, leads to the world: scale, rotation, translation. A geocentric translation
+// (farther than 1e5 units) is left out, which `doubts` says: single precision resolves no millimetres there.
 //
 // The lens follows the manual 1.5, appendix "Camera models", with x = X/Z, y = Y/Z, r² = x² + y²:
 //   frame:   x' = x (1 + k1 r² + k2 r⁴ + k3 r⁶ + k4 r⁸) + (p1 (r² + 2x²) + 2 p2 x y) (1 + p3 r² + p4 r⁴)
@@ -73,18 +74,17 @@ PosedSet ReadMetashapeSet(const std::filesystem::path& xml, const std::filesyste
 // NeRF's synthetic scenes (Mildenhall et al. 2020) have transforms_train.json, transforms_val.json and
 // transforms_test.json with one field of view, and pictures with alpha in train/, val/ and test/.
 
-// Reads all views of the parts that exist, in this order, keeping duplicates between parts; photographs'
-// names begin with the part's. `images` and errors are as in ReadTransformsSet().
+// Reads all views of the parts that exist, in this order, also those in two parts; photographs' paths begin
+// with the part's folder. PosedSet::background is white. `images` and errors are as in ReadTransformsSet().
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images = {});
 
 // RealityScan (once RealityCapture) exports an XMP file NAME.xmp for the photograph NAME.jpg.
 //
 // The conventions follow "On the Coordinate Systems Employed in the Import, Estimation, and Export of Camera
 // Geometry by RealityScan" (M. Hornáček, 8 June 2026, linked from dev.epicgames.com, "Camera Geometry in
-// RealityScan"), equations 27 to 48 and appendix B. In an rdf:Description, each is an attribute or an
-// element:
+// RealityScan"), equations 27 to 48 and appendix B. In an rdf:Description stand, as attributes or elements:
 //   xcr:Rotation                R of camera from world, row by row; xcr:Position: the camera's centre C
-//   xcr:FocalLength35mm         f / s = it / 36 with s = max(w, h), in pixels
+//   xcr:FocalLength35mm         36 f / s with s = max(w, h), f and s in pixels
 //   xcr:PrincipalPointU, V      (principal point - (w/2, h/2)) / s; missing: 0
 //   xcr:DistortionModel         none (if missing), perspective, division, brown3, brown4, brown3t2, brown4t2
 //   xcr:DistortionCoeficients   k1 k2 k3 k4 t1 t2 (their spelling), missing: none
@@ -100,8 +100,8 @@ PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::fi
 // World coordinates are unchanged; the format does not say whether they are metres.
 
 // `folder` has the XMP files. `images` has the photographs; if empty, the same folder, or images or photos in
-// it, or its parent. Photographs without a pose are left out and named in `doubts`, as are, if positions are
-// relative to a component, all components but the largest. Throws Error that names file, value and remedy.
+// it. Photographs without a pose are left out and named in `doubts`, as are, if positions are relative to a
+// component, all components but the largest. Throws an Error that names file, value and remedy.
 PosedSet ReadRealityScanSet(const std::filesystem::path& folder, const std::filesystem::path& images);
 
 // The TUM RGB-D benchmark (Sturm et al. 2012) has rgb.txt, a line `time file` for each photograph (seconds;
@@ -115,8 +115,8 @@ PosedSet ReadRealityScanSet(const std::filesystem::path& folder, const std::file
 // A photograph's pose is interpolated between the poses before and after it if these are at most 0.1 s apart;
 // otherwise it is the nearest one within 0.02 s (as in the benchmark's associate.py). Photographs without
 // either, and missing ones, are left out and named in `doubts`. Views are in order of time, whatever the
-// files' order. Throws Error that names file and line for an invalid line, a photograph that is named twice,
-// and a name that leaves the folder; and Error with both ranges of time if no photograph has a pose.
+// files' order. Throws an Error that names file and line for an invalid line, a photograph that is named
+// twice, and a name that leaves the folder; and Error if no photograph has a pose.
 PosedSet ReadTumSet(const std::filesystem::path& rgb_txt, const std::filesystem::path& images,
                     const CameraModel& camera);
 

@@ -9,14 +9,15 @@ namespace ulf {
 
 class StagedFolder {
  public:
-  // `target` must not exist or be empty. Throws Error otherwise, and when the folder cannot be written.
+  // Makes the hidden folder. Throws Error if `target` exists and is not an empty folder, or if nothing can be
+  // written beside it; Refusal if its name is empty.
   explicit StagedFolder(std::filesystem::path target);
   StagedFolder(const StagedFolder&) = delete;
   StagedFolder& operator=(const StagedFolder&) = delete;
   ~StagedFolder();  // without Commit(): removes the folder and the parents that were made for it
 
-  // Returns the folder to write to until Commit(): beside the target (hidden, `.NAME.part`), or the target
-  // itself if it is the root of a file system.
+  // Returns the folder to write to until Commit(): beside the target (hidden, `.NAME.MARK.part`), or the
+  // target itself if it is the root of a file system or the current folder.
   const std::filesystem::path& path() const { return path_; }
   // Syncs the file system and gives the folder its name. Throws DiskFullError, Error.
   void Commit();

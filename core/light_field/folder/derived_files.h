@@ -1,6 +1,6 @@
-// Makes the derived files of a light field: transforms.json, sparse/0 and points.ply from the journal, and
-// photographs in images/ from their masters. A derived file that another program or a person has changed is
-// moved to kept/ before it is replaced.
+// Makes the derived files of a light field: transforms.json, sparse/0 and points.ply from the journal and
+// points.ulf, and photographs in images/ from their masters. Callers move a derived file that another program
+// or a person has changed to kept/ before it is replaced.
 #pragma once
 
 #include <cstddef>
@@ -24,11 +24,11 @@ void WriteDerivedFilesOrWarn(const LightField& light_field);
 std::size_t MakeMissingPictures(const LightField& light_field);
 
 // Moves `dir`/`name` to kept/, as `as` or the next free name. Returns its new path, or none if there was no
-// such file. Throws Error.
+// such file. Throws Error if it cannot be moved.
 std::optional<std::filesystem::path> MoveToKept(const std::filesystem::path& dir, const std::string& name,
                                                 const std::string& as);
 
-// Does the same for a file that stays until another one replaces it.
+// Gives the file another name in kept/, for one that stays in its place until another one replaces it.
 void LinkToKept(const std::filesystem::path& dir, const std::string& name);
 
 // Moves to kept/ the derived files that another program or a person has changed (`check`) and, with

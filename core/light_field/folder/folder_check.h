@@ -1,7 +1,7 @@
 // Checks that the files of a light field agree. The journal is authoritative. Derived files (transforms.json,
-// sparse/0) contain the stamp of the journal that they were made from. The stamp distinguishes an older file
-// from a changed one, and from a journal that has lost its end. docs/light_field.md has the table of facts,
-// precedence and messages.
+// sparse/0) contain the stamp of the journal that they were made from, which distinguishes an older file from
+// a changed one, and from a journal that has lost its end. docs/light_field.md ("Which file is used") has the
+// table of facts, precedence and messages.
 #pragma once
 
 #include <filesystem>
@@ -31,10 +31,10 @@ enum class Lineage {
 // The differences between one derived file and the journal.
 struct Derived {
   Lineage lineage = Lineage::kMissing;
-  std::string problem;              // among these: corrections whose journal lines are damaged
-  std::map<int, View> unknown;      // views that the journal neither contains nor removed
+  std::string problem;              // why it is kUnreadable
+  std::map<int, View> unknown;      // views, by id, that the journal neither contains nor removed
   std::map<int, View> other_poses;  // views whose poses differ
-  std::map<int, View> lost_poses;   // of these: corrections whose journal lines are damaged
+  std::map<int, View> lost_poses;   // those of other_poses whose corrections were in damaged journal lines
   bool other_cameras = false;
   bool is_cut = false;                // the file lacks its end
   std::uint64_t made_from_bytes = 0;  // length of the journal; 0: unknown
@@ -47,8 +47,8 @@ struct Derived {
 };
 
 struct FolderCheck {
-  Derived transforms, model;
-  std::optional<LightField> from_transforms;  // its content; none: unreadable
+  Derived transforms, model;                  // transforms.json and sparse/0
+  std::optional<LightField> from_transforms;  // none: missing, unreadable or not checked
   std::vector<std::string> unnamed;  // numbered photographs and masters that the journal does not name
   std::set<int> missing_masters;     // views with a photograph whose master is missing
   std::set<int> unmade_images;       // views whose photograph is missing and can be made from their master
@@ -62,11 +62,11 @@ struct FolderCheck {
   }
 };
 
-// This only reads. While a writer is active (`being_written`), it checks only what the writer does not
-// change.
+// Compares the files of `dir`, and changes none. While a writer is active (`being_written`), checks only what
+// the writer does not change. If links are refused, checks nothing else.
 FolderCheck CheckFolder(const std::filesystem::path& dir, const JournalContents& journal, bool being_written);
 
-// Throws Error if the photographs are missing, or behind links that are refused.
+// Throws Error if photographs are missing, or behind links that are refused.
 void RequireImages(const LightField& light_field, const FolderCheck& check);
 
 // Returns whether derived files with a journal's stamp exist without the journal; `ulf repair` restores it.
@@ -75,7 +75,7 @@ bool IsJournalMissing(const std::filesystem::path& dir);
 // lost it, a data set of another program, or neither.
 Error MissingJournalError(const std::filesystem::path& dir);
 
-// Lists view ids with defective pictures.
+// Ids of views with defective pictures.
 struct PictureCheck {
   std::set<int> others;   // the photograph differs from its master, is unreadable although its master is
                           // readable, or has another size than its camera

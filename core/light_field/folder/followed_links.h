@@ -1,8 +1,7 @@
 // Guards symbolic links that lead out of a light field's folder, such as images/ after a move to a larger
 // disk. A folder may come from anybody, so nothing is read or written through such a link until the caller
-// permits it (FollowOutsideLinks). The permission is kept in DIR/links.json, for these links of this folder
-// to these places alone: a copy of the folder needs a new one. A place that belongs to another user than the
-// folder is never followed.
+// permits it (FollowOutsideLinks). The permission is kept in links.json, for these links of this folder to
+// these places alone: a copy needs a new one. A place of another user than the folder's is never followed.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +14,7 @@ namespace ulf {
 
 inline constexpr const char* kLinksFile = "links.json";
 
-// Lets this process follow the links that it meets, and stores the permission in the folders.
+// Permits this process to follow the links that it meets, and to store the permission in their folders.
 void FollowOutsideLinks(bool follow = true);
 
 struct OutsideLink {
@@ -30,7 +29,8 @@ struct OutsideLink {
 // are followed all the same.
 std::vector<OutsideLink> RefusedLinks(const std::filesystem::path& root, const std::vector<View>& views);
 
-// Describes them: "images leads to /large/images, outside of the light field; ..." with the remedy.
+// Describes links, of which there is at least one: "the link 'images' leads to /large/images, outside of the
+// light field; ...", with the remedy.
 std::string Words(const std::filesystem::path& root, const std::vector<OutsideLink>& refused);
 
 // Throws Error with this description if there are any.

@@ -1,5 +1,4 @@
-// Removes temporary files that a killed writer left in a light field's folder. One list of places serves
-// every writer.
+// Removes temporary files that a killed writer left in a light field's folder.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +8,10 @@ namespace ulf {
 // The journal of a light field under repair, before it is renamed.
 inline constexpr const char* kNewJournal = "journal.jsonl.new";
 
-// Removes the temporary files of the folder. Only the holder of the journal's lock (`has_lock`) writes
-// photographs, masters and masks: it removes all temporary files of these, and the journal of a killed
-// repair. In depth/, cache/ and kept/, and everywhere without the lock, only files of ended processes are
-// removed (IsLeftTemporary). Files with other names stay.
+// Removes the temporary files of the folder. Only the holder of the journal's lock (`has_lock`: the caller)
+// writes photographs, masters and masks: it removes all temporary files of these, and the journal of a killed
+// repair. Elsewhere, and everywhere without the lock, only files of ended processes are removed
+// (IsLeftTemporary). Files with other names stay.
 void RemoveLeftovers(const std::filesystem::path& light_field_folder, bool has_lock);
 
 }  // namespace ulf

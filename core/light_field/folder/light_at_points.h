@@ -14,7 +14,7 @@
 namespace ulf {
 
 struct LightAtPointsOptions {
-  int patch_px = 5;  // width, odd, of the square around a point whose mean is taken. Guessed.
+  int patch_px = 5;  // width of the square around a point whose mean is taken, odd. Guessed.
   // Shares of full scale. A patch whose mean is below the first is mostly noise; a pixel above the second is
   // nearly clipped. Guessed.
   float least_light = 0.01f, most_light = 0.9f;

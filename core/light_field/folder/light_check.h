@@ -23,7 +23,8 @@ namespace ulf {
 struct LampDrift {
   enum class Kind { kBrightness, kBlueness, kGreenness };
   Kind kind = Kind::kBrightness;
-  double difference = 0;  // of the logarithm of light, of blue/red, or of green/mean of the others
+  // Later - earlier natural logarithm of light, of blue / red, or of green / the mean of the others.
+  double difference = 0;
   double standard_error = 0;
   int from_first = 0, from_last = 0, to_first = 0, to_last = 0;
 
@@ -33,7 +34,7 @@ struct LampDrift {
 // Light that fluctuates: no part of the views differs from the rest for good.
 struct LampFluctuation {
   LampDrift::Kind kind = LampDrift::Kind::kBrightness;
-  double spread = 0;          // of the logarithm, containing four fifths of the views
+  double spread = 0;          // range of that logarithm that contains four fifths of the views
   std::string Words() const;  // "blue against red goes up and down by 23 %"
 };
 
@@ -43,17 +44,17 @@ struct LightCheck {
   std::uint64_t pixels = 0, clipped_px = 0;  // pixels of these views
   int most_clipped_view = 0;                 // id; 0: none has clipped pixels
   double most_clipped_share = 0;
-  std::string not_compared = {};  // why the lamp was not judged; empty: it was
+  std::string not_compared = {};  // why the lamp was not judged; empty: it was judged
   std::size_t compared = 0;       // number of views whose light was compared
-  bool exposure_is_told = false;  // the camera gave exposure times; else gains follow from overlaps
+  bool exposure_is_told = false;  // the camera gave exposure times; else gains were measured (View::gain)
   std::vector<LampDrift> drifts = {};
   std::vector<LampFluctuation> fluctuations = {};  // only kinds without a drift
 };
 
 // Reads a hundred views at most, evenly chosen in time, always the same ones, because another choice could
-// change the result. Names photographs that cannot be read, and any JPEG or PNG without its end. If no view
-// has an exposure time, gains follow from overlaps (coverage/session/record/exposure) and hide changes of a
-// lamp's brightness, but not of its colour.
+// change the result. Lists photographs that cannot be read, and any JPEG or PNG without its end, in `unread`.
+// If no view has an exposure time, the capture has measured gains from overlaps
+// (coverage/session/record/exposure), which hide changes of a lamp's brightness, but not of its colour.
 LightCheck CheckLight(const LightField& light_field, const std::function<void(double share)>& progress = {});
 
 }  // namespace ulf

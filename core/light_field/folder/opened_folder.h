@@ -1,5 +1,5 @@
 // Holds the folder of a light field open while it is written, so that its writer notices when another program
-// moves or deletes it and does not write under its old name, which may be another folder's by now.
+// moves or deletes the folder, and does not write under its old name, which may be another folder's by now.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ class OpenedFolder {
 };
 
 // Makes the folder `inside` ("sparse/0") of a light field, but never `light_field` itself. Throws Error
-// naming what stands in the way.
+// naming what stands in the way, or DiskFullError.
 void MakeFolderIn(const std::filesystem::path& light_field, const std::filesystem::path& inside);
 
 }  // namespace ulf

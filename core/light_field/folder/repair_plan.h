@@ -13,7 +13,7 @@
 
 namespace ulf {
 
-// The step that Repair() removes from `steps` when it fails.
+// The step that Repair() moves from `steps` to `not_done` when it fails.
 inline constexpr const char* kMakePicturesStep = "make the photographs that are missing from their masters";
 
 struct RepairPlan {
@@ -23,34 +23,33 @@ struct RepairPlan {
   std::size_t views_before = 0, views_after = 0, damaged_lines = 0;
 
   // The content of the steps:
-  std::optional<LightField> header;      // if the journal has none
+  std::optional<LightField> header;      // for a journal without one
   std::string header_from;               // the file that the header is from
   std::map<int, View> recovered;         // views for the journal, by id
-  std::vector<NewCamera> new_cameras;    // of some of these views, behind the journal's own
-  std::map<int, Rigid3> poses;           // of views in the journal
-  std::map<int, CorrectedLens> cameras;  // of the journal, by index
-  std::set<int> taken_out;               // views whose photograph is missing
-  std::set<int> pictures_of_others;      // views whose photograph differs from its master
-  std::optional<LightField> settings;    // lost subject, up, goal and capture time
+  std::vector<NewCamera> new_cameras;    // of some of these views; their indices follow the journal's own
+  std::map<int, Rigid3> poses;           // corrected poses of views in the journal, by id
+  std::map<int, CorrectedLens> cameras;  // corrected cameras of the journal, by index
+  std::set<int> taken_out;               // ids of views whose photograph is missing or damaged
+  std::set<int> pictures_of_others;      // ids of views whose photograph differs from its master
+  std::optional<LightField> settings;    // lost subject, up, goal, readout, turntable, times and counts
   std::uint64_t longest_stamp = 0;       // bytes of the longest journal that a derived file was made from
   bool new_journal = false, new_derived = false, missing_pictures = false;
   bool damaged_points = false, other_transforms = false, other_model = false;  // files that go to kept/
   bool any() const { return !steps.empty(); }
 };
 
-// This only reads. Throws Error if the folder contains no light field, or a writer is active.
+// Changes nothing. Throws Error if the folder contains no light field, NewerFormatError for a newer ulf's.
 RepairPlan PlanRepair(const std::filesystem::path& dir);
 
 // Reads the readable part of the journal, with a header from transforms.json or sparse/0 if its own is lost.
 // Throws Error if none of them contains the cameras.
 JournalContents ReadDamagedJournal(const std::filesystem::path& dir);
 
-// Repairs the folder of a light field: restores views that the journal has lost from transforms.json or
-// sparse/0, makes photographs that differ from their masters again, and writes all derived files. Nothing is
-// deleted: replaced files go to kept/, files of removed views to unposed/.
-// Repair() executes the plan of PlanRepair() under the lock of the journal and returns it. A process killed
-// at any moment leaves the old journal or the new one. Throws DiskFullError, Error; files that were moved to
-// kept/ stay there.
+// Executes the plan of PlanRepair() under the lock of the journal and returns it: restores views that the
+// journal has lost from transforms.json or sparse/0, makes photographs that differ from their masters again,
+// and writes all derived files. Nothing is deleted: replaced files go to kept/, files of removed views to
+// unposed/. A process killed at any moment leaves the old journal or the new one. Throws DiskFullError, Error
+// (also if a writer is active); files that were moved to kept/ stay there.
 RepairPlan Repair(const std::filesystem::path& dir);
 
 }  // namespace ulf

@@ -1,5 +1,5 @@
 // Makes the files of a recorded frame: the photograph, which every program reads, and its master if the frame
-// has more than 8-bit sRGB. Encoding may run in any thread; light_field_io writes the files.
+// has more than 8-bit sRGB. Encoding may run in any thread; LightFieldWriter writes the files.
 #pragma once
 
 #include <filesystem>
@@ -20,9 +20,8 @@ struct ViewFile {
 };
 
 struct ViewFiles {
-  // None: it will be made from the master on disk.
-  std::optional<ViewFile> image;
-  std::string image_extension;
+  std::optional<ViewFile> image;  // the photograph; none: it will be made from the master on disk
+  std::string image_extension;    // the photograph's, also if it will be made later
   std::optional<ViewFile> master;
   std::optional<Transfer> master_transfer;  // none: no master, or a camera's raw file
   Mosaic master_mosaic = Mosaic::kNone;
@@ -33,19 +32,19 @@ struct ViewFiles {
 // because the master alone is on disk ten times sooner.
 enum class MakePictures { kNow, kLater };
 
-// The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked 16-bit linear colours. A
-// camera's own JPEG is kept byte for byte; a photograph for a raw file without one is made from it, by
-// `white_balance` (null: the file's own). Throws Error for a frame without pixels and without a file.
+// Encodes a frame's files. The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked
+// 16-bit linear colours. A camera's own JPEG is kept byte for byte; without one the photograph is made from
+// the raw file, by `white_balance` (null: the file's own). Throws Error for a frame without pixels or a file.
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures,
                         LockedWhiteBalance* white_balance = nullptr);
 
 // Returns whether the photograph can be made from the master.
 bool PictureFollowsFromMaster(const View& view);
-// Returns the photograph in images/ as made from the master. `size` is what a raw file is cropped to, the
-// camera model's; by default as the camera crops it. Throws Error if the master is missing or truncated.
+// Returns the photograph made from the master, 8-bit sRGB. `size` is the camera model's, to which a raw file
+// is cropped; by default as the camera crops it. Throws Error if the master is missing or truncated.
 Image PictureFromMaster(const std::filesystem::path& root, const View& view,
                         std::optional<cv::Size> size = std::nullopt);
-// Writes the photograph if it is missing. Throws DiskFullError, Error.
+// Writes that photograph if it is missing. Throws DiskFullError, Error.
 void WritePictureFromMaster(const std::filesystem::path& root, const View& view,
                             std::optional<cv::Size> size = std::nullopt);
 

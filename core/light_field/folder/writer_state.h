@@ -1,4 +1,4 @@
-// The state of a LightFieldWriter between its calls.
+// The state of a LightFieldWriter between its calls; only light_field_writer.cpp and the repair use it.
 #pragma once
 
 #include <atomic>
@@ -41,14 +41,14 @@ struct WriterState {
   int next_unposed = 1;
   int camera = 0;                             // index of the camera of later views
   std::vector<CameraModel> recorded_cameras;  // JournalContents::recorded_cameras
-  // Files of views removed from the journal that are still to be moved, by view id, with their targets.
+  // Files of views removed from the journal that are still to be moved, by view id: path to target.
   std::map<int, std::map<std::string, std::filesystem::path>> to_unposed;
   bool keep_mosaics = false;
   LockedWhiteBalance white_balance;
-  std::set<int> moved_since_points;  // views
+  std::set<int> moved_since_points;  // ids of views whose points must be computed again
 };
 
-// Returns the name in unposed/; a master beside the photograph may have the same ending.
+// Returns a file's name in unposed/: NAME.master.tif for masters, which may have their photograph's ending.
 std::filesystem::path UnposedName(const std::filesystem::path& file);
 
 // Moves to unposed/ the files of removed views that a killed writer or a repair left in place.

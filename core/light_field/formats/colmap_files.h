@@ -1,4 +1,5 @@
-// Reads and writes COLMAP's text and binary models.
+// Reads and writes COLMAP's models, as text (cameras.txt, images.txt, points3D.txt) or binary (.bin). Readers
+// prefer a binary model to a text model in the same folder.
 #pragma once
 
 #include <filesystem>
@@ -11,46 +12,40 @@
 
 namespace ulf {
 
-// COLMAP's text model is cameras.txt, images.txt, points3D.txt.
-
+// The contents of the three files.
 struct ColmapFiles {
   std::string cameras;
   std::string images;
   std::string points3d;
 };
 
-// Image points are rounded to 1/10000 pixel, all other values are exact. `made_from` is the stamp of the
-// values' journal.
+// Image points are rounded to 1/10000 pixel, errors to five digits; all other values are exact. `made_from`
+// is the stamp of the journal that holds the values, noted in images.txt.
 ColmapFiles ToColmapText(const ColmapReconstruction& model,
                          const std::optional<JournalStamp>& made_from = std::nullopt);
 
-// The content of images.txt.
+// The poses in images.txt.
 struct ColmapPoses {
   struct Image {
     Rigid3 cam_from_world;
     int camera = 1;  // CAMERA_ID
     std::string name;
   };
-  std::map<int, Image> images;  // by IMAGE_ID
-  std::optional<JournalStamp> made_from;
+  std::map<int, Image> images;            // by IMAGE_ID
+  std::optional<JournalStamp> made_from;  // none: by another program
 };
-// Throws Error that names file and line for an invalid file.
+// The readers of text throw an Error that names file and line for an invalid file.
 ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt);
 
-// Reads DIR/cameras.txt, images.txt and, if it exists, points3D.txt. The cameras have COLMAP's model number.
-// Throws Error that names file and line for an invalid file.
+// Reads the model in `dir`, whose points3D.txt may be missing. The cameras are as of ToColmapCamera().
 ColmapReconstruction ReadColmapText(const std::filesystem::path& dir);
 
-// Returns cameras by CAMERA_ID. Throws Error that names file and line for an invalid file or a camera model
-// that CameraModel does not support.
+// Returns cameras by CAMERA_ID. Throws also for a camera model that ReadColmapCamera() does not know.
 std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& cameras_txt);
-
-// COLMAP's binary model is cameras.bin, images.bin, points3D.bin. Readers prefer it to a text model in the
-// same folder.
 
 ColmapFiles ToColmapBinary(const ColmapReconstruction& model);
 
-// Reads DIR/cameras.bin, images.bin and, if it exists, points3D.bin. Throws Error that names a file that is
+// Reads the model in `dir`, whose points3D.bin may be missing. Throws an Error that names a file that is
 // truncated, has wrong counts, or whose values make no camera or pose.
 ColmapReconstruction ReadColmapBinary(const std::filesystem::path& dir);
 

@@ -1,7 +1,5 @@
-// A light field as COLMAP's model, to be written as text or binary (colmap_files.h). Poses are
-// world-to-camera with y down and z forward, pixel centres at integer + 0.5, both as in ulf. Image names are
-// relative to the images folder. A camera's id is its index + 1, an image's id is its view's; points are
-// numbered.
+// COLMAP's model of a scene, as its files (colmap_files.h) hold it. Poses are world-to-camera with y down and
+// z forward, pixel centres at integer + 0.5, both as in ulf. Image names are relative to the images folder.
 #pragma once
 
 #include <array>
@@ -24,7 +22,7 @@ struct ColmapReconstruction {
   };
   struct Point2d {
     Eigen::Vector2d in_img = Eigen::Vector2d::Zero();
-    std::uint64_t point = kNoPoint;
+    std::uint64_t point = kNoPoint;  // id of a Point
   };
   struct Image {
     std::uint32_t id = 0, camera = 0;
@@ -52,21 +50,21 @@ struct ColmapReconstruction {
 // The length of a pose's quaternion may differ from 1 by this much.
 inline constexpr double kQuaternionTolerance = 1e-3;
 
-// Points without observations are left out if others have some. A view without observations gets one at its
-// principal point that belongs to no point, which every reader skips. Names are those of SafeName()
-// (image_names.h).
+// A camera's id is its index + 1, an image's id is its view's; points are numbered from 1. Points without
+// observations are left out if others have some. A view without observations gets one at its principal point
+// that belongs to no point, which every reader skips. Names are those of SafeName() (image_names.h).
 ColmapReconstruction ToColmap(const LightField& light_field);
 
-// Returns the simplest of COLMAP's camera models that is equivalent.
+// Returns the first of PINHOLE, OPENCV, FULL_OPENCV and OPENCV_FISHEYE that is equivalent; its id is 0.
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera);
 
 // Reads the part of a cameras.txt row behind the camera's number: MODEL WIDTH HEIGHT PARAMS[]. It knows
 // (SIMPLE_)PINHOLE, (SIMPLE_)RADIAL, OPENCV, FULL_OPENCV without k4 k5 k6, and (SIMPLE_RADIAL_, RADIAL_,
-// OPENCV_)FISHEYE. Throws Error that begins with `where`.
+// OPENCV_)FISHEYE. Throws an Error that begins with `where` for anything else.
 CameraModel ReadColmapCamera(std::istream& row, const std::string& where);
 
-// Returns how many parameters COLMAP's camera model of this number has. Throws Error that begins with `where`
-// for one that ReadColmapCamera() does not know.
+// Returns how many parameters COLMAP's camera model of this number has. Throws an Error that begins with
+// `where` for one that ReadColmapCamera() does not know.
 std::size_t ColmapParameters(int model, const std::string& where);
 // Converts by model number, width, height and parameters. Throws as ReadColmapCamera() does.
 CameraModel FromColmapCamera(const ColmapReconstruction::Camera& camera, const std::string& where);

@@ -7,7 +7,7 @@
 
 namespace ulf {
 
-// Returns "a/b.jpg" for "images/a/b.jpg".
+// Returns "a/b.jpg" for "images/a/b.jpg", other paths unchanged.
 std::string NameInImagesFolder(std::string_view image_path);
 
 // Makes a name for rows whose fields are separated by spaces: white space of any script (Python also splits

@@ -13,22 +13,22 @@
 
 namespace ulf {
 
-// Return the raw file beside the photograph of its name, and the JPEG beside the raw file; empty if none.
+// These return the raw file of the same name beside a JPEG, and the JPEG beside a raw file; empty if none.
 std::filesystem::path RawBeside(const std::filesystem::path& photograph);
 std::filesystem::path JpegBeside(const std::filesystem::path& raw);
 
-// Returns the misalignment of two pictures of one size: the largest of the shifts in their middle and near
-// their corners, in whole pixels. Their tone curves may differ. Returns none if neither has enough texture.
+// Returns the misalignment of two pictures, whose tone curves may differ: the largest of the shifts in the
+// middle and near the corners, in px; none if they are small, differ in size or lack texture.
 std::optional<double> LargestShiftPx(const cv::Mat& srgb8, const cv::Mat& other_srgb8);
 
-// Copies metadata of the raw file to the view if the view lacks them.
+// Copies exposure, aperture, focal length and lens of the raw file to the view if the view lacks them.
 void NoteRawFacts(const RawFacts& facts, View& view);
 
 // Collects warnings about the raw files of a set, as lines for people.
 class RawSetDoubts {
  public:
-  // Returns the white balance for the file, that of the set's first raw file of this camera; none means its
-  // own.
+  // Notes what the raw file lacks. Returns the white balance to develop it with, that of the set's first raw
+  // file of this camera; none means its own.
   std::optional<WhiteBalance> Add(const std::string& file, const RawFacts& facts);
   // Notes a raw file that is not used beside its JPEG because they show different things.
   void AddUnlike(const std::string& file, double shift_px);

@@ -27,21 +27,19 @@ enum class SetFormat {
 };
 // Returns the name on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
 const char* Name(SetFormat format);
-// Returns none for "auto". Throws Refusal that lists the names.
+// Returns none for "auto". Throws a Refusal that lists the names for an unknown one.
 std::optional<SetFormat> SetFormatFromName(const std::string& name);
 
-// Returns the formats in which `source`, a folder or a file, holds a set.
+// Returns the formats in which `source`, a folder or a file, holds a set, in the order of SetFormat.
 std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
 
 // Returns the file or folder that the format's reader takes; empty if `source` holds no such set.
 std::filesystem::path PlaceOf(SetFormat format, const std::filesystem::path& source);
 
-// Returns the folder of a model in `source`: the folder itself, sparse/0, sparse, colmap/sparse/0 or 0; empty
-// if there is none.
+// Returns the folder of a model: `source`, or in it sparse/0, sparse, colmap/sparse/0 or 0; empty if none.
 std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
 
-// Returns whether the folder holds this part of a COLMAP model ("images", "cameras", "points3D") with this
-// ending ("bin", "txt").
+// Returns whether the folder holds a part of a COLMAP model ("images", ...) with an ending ("bin", "txt").
 bool HoldsColmapPart(const std::filesystem::path& folder, const std::string& part, const char* ending);
 
 }  // namespace ulf

@@ -1,5 +1,5 @@
 // Reads and writes cameras in transforms.json: intrinsics with the keys of nerfstudio and instant-ngp, for
-// the whole set or per frame.
+// the whole set or per frame. Lengths are pixels, pixel centres at integer + 0.5, angles radians.
 #pragma once
 
 #include <filesystem>
@@ -15,16 +15,18 @@ namespace ulf {
 bool IsCameraKey(const std::string& key);
 // Returns the camera keys of an object, without null values.
 nlohmann::json CameraKeysOf(const nlohmann::json& object);
-// Merges camera keys as nerfstudio does: the keys of a frame override those of the set. If a frame contains
-// one key for the focal length, or for the lens model, no such key of the set is used.
+// Merges camera keys as nerfstudio does: the keys of a frame override those of the set. If a frame contains a
+// key for the focal length, or for the lens model, no such key of the set is used.
 nlohmann::json MergedCameraKeys(const nlohmann::json& set, const nlohmann::json& frame);
 bool HasSize(const JsonPlace& place);
 bool HasIntrinsics(const JsonPlace& place);
-// The size is that of `example_image` if none is given. Throws Error that names the place and the key.
+// The size is that of the file `example_image` if none is given. Throws an Error that names the place and the
+// key if a value is missing, impossible or of another lens model.
 CameraModel ReadCamera(const JsonPlace& place, const std::filesystem::path& example_image);
 
 void WriteCamera(const CameraModel& camera, nlohmann::json& object);
-// Writes the lens model for sets with several cameras: nerfstudio reads it only at the top level.
+// Writes the lens model, which nerfstudio reads only at the top level, for a set with several cameras:
+// nothing if some are fisheyes and some are not.
 void WriteCameraKind(const std::vector<CameraModel>& cameras, nlohmann::json& object);
 
 }  // namespace ulf

@@ -2,9 +2,8 @@
 //
 // Their poses are camera-to-world in OpenGL's axes (x right, y up, z back); those of ulf are cam_from_world
 // with y down and z forward. World coordinates are unchanged. Pixel centres are at integer + 0.5 in both.
-// Intrinsics are at the top level or in every frame: fl_x fl_y cx cy w h, camera_angle_x/y, k1..k4 p1 p2,
-// camera_model, is_fisheye. "mask_path" of frames and "ply_file_path" of the set are read too. Other keys are
-// listed in LightField::doubts.
+// Intrinsics are at the top level or in every frame (transforms_camera.h). "mask_path" of frames and
+// "ply_file_path" of the set are read too. LightField::doubts names other keys, unless they concern training.
 #pragma once
 
 #include <filesystem>
@@ -19,20 +18,19 @@ namespace ulf {
 
 inline constexpr const char* kTransformsFile = "transforms.json";
 
-// Reads FILE with its points; image paths are taken relative to its folder (`/` or `\` between folders), must
+// Reads the file with its points. Image paths are relative to its folder (`/` or `\` between folders), must
 // exist and must not leave it. Frames are parsed one at a time, so that a file of a million frames needs no
-// more memory than their views. Throws Error that names file, frame and key for a value that is missing, of
-// the wrong type, not finite or not a rotation.
+// more memory than their views. Throws an Error that names file, frame and key for a value that is missing,
+// of the wrong type, not finite or not a rotation.
 LightField ReadTransformsJson(const std::filesystem::path& file);
 
 // Does the same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf).
-// `images` is a folder in which photographs are searched by name (SetImages::Find); the light field's paths
-// are then relative to it, and masters and exposures under "ulf" are ignored. If empty, FILE's paths apply.
-// FILE says.
+// If `images` is not empty, photographs are searched there by name (SetImages::Find); the light field's paths
+// are then relative to it, and masters and exposures under "ulf" are ignored.
 LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {});
 
-// Reads FILE only, not the images and points that it names; they need not exist. A frame without an id under
-// "ulf" gets the number in its image's name, else its position in the list.
+// Reads the file only, not the images and points that it names; they need not exist. A frame without an id
+// under "ulf" gets the number in its image's name, else its position in the list, from 1.
 struct TransformsText {
   LightField light_field;
   std::optional<JournalStamp> made_from;  // none: by another program or an older version
@@ -40,17 +38,17 @@ struct TransformsText {
 };
 TransformsText ReadTransformsText(const std::filesystem::path& file);
 
-// `made_from` is the stamp of the journal that holds the values.
+// Returns the content of a transforms.json. `made_from` is the stamp of the journal that holds the values.
 nlohmann::json TransformsDocument(const LightField& light_field,
                                   const std::optional<JournalStamp>& made_from = std::nullopt);
-// Returns the document as the text of a file.
+// Returns that document as the text of a file.
 std::string TransformsJsonText(const LightField& light_field,
                                const std::optional<JournalStamp>& made_from = std::nullopt);
 
-// Returns the rows of "transform_matrix" for a camera-to-world matrix with our axes.
+// Returns the rows of "transform_matrix" (OpenGL's axes) for a camera-to-world matrix with our axes.
 nlohmann::json OpenGlRows(const Eigen::Matrix4d& world_from_cam);
 
-// Throws Error naming `where` and `key` unless the matrix is a rotation and a translation.
+// Throws Error naming `where` and `key` unless the matrix is a rotation (within 1e-3) and a translation.
 void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key);
 // Returns cam_from_world from a camera-to-world matrix with OpenGL's axes, with the same check.
 Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key);

@@ -1,7 +1,6 @@
-// Wraps pugixml to read XML with checks. picture_projection reads XMP by the library itself, without checks.
-//
-// A value that is missing, no number or not finite becomes an Error that names the file, the line and the
-// element, as "cameras.xml, line 12, <sensor>". Names of elements and attributes include their prefix.
+// Reads XML through pugixml, with checks: a value that is missing, no number or not finite becomes an Error
+// that names the file, the line and the element, as "cameras.xml, line 12, <sensor>". Names of elements and
+// attributes include their prefix.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +25,7 @@ class XmlElement {
 
   // Returns the first child of this name; none if there is none.
   std::optional<XmlElement> Find(const char* name) const;
-  // Descends along a path of names, "calibration/resolution".
+  // Returns the first element along a path of names, "calibration/resolution"; none if there is none.
   std::optional<XmlElement> FindPath(const std::string& path) const;
   // Returns the first child of this name. Throws Error if there is none.
   XmlElement Child(const char* name) const;
@@ -38,12 +37,12 @@ class XmlElement {
 
   std::optional<std::string> Attribute(const char* name) const;
   std::vector<std::string> AttributeNames() const;
-  // Throws Error if it is missing or no whole number from `least` to `most`.
+  // Throws Error if the attribute is missing or no whole number from `least` to `most`.
   int IntegerAttribute(const char* name, int least, int most) const;
   // Returns the element's own text without white space around it.
   std::string Text() const;
+  // These return one number, or exactly `count` separated by white space, and throw Error for any other text.
   double Number() const;
-  // Returns exactly `count` numbers that white space separates.
   std::vector<double> Numbers(std::size_t count) const;
 
  private:
@@ -64,7 +63,8 @@ XmlElement ReadXmlText(std::string text, const std::string& where);
 // Escapes text for an element or an attribute, of XML and of HTML.
 std::string XmlEscaped(std::string_view text);
 
-// Parses exactly `count` finite numbers. Throws Error that begins with `where` and names `what`.
+// Parses exactly `count` finite numbers separated by white space. Throws an Error that begins with `where`
+// and names `what` for any other text.
 std::vector<double> NumbersOf(const std::string& text, std::size_t count, const std::string& where,
                               const std::string& what);
 

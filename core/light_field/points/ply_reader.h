@@ -31,21 +31,23 @@ struct Header {
   std::size_t size = 0;  // length of the header in bytes
 };
 
-// Throws Error that begins with `name`.
+// Throws an Error that begins with `name` if the bytes do not begin with a PLY header.
 Header ParseHeader(const std::string& bytes, const std::string& name);
 
-// Reads the numbers after the header. `bytes` and `header` must outlive it. Throws Error that begins with
-// `name` if the file is truncated.
+// Reads the numbers after the header, one after the other. `bytes` must outlive it. Throws an Error that
+// begins with `name` if the file is truncated or a number is none.
 class Body {
  public:
   Body(const std::string& bytes, const Header& header, std::string name);
 
-  // Called at the start of an element, throws unless the file has at least the minimum size of its rows, so
-  // that a header cannot make the caller allocate more than the file contains.
+  // Throws Error unless the rest of the file has at least the minimum size of the element's rows. Call it
+  // before the element is read, so that a header cannot make you allocate more than the file contains.
   void Require(const Element& element) const;
+  // Reads one number of this type.
   double Next(Number type);
-  // Returns the number of values that follow: the length of a list, or 1.
+  // Returns how many values of the property follow: the length of a list, which this reads, or 1.
   double Count(const Property& property);
+  // Skips all rows of the element.
   void Skip(const Element& element);
 
  private:
@@ -62,7 +64,7 @@ class Body {
 
 namespace ulf {
 
-// Parses a number, also "nan" and "inf". Returns false if `text` is no number.
+// Parses a number, also "nan" and "inf"; NaN if it is out of range. Returns false if `text` is no number.
 bool ParseNumber(std::string_view text, double& value);
 
 }  // namespace ulf

@@ -1,5 +1,5 @@
-// Reads and writes a light field's points: points.ulf with all their observations, and points.ply, which is
-// derived from it, with their positions for other programs.
+// Reads and writes a light field's points: points.ulf with all their observations (docs/light_field.md
+// describes it), and points.ply, which is derived from it, with their positions for other programs.
 #pragma once
 
 #include <filesystem>
@@ -12,37 +12,32 @@
 
 namespace ulf {
 
-// Reads points.ulf; if it is missing or damaged, the positions in points.ply. Problems are added to
-// light_field.doubts.
+// Reads points.ulf of light_field.root; if it is missing or damaged, the positions in points.ply. Points that
+// are observed by views whose pose or camera has changed since are computed again, because the journal's
+// poses take precedence; so are all errors. Problems are added to light_field.doubts.
 void ReadPoints(LightField& light_field);
 
-// Reads positions from a PLY file; returns false if there is none. A damaged file is not an error but adds a
-// message to light_field.doubts, because a light field is usable without points.
+// Reads positions from a PLY file; returns false if there is no file. A damaged one only adds a message to
+// light_field.doubts, because a light field is usable without points.
 bool ReadPointPositions(const std::filesystem::path& ply, LightField& light_field);
 
+// Writes both files in light_field.root. Throws DiskFullError, Error.
 void WritePoints(const LightField& light_field);
 
-// points.ulf holds the points with all their observations (docs/light_field.md, for other programs).
-//
-// The journal's poses take precedence: points that are observed by views whose pose or camera has changed
-// since are computed again. Errors are not stored but computed. If the file is damaged or missing, points.ply
-// has the positions.
-
+// Returns the content of points.ulf.
 std::string PointFileBytes(const LightField& light_field);
 
 struct StoredPoints {
-  std::string problem;             // empty if the bytes are valid and the rest is set
-  std::vector<ScenePoint> points;  // as stored
+  std::string problem;             // why the bytes are no valid points.ulf; empty: the rest is set
+  std::vector<ScenePoint> points;  // as stored, without errors
   std::set<int> moved;             // ids of views whose pose or camera has changed
 };
 StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_field);
 
-// Reads and writes points as PLY. Written files are binary little-endian: x y z float, red green blue uchar.
-
-// `light_field` identifies the light field whose points they are; it is empty for a separate file.
+// Returns a PLY file, binary little-endian: x y z float, red green blue uchar. `light_field` is a mark that
+// identifies the light field whose points they are; empty for a separate file.
 std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field = "");
-// Returns the finite vertices of any PLY, with their colours if any. Throws Error for a file that is no PLY
-// or is truncated.
+// Returns the finite vertices of any PLY, with colours if any. Throws Error if it is no PLY or truncated.
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file);
 
 }  // namespace ulf
