@@ -1,7 +1,7 @@
 // Owns what a running capture knows of its recorded views: the id that each has on disk, the keyframe of the
-// tracker's map to which it is anchored, and the pose that follows, as of the last correction. All others
-// take poses from here, or hear of every change as an Observer. The disk comes first: the spool gives a view
-// its id and accepts corrected poses, and only accepted changes are made here.
+// tracker's map to which it is anchored, and the pose that follows from both, as of the last correction. All
+// others take poses from here, or hear of every change as an Observer. The disk comes first: the spool gives
+// a view its id and accepts corrected poses, and only accepted changes are made here.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,8 @@ class RecordedViews {
     int id = 0;
     std::optional<tracking::Anchored> anchor;  // none: fixed where an earlier session recorded it
     Rigid3 cam_from_world;
-    std::shared_ptr<const tracking::Track> track = {};  // of its frame, as it was then; null: none
+    // The track of the view's frame, for ReestimatePoses(); null: the lens will not change.
+    std::shared_ptr<const tracking::Track> track = {};
     std::optional<CameraModel> camera = {};  // none: the capture's own, which may change (capture_lens.h)
     const CameraModel& CameraOr(const CameraModel& of_capture) const { return camera ? *camera : of_capture; }
   };
@@ -44,7 +45,7 @@ class RecordedViews {
 
   // `image`: the view's picture, for the observers.
   void Add(const Entry& view, const Image& image = {});
-  // Returns false when there is none with this id.
+  // Returns false when there is no view with this id.
   bool Remove(int id);
   // Changes when views have been moved or removed; added views are appended.
   std::uint64_t revision() const { return revision_; }

@@ -38,11 +38,14 @@ struct StillCounts {
 
 // A live frame's pose at its time.
 struct LivePose {
-  double time_s = 0;
+  double time_s = 0;  // the device's
   Rigid3 cam_from_world;
-  double speed_px = 0;  // since the frame before, in photograph pixels
+  double speed_px = 0;  // motion since the frame before, in photograph pixels
 };
 
+// Returns when the trajectory, in the order of time, passed `cam_from_world`, interpolated between its poses.
+// Poses are compared by the angle that a subject `distance` away moves in the image. Returns none where the
+// pose fits two times more than 50 ms apart (the hand stood still, or passed twice), or is at either end.
 std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
                                        double distance);
 
@@ -64,8 +67,10 @@ class StillCapture {
   void Follow(const Frame& live, const tracking::Track& track);
   // Requests a photograph; ignored while one is on its way.
   void RequestStill();
+  // Finds the photograph's pose and decides about it. `map`: null while there is no subject; it is then not
+  // to be recorded.
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
-  // Returns where the photograph was taken; none when that was not found. It then counts as arrived.
+  // Returns where the photograph was taken; none when that was not found. Either way it counts as arrived.
   std::optional<tracking::Track> Find(const Frame& still);
 
  private:
