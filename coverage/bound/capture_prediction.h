@@ -13,11 +13,8 @@
 
 namespace ulf::coverage {
 
-// Estimates how many views a capture by hand takes for a cap, when a view is recorded as soon as the recorded
-// ones no longer cover it: along a row one each disc radius R (`disc_radius`, radians: the angle around its
-// direction that a view covers). Rows of such views leave no gap, whatever their phase, sqrt(3) R apart. The
-// outer rows reach over the rim by a quarter of R (guidance.h). So the estimate is `share` of the solid angle
-// of a cap R / 2 wider and higher than this one, over sqrt(3) R^2.
+// Estimates how many views a capture by hand takes for a `share` of a cap (docs/coverage_bound.md, "Closed
+// forms", 5). `disc_radius`: the angle around its direction that a view covers, radians.
 //
 // A hand wobbles, and the last holes are filled one by one: simulated people, experienced and novices, over
 // caps, thresholds and sizes, took between `fewest` and `most` (docs/capture.md#guidance). They went where
@@ -61,8 +58,8 @@ std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
 CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const Subject& subject,
                        double distance, double threshold_px);
 
-// Returns none where a view does not even cover itself: the threshold is below 2 px, or the camera is inside
-// the sphere. `share`: the share of the cap at which the capture ends.
+// Predicts the capture; none where a view does not even cover itself, because the threshold is below 2 px or
+// the camera is inside the sphere. `share`: the share of the cap at which the capture ends.
 std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
                                          double share);
 

@@ -48,7 +48,8 @@ struct CapGoal {
 // Converts between directions and their azimuth and elevation, radians, about the first view's direction.
 class CapFrame {
  public:
-  // Elevation grows towards the part of `up_in_world` across `first_direction`, or anywhere if there is none.
+  // Elevation grows towards the component of `up_in_world` that is perpendicular to `first_direction`; if the
+  // two are parallel, towards any perpendicular.
   CapFrame(const Eigen::Vector3d& first_direction, const Eigen::Vector3d& up_in_world);
   struct Angles {
     double azimuth;    // -pi to pi, growing to the right of a person who looks at the subject
@@ -117,7 +118,7 @@ class CoverageMap {
   void Add(const CriterionView& view);
 
   // Sets another threshold by direction, because pictures turn out better or worse than the bound must assume
-  // (coverage/measured). Judges the painted bounds again and computes none.
+  // (coverage/measured). Compares the cells' bounds with it and computes no bound.
   void SetThresholdFactor(ThresholdFactor factor);
   const ThresholdFactor& threshold_factor() const { return threshold_factor_; }  // empty: 1 everywhere
   // Returns the threshold, pixels, in the direction of a viewpoint.
@@ -129,10 +130,9 @@ class CoverageMap {
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }
   bool Covers(const CriterionView& candidate) const;
 
-  // Returns the share of the cap's solid angle that is painted; 1 only where every cell is. This is what
-  // "covered" means wherever a share of a cap is told or decides: the display, the end of a capture, `ulf
-  // info`. In a map that got its views one by one it may differ a little from that of a map made of all,
-  // because Add() tolerates small changes of distance and up.
+  // Returns the share of the cap's solid angle that is covered; 1 only where every cell is. The display, the
+  // end of a capture and `ulf info` all use it. In a map that got its views one by one it may differ a little
+  // from that of a map made of all, because Add() tolerates small changes of distance and up.
   double CoveredShare() const;
   // Returns the view that covers a direction, with index -1 for an open one; none outside the cap.
   std::optional<CoveringView> At(const Eigen::Vector3d& direction) const;

@@ -8,11 +8,9 @@
 // pixel's error. The bound is that error at the worst pixel, not at the central one: the central pixel is
 // blind to radial motion.
 //
-// The worst pixel lies in the epipolar plane through the sphere's centre O, so that everything happens in
-// that plane: both cameras become one-dimensional projective cameras, the cone two rays, the region a
-// quadrilateral with two arcs. The region is convex, hence its image ends at a corner or at a point of n's
-// silhouette; all are looked at. Both poses count as they are: a camera that does not aim at O stretches what
-// it sees off its axis.
+// The worst pixel lies in the epipolar plane through the sphere's centre O, in which it is searched
+// (epipolar_plane.h). Both poses count as they are: a camera that does not aim at O stretches what it sees
+// off its axis.
 //
 // The bound is infinite, so that s cannot cover n, when s cannot see the sphere (behind it, out of its frame)
 // or part of the region has no image in n (n inside the sphere, O behind n).

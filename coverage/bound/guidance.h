@@ -1,7 +1,7 @@
 // Guides the operator from the coverage map: where to move the camera next, at which distance, and how long
 // it will take. (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2
-// names what is hard: the offset from the previous scan line, and the distance.) docs/capture.md#guidance
-// describes and measures it.
+// names what is hard: the offset from the previous scan line, and the distance.) Measurements are in
+// docs/capture.md#guidance.
 //
 // The cap is scanned in rows. While cells are open ahead at the row's height, the row goes on, at the offset
 // from the painted row beside it that leaves no gap; `toward` then runs ahead of the hand by what a hand

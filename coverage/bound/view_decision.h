@@ -50,20 +50,14 @@ std::string InWords(const std::string& name);  // the same, of a Name(); an unkn
 // `center_sigma` displaces what its view shows of a sphere of `radius` at `distance`, all in world units
 // (docs/coverage_bound.md, "How sure a pose must be").
 //
-// A pose fits the points that it was estimated from: where the centre is off by s, the rotation compensates
-// for it, and what lies at the sphere's centre, at the distance D, projects where it should. What is nearer
-// does not: the nearest point is off by f s (1 / (D - r) - 1 / D) = f s r / (D (D - r)). That is for an error
-// across the line of sight; along it the same error moves the sphere's rim by about f s r / D^2, which is
-// less.
-//
-// The limit is one pixel because the bound allows for that already: it takes a recorded pixel for the cone of
-// rays through the circle of one pixel spacing (criterion.h), and holds as long as the true ray lies in it.
+// A pose fits the points that it was estimated from: the rotation compensates for the centre's error, and
+// what lies at the sphere's centre projects where it should. The nearest point of the sphere is off most.
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius);
 
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
 struct DecisionLimits {
   double rectangle_share = kRectangleShare;  // of the picture's width and height (thesis, section 3.2)
-  double max_pose_error_px = 1;              // PoseErrorPx; derived there
+  double max_pose_error_px = 1;              // of PoseErrorPx(): up to there the bound holds
   double max_error_share = 0.01;             // without a subject: the centre's sigma over Track::distance
   double min_sharpness = 0.5;                // of Track::sharpness
   double max_motion_blur_px = 2;             // the motion during the exposure, coverage image pixels
@@ -94,7 +88,7 @@ bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {}
 // the bound's or the image's. `map`: null while there is no subject, and the answer is no.
 bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
-// `map`: null while there is no subject, and the reason is kTracking.
+// Decides where the capture has a subject. `map`: null before it is found, and the reason is kTracking.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
 // Decides where the capture has no subject. `shown_already`: recorded views show what the frame shows

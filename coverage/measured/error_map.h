@@ -54,7 +54,7 @@ class ErrorMap {
     double view_angle_now = 0;  // radians, to the nearest view, those recorded since included
     double DbNow() const;       // frame.db raised for these views, by kDbPerHalving
   };
-  // Returns the nearest measurement within 3 degrees, null if there is none. Parts stay until the map changes.
+  // Returns the nearest measurement within 3 degrees; null: none. Parts stay until the map changes.
   const Part* At(const Eigen::Vector3d& direction) const;
   std::vector<const Part*> Parts() const;
 

@@ -27,8 +27,8 @@ class PendingRequests {
   // subject (none: there is none), and the newest view that is not taken back (none: no view is left).
   bool Records(const CaptureState& state) const;
   std::optional<Subject> SubjectOf(const CaptureState& state) const;
-  std::optional<int> LastView(const CaptureState& state) const;
   bool IsTakenBack(int view_id) const { return taken_back_.contains(view_id); }
+  std::optional<int> LastView(const CaptureState& state) const;
 
   // Returns a number that changes with every Record(), so that one can tell whether there was another since.
   std::uint64_t record_ticket() const { return record_.ticket; }

@@ -25,7 +25,7 @@ class CaptureGaps {
   // A live device that was silent for half a second and ten periods counts as faulted.
   void FrameCame(double device_time_s, bool device_is_live, double frame_period_s);
   void Disk(const std::optional<SpoolPause>& pause, double now_s);
-  void Recording(bool on, double now_s);
+  void Recording(bool on, double now_s);  // call it when recording is paused or resumed by request
   // Ends the gaps that are still open, but for lost tracking. `now_s`: none: no frame has come.
   void End(std::optional<double> now_s);
 

@@ -12,7 +12,7 @@
 //
 // Each view is anchored to a keyframe of the tracker's map. When the map is adjusted, the views' poses
 // follow: they are journaled at intervals and at the end, and the coverage map is painted anew. When the
-// tracker replaces the lens (LensUse::kRefine), this happens at once. Requests (capture_request.h) are
+// tracker replaces the lens (LensUse::kRefine), they follow at once. Requests (capture_request.h) are
 // answered between two frames.
 #pragma once
 

@@ -32,8 +32,10 @@
 
 namespace ulf::coverage {
 
+// kFrames, kSeconds: a limit of CaptureOptions is reached; kEnded: the device has no more frames; kSignal:
+// CaptureHooks::stop_requested; kDisk: a Failure() of the spool; kClosed: FinishCapture was requested.
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
-const char* Name(StoppedBecause why);  // as in reports for programs
+const char* Name(StoppedBecause why);  // for reports that programs read: "device_lost"
 
 class CaptureRequests;
 struct LiveMesh;
@@ -60,13 +62,13 @@ struct CaptureState {
   std::optional<tracking::StartProgress> start;  // while a map is being started; else none
   std::vector<tracking::VisiblePoint> points;    // found in this frame
 
-  // Set before a turntable, where the subject turns and the camera is fixed: the axis, upwards.
+  // The axis of a turntable, upwards; none: the camera moves and the subject does not turn.
   std::optional<Eigen::Vector3d> table_up_in_world;
   bool without_subject = false;  // posed photographs are recorded, no subject is looked for
   bool finding_subject = false;  // the subject's distance is being found from the middle of the image
   std::optional<Subject> subject;
-  std::optional<Subject> proposed_subject;      // that fits better, by geometry (subject_proposal.h)
-  bool subject_moved = false;                   // its tracked points no longer agree with the others
+  std::optional<Subject> proposed_subject;      // a sphere that fits better (subject_proposal.h)
+  bool subject_moved = false;                   // the subject's points no longer agree with the others
   double rectangle_share = kRectangleShare;     // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
   std::vector<int> view_ids;                    // ascending, in the order of coverage->views()
@@ -162,7 +164,7 @@ struct CaptureHooks {
   CaptureRequests* requests = nullptr;   // answered between two frames
   // Called with every complete live frame and every photograph before it is processed.
   std::function<void(const Frame&)> keep_frame;
-  // The state after a frame; made only when this hook is set.
+  // Called after every live frame; the state is made only when this hook is set.
   std::function<void(const SharedCaptureState&)> after_frame;
   // Called ten times a second when no frame comes, after every photograph, and once before the light field is
   // closed.

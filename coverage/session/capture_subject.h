@@ -80,9 +80,10 @@ class CaptureSubject {
   void FindFirst(const tracking::Track& track);
   // Call it when the frame of this track has become a view.
   void RecordedFrom(const tracking::Track& track);
-  // Returns where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
+  // Returns where a corrected map has taken the sphere with its surroundings; none: by less than a hundredth
+  // of its radius.
   std::optional<Subject> Followed() const;
-  void SayFollowed(const Subject& from) const;
+  void SayFollowed(const Subject& from) const;  // reports a move of a twentieth of the radius or more
   // Returns where the subject is under the lens in use, which replaced `before`: where the pictures show it.
   // Returns none when no sphere could follow.
   std::optional<Subject> UnderNewLens(const CameraModel& before);

@@ -43,9 +43,8 @@ struct Curve {
   ChartAxis error = {};  // of an answer, with its unit
   std::function<Trial(double difficulty, unsigned seed)> trial = {};
   unsigned seeds = 40;
-  // Why the method does not break at any of the values; empty: it does. If it is given, the curve is
-  // not on the page and needs no title: a test drives it through all values, and nine in ten must be
-  // right everywhere.
+  // Why the method does not break at any of the values; empty: it does. A curve that never breaks is not on
+  // the page and needs no title: a test drives it through all values; nine in ten must be right everywhere.
   std::string never_breaks = {};
   // The known faults: this share of the trials at most is wrong without a word, and any share from the
   // difficulty `wrong_from` on (none: nowhere), for the reason `why_wrong`.

@@ -1,5 +1,4 @@
-// Provides the main() of programs that measure: charts, stability curves, and tools with
-// options of their own.
+// Provides the main() of programs that measure: charts, curves, and tools with options of their own.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -18,12 +18,13 @@
 namespace ulf::coverage {
 
 struct CaptureOptions {
-  // None: the capture finds it from the tracked points near the image centre, once tracking is stable.
+  // None: the capture finds the subject from the tracked points near the image centre, once
+  // tracking is stable.
   std::optional<Subject> subject;
   double subject_size = kSubjectSize;  // width of a found sphere's image, share of the picture's width
   int stable_frames = kStableFrames;   // how many are tracked in a row before the subject is found
-  std::optional<Cap> cap;              // none: the capture does not end by itself
-  double until_share = kUntilShare;    // share of the cap that, once covered, ends the capture
+  std::optional<Cap> cap;              // with one, the capture ends when `until_share` of it is covered
+  double until_share = kUntilShare;
   double threshold_px = kHighThresholdPx;
   int coverage_width_px = kCoverageWidthPx;
   // For the preflight: where the intrinsics are from, and whether they are a calibration (true) or a focal
@@ -42,7 +43,8 @@ struct CaptureOptions {
   // frame. The subject is searched above them, and the capture reports when nothing turns or the camera was
   // moved (turntable_watch.h).
   std::optional<tracking::MarkerSpec> turntable;
-  // If it is set, posed photographs (posed_photographs.h) are recorded, without subject, coverage map and cap.
+  // If it is set, posed photographs (posed_photographs.h) are recorded, without subject,
+  // coverage map and cap.
   std::optional<PhotographSpacing> without_subject;
   // Frames of TrackState::kApart that show something new are kept in unposed/: refining may find their poses.
   bool keep_apart = false;

@@ -10,8 +10,7 @@
 // both show. A renderer brings all photographs to one light by this ratio (render/scene/scene), as it does by
 // exposure times where they are known. Pictures of 48 pixels across, in linear light, are laid over each
 // other by the plane at the subject's depth; the median of their logarithmic ratio is the exposure's part,
-// since parallax moves edges both ways. Six neighbours, not one, so that errors do not add up from view to
-// view.
+// since parallax moves edges both ways. Six neighbours are used, so that errors do not add up over the views.
 #pragma once
 
 #include <Eigen/Core>

@@ -40,11 +40,12 @@ namespace ulf::coverage {
 
 // A mesh of the depth maps at some moment.
 struct LiveMesh {
-  Subject subject;
+  Subject subject;  // in whose sphere it was made
   std::shared_ptr<const render::TriangleMesh> mesh;
-  int maps = 0;
-  std::optional<Subject> subject_seen;  // the sphere of what stands in it (render/proxy/subject_in_mesh)
-  int lens = 0;                         // how often StartAgain() was called before
+  int maps = 0;  // how many it is made of
+  std::optional<Subject>
+      subject_seen;  // as render/proxy/subject_in_mesh finds it; none: nothing stands apart
+  int lens = 0;      // how often StartAgain() was called before
 };
 
 struct LiveGeometryState {
@@ -71,7 +72,7 @@ struct FinishedGeometry {
   int written_maps = 0;             // how many of the maps WriteGeometry() has written
   std::set<int> views_left_out;     // by View::id: there was no time even to look at them
   std::set<int> unreadable_views;   // by View::id: their pictures could not be read
-  double seconds = 0;               // how long Finish() took
+  double seconds = 0;               // how long Finish() and the writing took
 };
 
 class LiveGeometry {
@@ -129,7 +130,7 @@ class LiveGeometry {
   // Makes the maps that are due, and a mesh, where there is no thread.
   void WorkNow();
 
-  // Ends the thread, makes what is missing, the mesh of all, and the maps for rendering.
+  // Call it once, last: ends the thread, makes what is missing, the mesh of all, and the maps for rendering.
   FinishedGeometry Finish();
 
  private:

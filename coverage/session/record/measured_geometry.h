@@ -43,7 +43,7 @@ class MeasuredGeometry final : public RecordedViews::Observer {
   enum class Attempt {
     kNotPossible,  // without meter, subject, pose or mesh
     kMade,
-    kFailed,  // nothing is measured from now on, and that was said
+    kFailed  // nothing is measured from now on, and that was said
   };
   struct Measurement {
     Attempt attempt = Attempt::kNotPossible;
@@ -58,7 +58,7 @@ class MeasuredGeometry final : public RecordedViews::Observer {
   // Returns the newest mesh; null if there is none yet, or none is made.
   std::shared_ptr<const LiveMesh> mesh() const { return geometry_ ? geometry_->State().mesh : nullptr; }
   const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
-  // Returns the errors in the light field's form; none: nothing has been measured, now or in earlier sessions.
+  // Returns the errors in the light field's form; none: nothing was ever measured.
   std::optional<MeasuredErrors> ForLightField() const;
   // Makes at the end the mesh of all views with their depth maps and writes them into the closed light field.
   // Returns none when the mesh that is there stays. `closing` hears what is done, step by step.

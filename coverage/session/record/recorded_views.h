@@ -22,7 +22,7 @@ class RecordedViews {
  public:
   struct Entry {
     int id = 0;
-    std::optional<tracking::Anchored> anchor;  // none: fixed where an earlier session recorded it
+    std::optional<tracking::Anchored> anchor;  // none: of an earlier session, whose poses do not change
     Rigid3 cam_from_world;
     // The track of the view's frame, for ReestimatePoses(); null: the lens will not change.
     std::shared_ptr<const tracking::Track> track = {};
@@ -65,7 +65,7 @@ class RecordedViews {
   // matters, as seen from the subject (without one, from a distance of 1 world unit), the pose is estimated
   // again from the points that the view's frame showed.
   void ReestimatePoses(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
-  // `poses` has every view.
+  // Gives every view its corrected pose, cam_from_world by id.
   void SetPoses(const std::map<int, Rigid3>& poses);
 
   // `of_capture`: the camera of the views of this session.
@@ -77,7 +77,7 @@ class RecordedViews {
   std::uint64_t revision_ = 0;
 };
 
-// A view at the moment of recording, with its pixels; its pose now is RecordedViews' to say.
+// A view at the moment of recording, with its pixels; its present pose is in RecordedViews.
 struct RecordedFrame {
   int id = 0;
   Frame frame;

@@ -85,7 +85,7 @@ class ViewSpool {
   std::optional<SpoolPause> Pause();
   // Returns the error that ended recording, if there was one.
   std::optional<std::string> Failure() const;
-  // Returns the number of views accepted and not yet recorded.
+  // Returns the number of frames (views, other exposures, and frames for unposed/) accepted and not written.
   std::size_t ViewsWaiting() const;
   // Returns the number of photographs in images/ that are still to be made from their masters.
   std::size_t PicturesWaiting() const;

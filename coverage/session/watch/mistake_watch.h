@@ -78,8 +78,7 @@ class MistakeWatch {
   // Adds what the tracker knows only after the last frame.
   void Finish(const std::optional<tracking::CalibrationCheck>& lens,
               const std::optional<tracking::Readout>& rolling_shutter);
-  // Returns the mistakes so far, each once. One that another explains, as soft pictures do
-  // dust, is withdrawn.
+  // Returns the mistakes so far, each once. One that another explains (soft pictures look like dust) is gone.
   const std::vector<NoticedMistake>& noticed() const { return noticed_; }
 
  private:

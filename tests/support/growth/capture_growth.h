@@ -18,14 +18,12 @@ struct GrowthRow {
   std::uint64_t frames = 0;  // since the beginning
   std::size_t views = 0;     // in the light field
   std::size_t recorded = 0;  // the same, with those that were taken back since
-  // The least during the row: what is open for a while (a review, an adjustment) needs memory
-  // while it is open.
+  // The least during the row: a review or an adjustment needs memory while it is open.
   double resident_mb = 0, used_mb = 0;
-  // The capture's own work on a frame, from its arrival to the decision: the median and the 95th
-  // percentile by the clock, and the median of processor time in the capture's thread, which other
-  // programs do not lengthen.
+  // The capture's own work on a frame, from its arrival to the decision: the median and the 95th percentile
+  // by the clock, and the median in processor time of its thread, which other programs do not lengthen.
   double frame_ms = 0, slow_frame_ms = 0, processor_ms = 0;
-  double files_mb = 0, journal_mb = 0;  // of the journal, and of all other files, in whole blocks of 4 kB
+  double files_mb = 0, journal_mb = 0;  // all files but the journal, and it; in whole blocks of 4 kB
 };
 
 // Return this process's memory: resident, and in use without what the allocator keeps for later.

@@ -48,7 +48,7 @@ class UsbNode {
   UsbNode& operator=(const UsbNode&) = delete;
 
   // Queues one transfer of the device for the host's requests at `endpoint` (with 0x80): it fills as many
-  // requests as it is long, and ends the last of them. The first form sends `bytes` of `data` after `from`.
+  // requests as it is long, and ends the last of them. The first form sends a part of `data`.
   void Send(std::uint8_t endpoint, std::shared_ptr<const Bytes> data, std::size_t from, std::size_t bytes);
   void Send(std::uint8_t endpoint, Bytes data);
   // Return how many transfers wait for the host, and how many requests of the host wait for the device.
