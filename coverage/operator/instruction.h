@@ -36,8 +36,7 @@ enum class InstructionKind {
 
 struct Instruction {
   InstructionKind kind = InstructionKind::kNothing;
-  bool urgent =
-      false;  // nothing is recorded until it is done; of kFinished: device or disk ended the capture
+  bool urgent = false;  // nothing is recorded until it is done; of kFinished: device or disk failed
   std::optional<Reason> reason = std::nullopt;      // of kAim and kMendFrames
   std::optional<LengthToGo> length = std::nullopt;  // of kComeNearer and kGoFarther
 };

@@ -16,6 +16,7 @@ class PendingRequests {
  public:
   explicit PendingRequests(CaptureRequests& requests) : requests_(requests) {}
 
+  // These send requests to the capture (capture_request.h).
   void Record(bool on);
   void BeginAlthoughChecksFail();
   void Place(const Subject& subject);

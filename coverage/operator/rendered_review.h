@@ -34,8 +34,8 @@ class DistortedPicture {
   DistortedPicture(const DistortedPicture&) = delete;
   DistortedPicture& operator=(const DistortedPicture&) = delete;
 
-  // Returns a camera without distortion that sees at least what `camera` sees, at its resolution; of a lens
-  // that bends more, only half the picture's size beyond each side.
+  // Returns a camera without distortion that sees at least what `camera` sees, at its resolution. Its picture
+  // is at most half as wide and high again on each side, also for a lens that bends more.
   static CameraModel Undistorted(const CameraModel& camera);
   // `texture`: of Undistorted(camera), its last row first. Returns a texture of `camera`, its top row first,
   // valid until the next call.

@@ -24,8 +24,7 @@ class Review {
   enum class Control { kLiveCamera, kMouseAndKeys, kMarker };
   enum class Compare { kNone, kWipe, kBlink };  // against the live picture; only from the live camera
 
-  // `marker`: what is held before the camera, as MarkerSpec parses it; empty: none. Throws
-  // Refusal for others.
+  // `marker`: what is held before the camera, parsed by MarkerSpec, which may throw Refusal; empty: none.
   explicit Review(std::string marker = "");
   ~Review();
 

@@ -21,7 +21,8 @@ class SubjectTool {
   // Pauses recording while the tool is open; Close() resumes it unless the person has changed it since.
   void Open(const CaptureState& state, PendingRequests& pending);
   void Close(PendingRequests& pending);
-  // Call it for every new state: a subject that the capture found again becomes the draft.
+  // Call it for every new state: a subject that the capture found on request becomes the draft, and the draft
+  // follows corrections of the map.
   void Follow(const CaptureState& state, const PendingRequests& pending);
   // Returns true when the tool used the event. `pixels_per_img`: how many pixels of the screen show one of
   // the live picture, for dragging.

@@ -64,8 +64,7 @@ struct Chart {
   bool same_costs = false;  // rows without an error take room on the cost axis, so that panels agree
 };
 
-// Returns the indices of the rows that no other row beats in both, the cheapest first; of equal
-// ones the first.
+// Returns the indices of the rows on the Pareto front, the cheapest first; of equal rows the first.
 std::vector<std::size_t> ParetoFront(const ChartPanel& panel);
 
 struct ChartPicture {

@@ -46,8 +46,7 @@ struct ChartLayout {
 };
 ChartLayout LayoutOf(const Chart& chart, int legend_lines, int note_lines);
 
-inline constexpr double kNameHeight = 14,
-                        kNameCharacter = 6.2;  // px: of a name, and the width of a character
+inline constexpr double kNameHeight = 14, kNameCharacter = 6.2;  // px; the second: a character's width
 // Returns the text in lines of at most so many characters, broken between words.
 std::vector<std::string> Lines(const std::string& text, std::size_t characters);
 
