@@ -1,8 +1,9 @@
 // Measures how fast a capture covers its cap, and predicts from that how long the rest takes.
 //
 // Only time of work counts. Signs of work are new views that cover area, and movements of the camera by more
-// than a disc radius; a long time between two signs is a pause, and is left out. The pace is that of the last
-// minute of work; it is unknown when work has covered less than one view for long.
+// than a disc radius; more than 5 s between two signs are a pause, and are left out. The pace is that of the
+// last minute of work; it is unknown before 8 s of work and four views' area, and while the last 20 s of work
+// have covered less than one view's area.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,15 +13,16 @@
 
 namespace ulf::coverage {
 
+// A Guide has one for each subject. Areas are solid angles, steradians.
 class CapturePace {
  public:
   // Call it after every frame with the device's time, the covered area, the number of recorded views, and the
-  // camera's direction from the subject, unit length (none: unknown). `disc_radius`: angle around its
+  // camera's direction from the subject as a unit vector (none: unknown). `disc_radius`: the angle around its
   // direction that a view covers, radians.
   void Update(double time_s, double covered_sr, std::size_t views,
               const std::optional<Eigen::Vector3d>& direction, double disc_radius);
-  // Returns the time of work that it takes to cover `open_sr`; none when the pace is unknown. `sr_per_view`:
-  // the area that a view newly covers on average.
+  // Returns the seconds of work that it takes to cover `open_sr`; none when the pace is unknown.
+  // `sr_per_view`: the area that a view newly covers on average.
   std::optional<double> SecondsFor(double open_sr, double sr_per_view) const;
 
  private:

@@ -5,9 +5,10 @@
 
 namespace ulf::coverage {
 
-// The threshold of the bound by the name of a quality, pixels of the coverage image (docs/coverage_bound.md).
+// The thresholds of the bound for a capture's qualities "high" and "fast", pixels of the coverage image
+// (docs/coverage_bound.md).
 inline constexpr double kHighThresholdPx = 7, kFastThresholdPx = 12;
-// Returns the threshold of the quality "fast", or else of "high".
+// Returns the threshold of "fast", and for every other text that of "high".
 inline double ThresholdOf(const std::string& quality) {
   return quality == "fast" ? kFastThresholdPx : kHighThresholdPx;
 }
@@ -15,18 +16,18 @@ inline double ThresholdOf(const std::string& quality) {
 // The width of the coverage image, pixels, to which thresholds refer.
 inline constexpr int kCoverageWidthPx = 640;
 
-// The width of the image of the subject's sphere as a share of the picture's width: for a subject that is
-// found automatically, and at most. The second is the safety rectangle's share of width and height (thesis,
-// section 3.2).
+// kSubjectSize is how wide the sphere of a subject that is found automatically appears, as a share of the
+// picture's width. kRectangleShare is the share of the picture's width and height that the safety rectangle
+// has, in which the sphere's image must stay (thesis, section 3.2).
 inline constexpr double kSubjectSize = 0.28, kRectangleShare = 0.8;
 
 // The share of a cap that counts as all of it.
 inline constexpr double kUntilShare = 0.98;
 
-// Frames that are tracked in a row before a subject is found, or a first photograph is taken.
+// How many frames must be tracked in a row before a subject is found, or a first photograph is taken.
 inline constexpr int kStableFrames = 10;
 
-// Views that may wait for the disk.
+// How many views may wait for the disk.
 inline constexpr int kSpoolViews = 16;
 
 }  // namespace ulf::coverage

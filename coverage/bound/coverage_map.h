@@ -2,15 +2,14 @@
 // view.
 //
 // A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
-// the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The
-// threshold may differ by direction. The map
-// keeps a grid of directions finer than a third of the radius that one view covers, and paints the cells
-// around each new view.
+// the first view's camera) has a bound (criterion.h) within the threshold from some recorded view. The
+// threshold may differ by direction. The map keeps a grid of directions, with three cells or more to the
+// disc radius (the angle around its direction that one view covers), and paints the cells around each new
+// view.
 //
 // Directions are unit vectors from the subject's centre, in world coordinates. The cap that a capture is
-// asked for lies around the direction of the first recorded view, in that view's own horizon: azimuth and
-// elevation both are 0 there, and elevation grows towards `up`, so that 60 x 40 degrees is 0.716 sr wherever
-// the first view stands.
+// asked for lies around the direction of the first recorded view: azimuth and elevation both are 0 there, and
+// elevation grows upwards as seen from that view, so that 60 x 40 degrees is 0.716 sr wherever it stands.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,29 +26,30 @@
 
 namespace ulf::coverage {
 
-// The directions with azimuth within width / 2 and elevation within height / 2 of the first recorded one;
-// radians.
+// The directions with azimuth and elevation (CapFrame) up to width / 2 and height / 2 from 0; radians.
 struct Cap {
   double width = 0;
   double height = 0;
   static Cap ParseDegrees(const std::string& text);  // "60x40"; throws Refusal
   static Cap FromDegrees(const Eigen::Vector2d& width_and_height);
   static Cap WholeSphere();
-  Eigen::Vector2d Degrees() const;
-  double SolidAngle() const;
+  Eigen::Vector2d Degrees() const;  // width and height
+  double SolidAngle() const;        // steradians
 };
 
-// "60x40", "60x40:95%" or "60x40:0.95": a cap and the share of it to cover, none where it is not given.
-// Throws Refusal.
+// A cap and the share of it to cover.
 struct CapGoal {
   Cap cap;
-  std::optional<double> share;
+  std::optional<double> share;  // above 0, up to 1; none: not given
+  // Parses "60x40", "60x40:95%" or "60x40:0.95"; throws Refusal.
   static CapGoal Parse(const std::string& text);
 };
 
-// Converts between directions and their azimuth and elevation about a direction.
+// Converts between directions and their azimuth and elevation, radians, about the first view's direction.
 class CapFrame {
  public:
+  // Elevation grows towards the component of `up_in_world` that is perpendicular to `first_direction`; if the
+  // two are parallel, towards any perpendicular.
   CapFrame(const Eigen::Vector3d& first_direction, const Eigen::Vector3d& up_in_world);
   struct Angles {
     double azimuth;    // -pi to pi, growing to the right of a person who looks at the subject
@@ -64,14 +64,15 @@ class CapFrame {
   Eigen::Vector3d forward_, right_, up_;
 };
 
-// The smallest bound and the recorded view that has it; index -1: no view can cover.
+// The smallest bound and the recorded view that has it, counted from 0 in the order of recording; -1: no view
+// has a finite bound or, in a map's cell, one within the threshold.
 struct CoveringView {
   double bound_px = std::numeric_limits<double>::infinity();
   int index = -1;
 };
 
-// The recorded views of one subject, and the exact smallest bound among them: views too far in angle to beat
-// the best so far are passed over by one product each.
+// Holds the recorded views of one subject and finds the smallest bound among them, exactly: it passes over
+// only views that are too far in angle to have it.
 class SubjectViews {
  public:
   explicit SubjectViews(const Subject& subject) : subject_(subject) {}
@@ -80,8 +81,8 @@ class SubjectViews {
   CoveringView Best(const CriterionView& candidate) const;
   // Returns whether some view covers the candidate; stops at the first one.
   bool Covers(const CriterionView& candidate, double threshold_px) const;
-  double MedianDistance() const;  // from the subject's centre; 0 without views
-  Eigen::Vector3d MeanUp() const { return cameras_up_.Up(); }
+  double MedianDistance() const;  // from the subject's centre, world units; 0 without views
+  Eigen::Vector3d MeanUp() const { return cameras_up_.Up(); }  // as UpEstimator finds it
 
  private:
   Subject subject_;
@@ -94,9 +95,8 @@ struct CoverageMapOptions {
   std::optional<Cap> cap = std::nullopt;                      // none: the whole sphere
   std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: the mean of the cameras' up
   double threshold_px = kHighThresholdPx;
-  double cells_per_disc_radius = 4;  // finer for pictures
-  // Beyond this multiple of the threshold no view covers, whatever SetThresholdFactor() says.
-  double most_threshold_factor = 1;
+  double cells_per_disc_radius = 4;  // of the grid; pictures of the map take more
+  double most_threshold_factor = 1;  // larger factors of SetThresholdFactor() count as this one
 };
 
 // The factor on the threshold in a direction, a unit vector from the subject; 1: the threshold as it is.
@@ -108,15 +108,17 @@ struct CoverageHole {
   Eigen::Vector3d direction;  // of the open cell nearest to its middle
 };
 
+// Before the first view a map has no cells and no frame().
 class CoverageMap {
  public:
   CoverageMap(const Subject& subject, const CoverageMapOptions& options,
               std::span<const CriterionView> views = {});
-  // Paints around `view`, or everything where the views' median distance or mean up has changed too much.
+  // Paints around `view`, or lays the grid anew and paints everything when the views' median distance has
+  // changed by more than 1 % or their mean up (unless it is given) by more than half a degree.
   void Add(const CriterionView& view);
 
-  // Where pictures turn out better or worse than the bound must assume, the threshold is another one
-  // (coverage/measured). Repaints by the bounds that are known already.
+  // Sets another threshold by direction, because pictures turn out better or worse than the bound must assume
+  // (coverage/measured). Compares the cells' bounds with it and computes no bound.
   void SetThresholdFactor(ThresholdFactor factor);
   const ThresholdFactor& threshold_factor() const { return threshold_factor_; }  // empty: 1 everywhere
   // Returns the threshold, pixels, in the direction of a viewpoint.
@@ -128,13 +130,11 @@ class CoverageMap {
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }
   bool Covers(const CriterionView& candidate) const;
 
-  // Returns the share of the cap's solid angle that is painted; 1 only where every cell is. This is what
-  // "covered" means wherever a share of a cap is told or decides: the display, the end of a capture, `ulf
-  // info`. A map that views were added to one by one may be off by what its distance and its up lag behind
-  // (Add()).
+  // Returns the share of the cap's solid angle that is covered; 1 only where every cell is. The display, the
+  // end of a capture and `ulf info` all use it. In a map that got its views one by one it may differ a little
+  // from that of a map made of all, because Add() tolerates small changes of distance and up.
   double CoveredShare() const;
-  // Returns the view that paints a direction, with index -1 for an unpainted one. Returns none outside the
-  // cap.
+  // Returns the view that covers a direction, with index -1 for an open one; none outside the cap.
   std::optional<CoveringView> At(const Eigen::Vector3d& direction) const;
   // The grid's cells, row by row.
   struct CellView {
@@ -147,20 +147,21 @@ class CoverageMap {
   std::vector<CoverageHole> Holes() const;
 
   // The painted cells, for drawing: neighbouring cells of a row that one view paints, joined in runs no wider
-  // than `widest` of azimuth (or one cell). Azimuths and elevations about frame().
+  // than `widest` of azimuth (or one cell). Azimuths and elevations about frame(), radians.
   struct PaintedRun {
     double left, right, bottom, top;
-    int view;
+    int view;  // its index in views()
   };
   std::vector<PaintedRun> PaintedRuns(double widest) const;
 
   const Subject& subject() const { return subject_; }
   const CoverageMapOptions& options() const { return options_; }
   const std::vector<CriterionView>& views() const { return recorded_.views(); }
-  const std::optional<CapFrame>& frame() const { return frame_; }  // none before the first view
-  double reference_distance() const { return reference_distance_; }
-  double spacing() const { return spacing_; }  // of the grid, radians
-  // Returns the smallest disc that the limited grid resolves; views that cover less are painted too coarsely.
+  const std::optional<CapFrame>& frame() const { return frame_; }    // none before the first view
+  double reference_distance() const { return reference_distance_; }  // at which cells stand for viewpoints
+  double spacing() const { return spacing_; }                        // of the grid, radians
+  // Returns the smallest disc radius, radians, that the grid with its limited number of cells resolves; views
+  // that cover less are painted too coarsely.
   static double FinestDiscRadius(const Cap& cap);
   Cap extent() const { return options_.cap.value_or(Cap::WholeSphere()); }
 
@@ -208,9 +209,10 @@ class CoverageMap {
   std::size_t open_cells_ = 0;
 };
 
-// Returns the light field's views in their order.
+// Returns the cameras of the light field's views, in their order.
 std::vector<CriterionView> CriterionViews(const LightField& light_field);
-// Returns what a light field's views cover of `subject`, in the light field's own up and coverage image.
+// Returns what a light field's views cover of `subject`, by the light field's own up and coverage image.
+// `cap`: none for the whole sphere.
 CoverageMap CoverageOf(const LightField& light_field, const Subject& subject, const std::optional<Cap>& cap,
                        double threshold_px);
 

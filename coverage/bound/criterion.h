@@ -8,11 +8,9 @@
 // pixel's error. The bound is that error at the worst pixel, not at the central one: the central pixel is
 // blind to radial motion.
 //
-// The worst pixel lies in the epipolar plane through the sphere's centre O, so that everything happens in
-// that plane: both cameras become one-dimensional projective cameras, the cone two rays, the region a
-// quadrilateral with two arcs. The region is convex, hence its image ends at a corner or at a point of n's
-// silhouette; all are looked at. Both poses count as they are: a camera that does not aim at O stretches what
-// it sees off its axis.
+// The worst pixel lies in the epipolar plane through the sphere's centre O, in which it is searched
+// (epipolar_plane.h). Both poses count as they are: a camera that does not aim at O stretches what it sees
+// off its axis.
 //
 // The bound is infinite, so that s cannot cover n, when s cannot see the sphere (behind it, out of its frame)
 // or part of the region has no image in n (n inside the sphere, O behind n).
@@ -32,16 +30,16 @@
 namespace ulf::coverage {
 
 // Returns the bound, in pixels of `candidate`; infinite when `recorded` cannot cover it at all. The search
-// ends as soon as the bound reaches `give_up_px`, and returns the value found.
+// ends as soon as it meets an error of `give_up_px` or more, and returns that error.
 double BoundPx(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                double give_up_px = std::numeric_limits<double>::infinity());
 
-// Returns the sine of the largest angle, seen from the centre, at which a camera can cover the candidate;
-// above 1: any angle.
+// Returns an upper bound of the sine of the angle, seen from the centre, at which a recorded view can still
+// cover the candidate; 1 or more: any angle.
 double MaxCoveringSine(const CriterionView& candidate, const Subject& subject, double threshold_px);
 
-// Describes what a capture is asked for, before there are views: a camera of `focal_px` (in the coverage
-// image) at `distance` from the centre of a sphere of `radius`.
+// Describes a capture before there are views: a camera of focal length `focal_px` (coverage image) aims at
+// the centre of a sphere of `radius` from `distance`, both in any one unit.
 struct CriterionSetup {
   double focal_px = 0;
   double distance = 0;
@@ -49,8 +47,8 @@ struct CriterionSetup {
   double threshold_px = kHighThresholdPx;
 };
 
-// Returns the bound between two aimed cameras `angle` apart, the recorded one at `distance`, the candidate at
-// `distance_ratio` times that.
+// Returns the bound between two aimed cameras `angle` (radians, seen from the centre) apart: the recorded one
+// is at `distance`, the candidate at `distance_ratio` times that.
 double AimedBoundPx(const CriterionSetup& setup, double angle, double distance_ratio);
 
 // Returns how far around a recorded view the candidates at `distance_ratio` times its distance are covered:
@@ -65,6 +63,7 @@ struct DistanceLimits {
   std::optional<double> near;
   std::optional<double> far;
 };
+// Returns none where not even the recorded view's own place is covered.
 std::optional<DistanceLimits> DistanceWindow(const CriterionSetup& setup);
 
 }  // namespace ulf::coverage

@@ -12,8 +12,8 @@ namespace ulf::coverage {
 struct CriterionView {
   Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
   Eigen::Matrix3d cam_from_world = Eigen::Matrix3d::Identity();  // rotation
-  double fx = 0, fy = 0, cx = 0, cy = 0;
-  double width = 0, height = 0;  // the frame
+  double fx = 0, fy = 0, cx = 0, cy = 0;                         // focal lengths and principal point
+  double width = 0, height = 0;                                  // of the coverage image
 
   // Makes a view of `camera` without its distortion, resized to `coverage_width_px`.
   static CriterionView From(const CameraModel& camera, const Rigid3& cam_from_world, int coverage_width_px);

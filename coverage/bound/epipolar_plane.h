@@ -1,7 +1,7 @@
 // Searches the coverage bound of a pair of views in the plane through both of them and the sphere's centre O
 // (criterion.h, docs/coverage_bound.md "Set-up"): both cameras are one-dimensional projective cameras, a
-// pixel's cone two rays. Coordinates (p, q): origin O, p towards the recorded view s, q towards the side of
-// the new view n.
+// pixel's cone two rays. Coordinates (p, q) have their origin at O; p points towards the recorded view s, q
+// across it to the side of the new view n.
 //
 // Pixels of s are image coordinates along the epipolar line, counted from O's image towards n's side; 0 is
 // the thesis's central pixel. Errors are in pixels of n. No call allocates.
@@ -31,16 +31,17 @@ class EpipolarPlane {
   EpipolarPlane(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject,
                 const Eigen::Vector3d& across);
 
-  // Returns false where the bound is infinite whatever the pixel.
+  // Returns false where the bound is infinite whatever the pixel: then nothing below may be called.
   bool usable() const { return usable_; }
-  double lowest_pixel() const { return lowest_; }
+  double lowest_pixel() const { return lowest_; }  // of those in s's frame that see the circle
   double highest_pixel() const { return highest_; }
-  double ErrorAt(double pixel_px) const;
+  double ErrorAt(double pixel_px) const;  // infinite where part of the pixel's region has no image in n
   // Returns whether the worst pixel is where FirstGuess() says, or so near that Refined() finds it.
   bool IsGuessReliable() const;
-  double FirstGuess() const;  // with s outside the sphere
-  // Returns the largest error met in two parabola steps from `guess`, whose error is `error`. This one and
-  // the next end as soon as they have met `give_up_px`.
+  // Returns the pixel of docs/coverage_bound.md, "Closed forms", 3. s must be outside the circle.
+  double FirstGuess() const;
+  // Returns the largest error met in two parabola steps from the pixel `guess`, whose error is `error`. This
+  // search and Scanned() end as soon as they meet an error of `give_up_px` or more.
   double Refined(double guess, double error, double give_up_px) const;
   // Returns the largest error over 33 pixels and the peaks between them, refined by golden sections.
   double Scanned(double give_up_px) const;

@@ -1,14 +1,15 @@
 // Guides the operator from the coverage map: where to move the camera next, at which distance, and how long
 // it will take. (Beyond the thesis, which shows the map and leaves the rest to the operator; its section 2.2
-// names what is hard: the offset from the previous scan line, and the distance.) docs/capture.md#guidance
-// describes and measures it.
+// names what is hard: the offset from the previous scan line, and the distance.) Measurements are in
+// docs/capture.md#guidance.
 //
 // The cap is scanned in rows. While cells are open ahead at the row's height, the row goes on, at the offset
 // from the painted row beside it that leaves no gap; `toward` then runs ahead of the hand by what a hand
-// covers in its reaction time, so that following it keeps the row straight. At the end of a row the goal is
-// the place that covers most for the way there, until it is reached: at the rim that is the next row, later
-// the largest of the remaining holes. A goal that the hand does not approach, or that stays open although the
-// hand was there, is skipped for a while. Without a cap, the recorded area is extended evenly on all sides.
+// covers in its reaction time, so that following it keeps the row straight. At the end of a row a goal is
+// chosen, and kept until the hand reaches it: the place where a view gains most area for the way to go. At
+// the rim this is the next row, later the largest of the remaining holes. A goal that the hand does not
+// approach, or that stays open although the hand was there, is skipped for a while. Without a cap, the
+// recorded area is extended evenly on all sides.
 //
 // Directions are unit vectors from the subject's centre in world coordinates; angles are radians.
 #pragma once
@@ -28,9 +29,9 @@ struct Guidance {
   // The direction of the next viewpoint; none: nothing is open, or nothing is known yet.
   std::optional<Eigen::Vector3d> toward;
   double distance = 0;     // to keep from the subject's centre, world units; 0: not known yet
-  double disc_radius = 0;  // what one view covers around it at that distance
-  // The distance of the present row from the row scanned before beside it, and the distance that leaves no
-  // gap; none without such a row.
+  double disc_radius = 0;  // the angle around its direction that one view covers from that distance
+  // The angle between the hand and the recorded views above or below it, and the angle that leaves no gap;
+  // none without such views, and on the way to a goal.
   struct RowOffset {
     double now = 0, wanted = 0;
   };
@@ -42,13 +43,15 @@ struct Guidance {
   std::optional<double> views_left, seconds_left;
 };
 
+// Remembers row, goal and pace from frame to frame, and begins again with another subject. A running capture
+// has one, and calls it in its own thread.
 class Guide {
  public:
   // `enough`: the share of the cap at which the capture ends.
   explicit Guide(double enough) : enough_(enough) {}
   Guide() = default;
-  // Call after every frame, with the present map (null: no subject yet), the present camera (none: no pose)
-  // and the device's time. Deterministic.
+  // Call it after every frame, with the present map (null: no subject yet), the present camera (none: no
+  // pose) and the device's time, on which alone the result depends.
   Guidance Update(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
 
  private:

@@ -12,21 +12,22 @@
 
 namespace ulf::coverage {
 
-// Returns the silhouette's image as a polygon, with the camera's distortion. Returns none when the camera is
-// inside the sphere or part of the silhouette has no image.
+// Returns the image of the sphere's silhouette as a polygon, in pixels of the camera with its distortion; it
+// may leave the frame. Returns none when the camera is inside the sphere or part of the silhouette has no
+// image.
 std::optional<std::vector<Eigen::Vector2d>> SphereOutline(const CameraModel& camera,
                                                           const Rigid3& cam_from_world,
                                                           const Subject& subject, int corners = 64);
 
-// The middle of the image, `share` of its width and height.
+// The rectangle in the middle of the image that has `share` of its width and height; pixels.
 struct SafetyRectangle {
-  Eigen::Vector2d low, high;
+  Eigen::Vector2d low, high;  // the upper left and the lower right corner
   static SafetyRectangle Of(const CameraModel& camera, double share = 0.8);
   bool Holds(const std::vector<Eigen::Vector2d>& outline) const;
 };
 
-// Returns the sphere whose image is `width_share` of the image's width, around a point `depth` along the
-// optical axis.
+// Returns the sphere, in world coordinates, around the point of the optical axis at `depth` (world units)
+// that appears `width_share` of the image's width wide, without distortion.
 Subject SubjectOnAxis(const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                       double width_share);
 

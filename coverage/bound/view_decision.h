@@ -1,7 +1,8 @@
 // Decides whether a frame is recorded, with the reason, from frame, track and coverage map alone.
 //
 // The tests have this order: the pose is known, the camera sees the whole subject, the viewpoint is open, the
-// image is good. So a frame whose viewpoint is covered already is not reported as blurred.
+// image is good. So a frame whose viewpoint is covered already is not reported as blurred. The reasons from
+// kSpool on, but kZoomed, are given by coverage/session/record/capture_recorder.h.
 #pragma once
 
 #include <array>
@@ -19,7 +20,7 @@ namespace ulf::coverage {
 
 enum class Reason {
   kRecorded,
-  kCovered,           // a recorded view shows the subject as well within the threshold
+  kCovered,           // the bound from a recorded view is within the threshold
   kOutsideRectangle,  // the sphere's silhouette leaves the safety rectangle
   kBehind,            // the subject is behind the camera
   kInsideSphere,      // the camera is inside the subject's sphere
@@ -30,10 +31,10 @@ enum class Reason {
   kSpeed,             // the image moves too far during the exposure
   kSpool,             // the disk is behind: views wait to be written
   kDisk,              // the disk is full
-  kStill,             // open; a photograph was requested, the live frame itself is not recorded
+  kStill,             // open; a photograph is requested instead of recording the live frame
   kPaused,            // open; recording is paused by request
   kZoomed,            // the zoom was moved: the lens is not the light field's
-  kBracket,           // another exposure of a view, or it came while those were taken
+  kBracket,           // the frame is another exposure of a view, or came while those were taken
 };
 inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      Reason::kOutsideRectangle,
                                      Reason::kBehind,   Reason::kInsideSphere, Reason::kTracking,
@@ -41,38 +42,32 @@ inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      R
                                      Reason::kSpeed,    Reason::kSpool,        Reason::kDisk,
                                      Reason::kStill,    Reason::kPaused,       Reason::kZoomed,
                                      Reason::kBracket};
-const char* Name(Reason reason);               // as in reports for programs
+const char* Name(Reason reason);               // for reports that programs read: "outside_rectangle"
 const char* InWords(Reason reason);            // for the person with the camera
-std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is
+std::string InWords(const std::string& name);  // the same, of a Name(); an unknown name comes back as it is
 
-// Returns by how many pixels of the coverage image a camera centre that is off by `center_sigma` moves what
-// its view shows of a sphere of `radius` at `distance` (docs/coverage_bound.md, "How sure a pose must be").
+// Returns by how many pixels of the coverage image (focal length `focal_px`) a camera centre that is off by
+// `center_sigma` displaces what its view shows of a sphere of `radius` at `distance`, all in world units
+// (docs/coverage_bound.md, "How sure a pose must be").
 //
-// A pose fits the points that it was estimated from: where the centre is off by s, the rotation compensates
-// for it, and what lies at the sphere's centre, at the distance D, projects where it should. What is nearer
-// does not: the nearest point is off by f s (1 / (D - r) - 1 / D) = f s r / (D (D - r)). That is for an error
-// across the line of sight; along it the same error moves the sphere's rim by about f s r / D^2, which is
-// less.
-//
-// The limit is one pixel because the bound allows for that already: it takes a recorded pixel for the cone of
-// rays through the circle of one pixel spacing (criterion.h). As long as the true ray lies in that cone a
-// view that is covered within T pixels is, whatever the pose's error.
+// A pose fits the points that it was estimated from: the rotation compensates for the centre's error, and
+// what lies at the sphere's centre projects where it should. The nearest point of the sphere is off most.
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius);
 
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
 struct DecisionLimits {
   double rectangle_share = kRectangleShare;  // of the picture's width and height (thesis, section 3.2)
-  double max_pose_error_px = 1;              // PoseErrorPx; derived there
-  double max_error_share = 0.01;             // the same without a subject, of the distance of what is seen
-  double min_sharpness = 0.5;                // of the recent frames' median
-  double max_motion_blur_px = 2;             // during the exposure, coverage image pixels
+  double max_pose_error_px = 1;              // of PoseErrorPx(): up to there the bound holds
+  double max_error_share = 0.01;             // without a subject: the centre's sigma over Track::distance
+  double min_sharpness = 0.5;                // of Track::sharpness
+  double max_motion_blur_px = 2;             // the motion during the exposure, coverage image pixels
   double max_clipped_share = 0.3;            // of the sphere's image; highlights may clip, surfaces may not
-  double min_brightest = 0.08;               // display-encoded, of the brightest tenth of the sphere's image
+  double min_brightest = 0.08;               // of SubjectLight::brightest_tenth
 };
 
 struct Decision {
   Reason reason = Reason::kTracking;
-  // The smallest bound of the recorded views; none where it is infinite or was not computed.
+  // The smallest bound from the recorded views; none where it is infinite or was not computed.
   std::optional<double> bound_px;
 };
 
@@ -80,24 +75,24 @@ struct FrameToDecide {
   const Frame& frame;
   const tracking::Track& track;
   const CameraModel& camera;
-  double frame_period_s = 0;  // 0: unknown
+  double frame_period_s = 0;  // between the device's frames; 0: unknown
   int coverage_width_px = kCoverageWidthPx;
   bool exposure_settled = true;
 };
 
-// Returns whether the subject is clipped or black, so that the frame is not recorded and its sharpness is
-// unknown.
+// Returns whether the subject is clipped or black, so that the frame is not recorded and its sharpness tells
+// nothing.
 bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
 
 // Returns whether a frame shows the whole subject from a known pose: all other reasons not to record it are
-// the bound's or the image's. `map`: null while there is no subject.
+// the bound's or the image's. `map`: null while there is no subject, and the answer is no.
 bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
-// `map`: null while there is no subject.
+// Decides where the capture has a subject. `map`: null before it is found, and the reason is kTracking.
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
 
-// Returns the decision without a subject. `shown_already`: by recorded views (posed_photographs.h). The
-// exposure is judged on the whole image.
+// Decides where the capture has no subject. `shown_already`: recorded views show what the frame shows
+// (posed_photographs.h). The exposure is judged within the ellipse that fills the image.
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already,
                               const DecisionLimits& limits = {});
 

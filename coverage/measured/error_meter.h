@@ -1,6 +1,6 @@
 // Measures how well the recorded views predict frames of a running capture
-// (render/prediction/frame_predictor.h), as peak signal-to-noise ratio in dB. Works in the caller's thread
-// for a share of its time; frames for which there is no time are not measured.
+// (render/prediction/frame_predictor.h), as peak signal-to-noise ratio in dB. The meter works in the caller's
+// thread, for a share of its time at most, and leaves out frames for which there is no time.
 #pragma once
 
 #include <chrono>
@@ -20,34 +20,34 @@
 
 namespace ulf::coverage {
 
-// Converts to 8-bit sRGB, three channels, with a longer side of at most about twice the given one: large
-// pictures are reduced before they are converted, which is much faster.
+// Converts to 8-bit sRGB, three channels, and reduces the longer side to at most about twice the given one,
+// before the conversion, which is much faster. A mosaic that is reduced becomes grey.
 cv::Mat SmallSrgb8(const Image& image, int longer_side_px);
 
 class ErrorMeter {
  public:
   struct Options {
     int size_px = 320;             // longer side of the pictures that are compared. Guessed: 10 ms a frame.
-    double processor_share = 0.3;  // share of the caller's time, at most. Guessed: 10 ms of 33.
-    // Measures every frame, and one frame again, whatever it costs: for captures whose result must not depend
-    // on time.
+    double processor_share = 0.3;  // of the caller's time, for Measure(); MeasureAgain() takes 0.15. Guessed.
+    // Every call measures, whatever it costs: for captures whose result must not depend on time.
     bool every_frame = false;
-    double good_db = 33;  // dB; pictures above it need no cause (CauseOf())
+    double good_db = 33;  // better predictions need no cause (CauseOf())
   };
-  // A view that is recorded changes what was measured nearer to it, radians. Guessed.
+  // A recorded view changes what was measured within this angle of it, seen from the subject. Guessed.
   static constexpr double kViewReach = Radians(8);
-  using ReadPicture = std::function<cv::Mat()>;  // 8-bit sRGB
+  using ReadPicture = std::function<cv::Mat()>;  // returns 8-bit sRGB
 
   explicit ErrorMeter(const Options& options) : options_(options), maker_(options.size_px) {}
 
+  // `mesh`: of the scene, in world coordinates. Nothing is measured before there is one.
   void SetGeometry(const Subject& subject, std::shared_ptr<const render::TriangleMesh> mesh);
   void AddView(int id, const Image& image, const CameraModel& camera, const Rigid3& cam_from_world);
-  // The picture is read when a frame near the view is measured.
+  // Adds a view of an earlier session, whose picture is read when a frame near the view is measured.
   void AddEarlierView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
   void RemoveView(int id, const Rigid3& cam_from_world);
   // Call it when the lens has changed: drops the geometry, all views and all frames.
   void StartAgain();
-  // Drops the kept frames, because their poses were corrected as well.
+  // Corrects the views' poses. Drops the frames kept for MeasureAgain(), whose poses were corrected as well.
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
 
   struct Input {
@@ -57,10 +57,10 @@ class ErrorMeter {
     std::optional<double> center_sigma;  // of the pose, world units
     double time_s = 0;
   };
-  // Returns none when there is no geometry yet, or no time.
+  // Returns none when there is no geometry or no view yet, or no time.
   std::optional<MeasuredFrame> Measure(const Input& input);
-  // Measures an earlier frame around which views were recorded since it was measured. Returns none when there
-  // is none, or no time.
+  // Measures an earlier frame around which views were recorded or removed since it was measured. Returns none
+  // when there is no such frame, or no time.
   std::optional<MeasuredFrame> MeasureAgain();
 
  private:

@@ -3,8 +3,8 @@
 // they turn out worse. Where nothing was measured the threshold stays.
 //
 // A frame tells at which spacing of the views its error would meet the goal: errors fall by kDbPerHalving
-// with half the distance to the nearest view. Frames nearby are averaged, so that views that are recorded by
-// the threshold still form an even lattice, which needs the fewest of them.
+// when the nearest view is half as far away. Frames nearby are averaged, so that the recorded views still
+// form an even lattice, which needs the fewest of them.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,14 +22,13 @@ class ThresholdByErrors {
  public:
   // All guessed. The threshold goes no further than from the quality "high" to three times "fast".
   static constexpr double kLeast_px = kHighThresholdPx, kMost_px = 36;
-  static constexpr double kMostApart = Radians(12);  // between views: geometry needs neighbours
-  // The average distance of frames from the nearest view, in shares of the radius that the bound lets one
-  // view cover.
-  static constexpr double kUsualApart = 0.6;
-  // `disc_radius`: that one view covers by `threshold_px` (CoverageMap::DiscRadius()), radians.
+  static constexpr double kMostApart = Radians(12);  // the largest disc radius: geometry needs neighbours
+  static constexpr double kUsualApart = 0.6;  // frames' average angle to the nearest view, in disc radii
+  // `disc_radius`: the angle that one view covers by `threshold_px` (CoverageMap::DiscRadius()), radians.
   ThresholdByErrors(const ErrorMap& errors, const CoverGoal& goal, double threshold_px, double disc_radius);
 
-  // CoverageMap's ThresholdFactor. At most 1 where the bound must be met as well (CoverBy::kBoth).
+  // Returns the factor on the threshold in a direction, for CoverageMap::SetThresholdFactor(). It is at most
+  // 1 where the bound must be met as well (CoverBy::kBoth).
   double operator()(const Eigen::Vector3d& direction) const;
 
  private:
@@ -43,12 +42,12 @@ class ThresholdByErrors {
   std::vector<Region> regions_;
 };
 
-// Adapts a map's threshold to what was measured, unless the bound alone decides or there is no view.
+// Adapts a map's threshold to what was measured, unless the bound alone decides or there is no view. The map
+// must have options that WithAdaptiveThreshold() returned.
 void AdaptThresholds(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map);
-// Returns options for a map whose threshold will be adapted.
 CoverageMapOptions WithAdaptiveThreshold(CoverageMapOptions options, const CoverGoal& goal);
 
-// Returns the map of a light field as its own capture had it in the end.
+// Returns the light field's map with the thresholds that its capture ended with. `map`: by the bound alone.
 CoverageMap CoverageByErrors(const MeasuredErrors& measured, const CoverageMap& map);
 
 }  // namespace ulf::coverage

@@ -13,13 +13,15 @@
 namespace ulf::coverage {
 
 struct CoverageMapPicture {
-  int width = 960;
+  int width = 960;  // px; the height follows
   // The current camera; none: distances are compared with the median.
   std::optional<Rigid3> cam_from_world = std::nullopt;
 };
 
-// Both paint the map anew on a finer grid for their colours, which takes some tenths of a second. What the
-// chart shows as open, its share and its numbered holes are those of `map` itself, as `ulf info` tells them.
+// All pictures are 8-bit B, G, R; charts say so where nothing is recorded yet. DrawCoverageMap() and
+// DrawOverlay() paint the map anew on a finer grid for their colours, which takes some tenths of a second.
+// What the chart shows as open, its share and its numbered holes are those of `map` itself, as `ulf info`
+// tells them.
 
 // Draws a chart of azimuth to the right and elevation upwards, in degrees about the first recorded direction,
 // over the cap (or what was recorded, without one) and a margin.
@@ -30,8 +32,8 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
 cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal_db,
                      const CoverageMapPicture& picture = {});
 
-// `live`: 8-bit B, G, R, as the camera sees it, taken from `cam_from_world`. The safety rectangle is white
-// while it holds the sphere, red otherwise.
+// Draws the overlay (overlay.h) on a copy of `live`, which `camera` took from `cam_from_world`. The safety
+// rectangle is white while it holds the sphere, red otherwise.
 cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3& cam_from_world,
                     const CoverageMap& map, double rectangle_share = 0.8);
 

@@ -17,16 +17,16 @@ enum class InstructionKind {
   kReturn,         // the pose was lost: go back to where it was known
   kFindPose,       // there is no pose yet
   kAwaitSubject,   // the subject's distance is being found
-  kFindSubject,    // it cannot be found: there are too few points
+  kFindSubject,    // the subject cannot be found: there are too few points
   kPlaceSubject,   // the subject has moved
   kAim,            // the subject cannot be recorded from here (Instruction::reason)
-  kMendChecks,     // what is wrong before the start
-  kBegin,          // recording, by request
+  kMendChecks,     // a check fails that holds the start
+  kBegin,          // all is ready: ask for recording
   kGoOn,           // recording was paused by request
-  kMendMistake,    // what keeps frames from being recorded (CaptureState::mistakes)
+  kMendMistake,    // a mistake keeps frames from being recorded (CaptureState::mistakes)
   kMendFrames,     // frames are not recorded (Instruction::reason)
-  kWalkOn,         // there is no subject
-  kTurnTable,      // or move the camera: WayInWords()
+  kWalkOn,         // the capture has no subject: go where nothing is recorded yet
+  kTurnTable,      // turn the table or move the camera, as WayInWords() says
   kComeNearer,
   kGoFarther,
   kApproachRow,  // the last row is too far away
@@ -36,13 +36,13 @@ enum class InstructionKind {
 
 struct Instruction {
   InstructionKind kind = InstructionKind::kNothing;
-  bool urgent = false;                              // nothing is recorded until it is done
+  bool urgent = false;  // nothing is recorded until it is done; of kFinished: device or disk failed
   std::optional<Reason> reason = std::nullopt;      // of kAim and kMendFrames
   std::optional<LengthToGo> length = std::nullopt;  // of kComeNearer and kGoFarther
 };
 
 Instruction InstructionFor(const CaptureState& state);
-// Returns a short line; empty if nothing is to be done. `state`: of which `instruction` was made.
+// Returns a short line; empty if nothing is to be done. `state`: the one that `instruction` was made for.
 std::string InWords(const Instruction& instruction, const CaptureState& state);
 
 }  // namespace ulf::coverage

@@ -1,4 +1,4 @@
-// Maps a mode's keys to actions, one line a key.
+// Maps the keys of one mode of the display to actions.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@ namespace ulf::coverage {
 template <typename Key>
 using KeyActions = std::initializer_list<std::pair<Key, std::function<void()>>>;
 
-// Returns false when `key` has no action.
+// Runs the action of `key`; returns false when it has none.
 template <typename Key>
 bool RunAction(const Key& key, const std::type_identity_t<KeyActions<Key>>& actions) {
   for (const auto& [each, act] : actions) {

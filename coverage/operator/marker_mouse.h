@@ -13,10 +13,10 @@ namespace ulf::coverage {
 
 class MarkerMouse {
  public:
-  // `middle`: the marker's middle in its own frame.
+  // `middle`: the marker's middle in its own frame, metres. `scene` gives viewpoints, subject and up.
   MarkerMouse(const render::RenderScene& scene, const Eigen::Vector3d& middle);
 
-  // Returns the virtual camera while the marker is there. The first pose sets the scale.
+  // Returns the virtual camera's pose for the marker's pose. The first pose sets the scale.
   Rigid3 CamFromWorld(const Rigid3& cam_from_marker);
 
  private:

@@ -1,6 +1,7 @@
 // Shows the operator display (thesis, section 3.2): the live picture with the overlay, a status line, the
-// subject tool with its augmented aperture, and the review. It draws the newest CaptureState alone, and
-// controls the capture by CaptureRequests, which also work without a display.
+// subject tool with its augmented aperture, and the review. The display draws the newest CaptureState alone,
+// and controls the capture by CaptureRequests, which also work without a display. It belongs to one thread,
+// that of its surface's OpenGL context (run_with_display.h).
 #pragma once
 
 #include <cstdint>
@@ -28,21 +29,22 @@
 namespace ulf::coverage {
 
 struct DisplayOptions {
-  std::string marker;  // held before the camera to look round in review; empty: none
+  std::string marker;  // held before the camera to look round in review (Review); empty: none
   // Returns the present time in seconds of any origin, once for each picture; none: this machine's clock.
   std::function<double()> clock_s = nullptr;
 };
 
 class OperatorDisplay {
  public:
+  // `surface`, `feed` and `requests` outlive it. Throws Refusal for a marker that is none.
   OperatorDisplay(render::Surface& surface, CaptureFeed& feed, CaptureRequests& requests,
                   const DisplayOptions& options = {});
 
-  // Handles the input and draws the newest state. Returns false once the window was closed or the capture was
-  // asked to finish.
+  // Handles the input, for which it waits `patience_s` at most, and draws the newest state. Returns false
+  // once the window was closed or the capture was asked to finish.
   bool Step(double patience_s = 0);
-  // Call it when the light field is closed. Returns true when the final state should stay on the screen;
-  // Step() then returns false after any key.
+  // Call it when the light field is closed. Returns true when the final state should stay on the screen,
+  // because the cap is covered; Step() then returns false after any key.
   bool ShowFinalState();
   // Lets the capture go on without the display: closes the subject tool, so that recording resumes where only
   // the tool had paused it, and begins to record where the operator has not, also before the first state.

@@ -1,6 +1,6 @@
 // Makes the overlay of the live picture as plain shapes: the subject's sphere with the coverage map on it,
 // the present camera, the safety rectangle, the way to the next viewpoint (thesis, section 3.2 and figure
-// 3-1). The operator display draws them with OpenGL, coverage_drawing with OpenCV.
+// 3-1). The operator display draws the shapes with OpenGL, coverage_drawing with OpenCV.
 //
 // Positions are in pixels of the live image, with its camera's distortion.
 #pragma once
@@ -18,11 +18,11 @@ namespace ulf::coverage {
 // Describes what is painted on the sphere.
 enum class SphereLayer {
   kCoverage,  // which directions are covered, and from how far away
-  kErrors,    // how wrong pictures there are, as measured at frames
+  kErrors,    // the errors that were measured at frames
 };
 
-// Without a pose the overlay shows no sphere but, where the camera's rotation is known, where it looked when
-// it last had a pose.
+// Without a pose the overlay shows no sphere. Where the camera's rotation is known, it shows instead where
+// the camera looked when it last had a pose.
 render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard(),
                             SphereLayer layer = SphereLayer::kCoverage);
 
@@ -35,7 +35,8 @@ struct CloseLook {
   Eigen::Vector2i size;  // of the picture that the shapes are in
   render::Overlay shapes;
 };
-// Returns none without a pose or before the first view.
+// `width`, `height`: of its picture, px. Returns none without a pose, before the first view, or inside the
+// sphere.
 std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int height,
                                        const Palette& palette = Palette::Standard());
 

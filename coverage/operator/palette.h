@@ -1,6 +1,7 @@
 // Defines the colours of the coverage map and of what is drawn on it. A recorded view is coloured by its
-// distance compared with the present one (thesis, section 3.2), from nearer over the same to farther; the
-// ends are where the present distance would leave the criterion's distance window.
+// distance from the subject compared with the present camera's (thesis, section 3.2), from nearer over the
+// same to farther; the colours are full where the present distance leaves the view's distance window
+// (DistanceWindow() in criterion.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -11,12 +12,12 @@
 namespace ulf::coverage {
 
 struct Palette {
-  render::Rgba same, farther, nearer;
-  render::Rgba reopened;
-  render::Rgba guide;
-  render::Rgba alarm;
-  render::Rgba camera;
-  render::Rgba error_small, error_at_goal, error_large;  // of the errors that are measured
+  render::Rgba same, farther, nearer;                    // recorded distances
+  render::Rgba reopened;                                 // directions that must be taken again
+  render::Rgba guide;                                    // the way to go, and headings
+  render::Rgba alarm;                                    // the subject is not in the safety rectangle
+  render::Rgba camera;                                   // the dot of the present camera
+  render::Rgba error_small, error_at_goal, error_large;  // measured errors
 
   // Interpolates `same` at 0, `nearer` at 1 and beyond, `farther` at -1.
   render::Rgba OfNearer(double nearer_by) const;
@@ -31,10 +32,10 @@ struct Palette {
   static const Palette& ForColourBlind();
 };
 
-// Turns a recorded distance into a colour, seen from the present one.
+// Turns a recorded distance into a colour, compared with the present one.
 class DistanceColors {
  public:
-  // `map` has views.
+  // `map` has views; `present_distance`: from the subject's centre, world units; `palette` outlives it.
   DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette);
   render::Rgba Of(const CriterionView& recorded) const { return palette_.OfNearer(Nearer(recorded)); }
   // Returns 0 for the same distance, 1 where the view is so much nearer that it just does not cover any more,

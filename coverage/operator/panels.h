@@ -57,10 +57,10 @@ struct LegendMark {
   std::string words;
 };
 std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& palette);
-// Returns what the letters on the sphere mean, as far as there are some: "S a surface that ...".
+// Returns a line for each letter that is on the sphere: "S a surface that ...".
 std::vector<std::string> CauseLines(const CaptureState& state);
 
-// The title in the middle and the line below it while there is no pose; empty: nothing is shown.
+// The title in the middle and the line below it, while there is no pose; empty: nothing is shown.
 struct TitleAndLine {
   std::string title, line;
 };
@@ -69,8 +69,10 @@ TitleAndLine TrackingTitle(const CaptureState& state);
 // Returns all keys, in the order of the modes.
 std::vector<render::TableRow> KeyRows(const render::Rgba& heading);
 
+// Draws the panels of one picture of the display. Of each member the name says which panel.
 class Panels : public render::PlainPanels {
  public:
+  // `screen`: pixels; `scale`: pixels per point; `painter` and `palette` outlive it.
   Panels(render::Painter& painter, const cv::Size& screen, double scale, const Palette& palette)
       : render::PlainPanels(painter, screen, scale), palette_(palette) {}
 

@@ -16,6 +16,7 @@ class PendingRequests {
  public:
   explicit PendingRequests(CaptureRequests& requests) : requests_(requests) {}
 
+  // These send requests to the capture (capture_request.h).
   void Record(bool on);
   void BeginAlthoughChecksFail();
   void Place(const Subject& subject);
@@ -23,13 +24,14 @@ class PendingRequests {
   void TakeBack(int view_id);
   void Finish();
 
-  // Returns whether the capture records, by the state or by what was requested since.
+  // These return what holds by the state and by what was requested since: whether the capture records, its
+  // subject (none: there is none), and the newest view that is not taken back (none: no view is left).
   bool Records(const CaptureState& state) const;
   std::optional<Subject> SubjectOf(const CaptureState& state) const;
   bool IsTakenBack(int view_id) const { return taken_back_.contains(view_id); }
   std::optional<int> LastView(const CaptureState& state) const;
 
-  // Changes with every Record(): tells whether the person has changed it since.
+  // Returns a number that changes with every Record(), so that one can tell whether there was another since.
   std::uint64_t record_ticket() const { return record_.ticket; }
 
  private:

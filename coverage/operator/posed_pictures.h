@@ -13,15 +13,15 @@
 namespace ulf::coverage {
 
 struct PosedPicture {
-  std::uint64_t key = 0;  // its own: two pictures never share one
+  std::uint64_t key = 0;  // no other picture has it
   CameraModel camera;     // of the copy, with its distortion
   Rigid3 cam_from_world;
-  std::string jpeg;
+  std::string jpeg;  // the copy, as a file's bytes
 
-  // Reduces `image`, which `camera` took, to at most kLongerSide pixels.
+  // Reduces `image`, which `camera` took, so that its longer side has at most kLongerSide pixels.
   static PosedPicture Of(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,
                          std::uint64_t key);
-  cv::Mat Srgb8() const;
+  cv::Mat Srgb8() const;  // decoded: B, G, R
   static constexpr int kLongerSide = 640;
 };
 
@@ -30,15 +30,15 @@ struct WeightedPicture {
   float weight = 1;
 };
 
-// Keeps a few dozen live pictures from places far apart. When a place is visited again the new picture
-// replaces the old one, because its pose is of the newer map. A picture that was recorded is preferred, and
-// is dropped when its view is taken back.
+// Keeps live pictures from places far apart. When a place is visited again the new picture replaces the old
+// one, because its pose is of the newer map. A picture that was recorded is preferred, and is dropped when
+// its view is taken back.
 class SpreadPictures {
  public:
-  // `most`: pictures; more take longer to draw, fewer show their number in the blur. Guessed.
+  // `most`: how many are kept; more take longer to draw, fewer show as single pictures in the blur. Guessed.
   explicit SpreadPictures(std::size_t most = 24) : most_(most) {}
-  void Offer(const CaptureState& state);
-  std::vector<WeightedPicture> pictures() const;  // all alike; until the next Offer()
+  void Offer(const CaptureState& state);          // call it for every new state
+  std::vector<WeightedPicture> pictures() const;  // all of one weight; valid until the next Offer()
 
  private:
   struct Kept {

@@ -21,8 +21,8 @@
 
 namespace ulf::coverage {
 
-// Reads small copies of recorded views from the light field, in a thread of its own while the capture goes on
-// writing; the most wanted first. Reads the journal and the photographs and writes nothing.
+// Reads small copies of recorded views from the light field, the first wanted first, in a thread of its own
+// while the capture goes on writing. It writes nothing.
 class StoredPictures {
  public:
   explicit StoredPictures(const std::filesystem::path& light_field);
@@ -30,13 +30,13 @@ class StoredPictures {
   StoredPictures(const StoredPictures&) = delete;
   StoredPictures& operator=(const StoredPictures&) = delete;
 
-  // Replaces the list of wanted views; returns how many of them are still to be read. A view that is not on
-  // disk yet is looked for again.
+  // Replaces the list of wanted views; returns how many of them have not been taken yet. A view that is not
+  // on disk yet is looked for again.
   std::size_t Want(std::vector<int> ids);
   // Returns what has been read since the last call, by view id; poses are the journal's.
   std::map<int, PosedPicture> Take();
-  // Returns why a picture cannot be read: once for each, and it is not tried again. Returns none when there
-  // is no new problem.
+  // Returns why a picture cannot be read, once each; such a picture is not tried again. Returns none when
+  // there is no new problem.
   std::optional<std::string> TakeProblem();
 
  private:
@@ -64,15 +64,16 @@ class StoredPictures {
 
 class RecordedPictures {
  public:
-  // Guessed: some six hundred pictures of a scene rich in detail, which is most captures.
+  // `most_bytes`: guessed; it holds some six hundred pictures of a scene rich in detail, as many as most
+  // captures have.
   explicit RecordedPictures(std::size_t most_bytes = 64 << 20) : most_bytes_(most_bytes) {}
 
-  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and
-  // goes over to the lens in use.
+  // Call it for every picture of the display: keeps the newest view's picture, takes what was read, drops
+  // pictures of views that were taken back, and goes over to the lens in use.
   void Follow(const CaptureState& state);
-  // Returns the pictures nearest in direction to a camera, as seen from the subject, with weights that fall
-  // to 0 at the first one left out. Pictures that are not in memory are skipped, and fetched for a later
-  // call. Valid until the next call of any function.
+  // Returns up to three pictures nearest in direction to a camera, as seen from the subject, with weights
+  // that fall towards 0 at the first one left out. Pictures that are not in memory are skipped, and fetched
+  // for a later call. The result is valid until the next call of any function.
   std::vector<WeightedPicture> Nearest(const CaptureState& state, const Rigid3& cam_from_world);
   // Returns how many pictures of the last Nearest() are still being read.
   std::size_t missing() const { return missing_; }

@@ -3,8 +3,8 @@
 // what is smeared without stripes is the method's limit, not a gap.
 //
 // The scene is read from the light field on disk, in a thread of its own, and again when views, poses, the
-// subject or the mesh have changed. Until a new scene has its photographs the last one is drawn. Reads and
-// writes nothing else.
+// subject or the mesh have changed. Until a new scene has its photographs the last one is drawn. All calls
+// need the thread and the current OpenGL context of the display.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,7 +34,8 @@ class DistortedPicture {
   DistortedPicture(const DistortedPicture&) = delete;
   DistortedPicture& operator=(const DistortedPicture&) = delete;
 
-  // Returns a camera without distortion that sees at least what `camera` sees, at its resolution.
+  // Returns a camera without distortion that sees at least what `camera` sees, at its resolution. Its picture
+  // is at most half as wide and high again on each side, also for a lens that bends more.
   static CameraModel Undistorted(const CameraModel& camera);
   // `texture`: of Undistorted(camera), its last row first. Returns a texture of `camera`, its top row first,
   // valid until the next call.
@@ -55,9 +56,9 @@ class RenderedReview {
   explicit RenderedReview(double fps = 10) : size_(fps) {}
   ~RenderedReview();  // waits for the scene that is being read
 
-  // Frees everything when the review is closed. After it is opened again, what has failed is tried again.
+  // Call it when the review is closed: frees everything, and lets what has failed be tried again.
   void Close();
-  // Call before every picture while the review is open. `now_s`: of any clock.
+  // Call it before every picture while the review is open. `now_s`: seconds of any clock.
   void Follow(const CaptureState& state, double now_s);
   // Returns the picture of a camera, smaller where it moves and the renderer is slow; none if nothing of this
   // state can be drawn yet. A texture, its top row first, valid until the next call.
@@ -66,7 +67,7 @@ class RenderedReview {
   // Returns whether the picture is drawn from this view, among others.
   bool Shows(int view_id) const;
   bool is_loading() const;  // the last picture lacked photographs, or is of an older state
-  bool hatches_doubt() const { return hatches_doubt_; }
+  bool hatches_doubt() const { return hatches_doubt_; }  // whether stripes are drawn
   void SetHatchesDoubt(bool on) { hatches_doubt_ = on; }
   // Returns why the scene cannot be read or drawn, once each. Returns none when there is no new problem.
   std::optional<std::string> TakeProblem() { return std::exchange(problem_, std::nullopt); }

@@ -24,24 +24,25 @@ class Review {
   enum class Control { kLiveCamera, kMouseAndKeys, kMarker };
   enum class Compare { kNone, kWipe, kBlink };  // against the live picture; only from the live camera
 
-  // `marker`: what is held before the camera (see 'ulf review'); empty: none.
+  // `marker`: what is held before the camera, parsed by MarkerSpec, which may throw Refusal; empty: none.
   explicit Review(std::string marker = "");
   ~Review();
 
   bool is_open() const { return open_; }
   Control control() const { return control_; }
   Compare compare() const { return compare_; }
-  double wipe() const { return wipe_; }  // left of this share of the width: live
+  double wipe() const { return wipe_; }  // left of this share of the width the live picture is shown
   bool marker_is_seen() const { return marker_is_seen_; }
 
   void Open(const CaptureState& state);
+  // Returns true when the review used the event, which may close it.
   bool Handle(const render::InputEvent& event, const CaptureState& state);
 
-  // The review's camera and its pose; none: the chosen control has no pose.
   struct VirtualCamera {
     CameraModel camera;
     Rigid3 cam_from_world;
   };
+  // Returns the review's camera for this state; none: the chosen control has no pose.
   std::optional<VirtualCamera> CameraNow(const CaptureState& state);
 
  private:

@@ -30,7 +30,7 @@ class DisplayScript {
   // other line. Once there is no display, requests go to the capture at once; for the others an error is
   // printed.
   void Take(const std::string& line);
-  std::optional<Step> Next();
+  std::optional<Step> Next();  // the oldest, which is then gone; none: there is none
   void Push(const CaptureRequest& request) { requests_.Push(request); }
   // Call it when there is no display, or no longer.
   void End();
@@ -43,9 +43,9 @@ class DisplayScript {
   bool ended_ ULF_GUARDED_BY(mutex_) = false;
 };
 
-// Executes one line after the other, 0.6 s apart at the display's 30 pictures a second, so that the effect of
-// a line is on the screen before a picture is written, and longer than kDisplayToSee_s. Pictures
-// that are still to be written when the display ends show its last one.
+// Executes one line after the other, kFramesBetween pictures of the display apart (0.6 s at 30 a second). So
+// the effect of a line is on the screen before a picture is written, and longer than a view must be marked
+// before a key takes it back. Pictures that are still to be written when the display ends show its last one.
 class ScriptedSurface : public render::OffscreenSurface {
  public:
   static constexpr int kFramesBetween = 18;

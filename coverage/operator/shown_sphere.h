@@ -1,5 +1,6 @@
 // Holds as values all that the display draws on the subject's sphere, which is all that a person who looks at
-// it (also the simulated operator) can know of the map: the side that faces the camera, and the views on it.
+// the display (or the simulated operator) can know of the map: the side that faces the camera, and the views
+// on it.
 //
 // Directions are unit vectors from the sphere's centre in the camera's axes (x right, y down, z away from the
 // camera); angles are radians; lengths are in units of the distance to the sphere's centre, since a picture
@@ -18,10 +19,10 @@ namespace ulf::coverage {
 
 struct ShownSphere {
   double radius = 0;              // share of the distance
-  Eigen::Vector3d toward_camera;  // where the red dot is
-  double least_cosine = 0;        // to the dot, of all that is shown: the limb
+  Eigen::Vector3d toward_camera;  // where the red dot of the present camera is
+  double least_cosine = 0;        // of the angle to the dot, of all that is shown; the limb's if not limited
   CapFrame frame;                 // of the wireframe
-  std::optional<Cap> cap;         // its outline
+  std::optional<Cap> cap;         // whose outline is drawn; none: none
 
   // Painted cells: azimuths and elevations about `frame`. `nearer` is the colour: 0 where the view lies as
   // far away as the camera is, 1 where it is so much nearer that it just does not cover, -1 farther.
@@ -32,7 +33,7 @@ struct ShownSphere {
   std::vector<Paint> paint;
   struct View {
     Eigen::Vector3d direction;
-    double rim = 0;  // radius of the circle around it; 0: none is drawn
+    double rim = 0;  // radius of the circle that encloses what it covers; 0: none is drawn
   };
   std::vector<View> views;
   std::vector<Eigen::Vector3d> reopened, left_open;  // marks
@@ -45,13 +46,14 @@ struct ShownSphere {
   };
   std::vector<Error> errors;
   struct Target {
-    Eigen::Vector3d direction;  // of one that is hidden: where the way to it meets the limb
-    double ring = 0;
-    bool hidden = false;
+    Eigen::Vector3d direction;  // if it is hidden: where the way to it meets the limb
+    double ring = 0;            // radius of the ring around it
+    bool hidden = false;        // it is on the far side
   };
-  std::optional<Target> target;  // the yellow arrow's
+  std::optional<Target> target;  // where the yellow arrow points: Guidance::toward
 
-  // Returns none without a pose or a subject, or inside the sphere. `reach`: largest angle from the dot.
+  // Returns none without a pose or a subject, or inside the sphere. `reach`: what lies farther than this
+  // angle from the dot is left out.
   static std::optional<ShownSphere> Of(const CaptureState& state, double reach = M_PI);
 
   // Returns the point of the sphere's surface in a direction, in the camera's frame.
@@ -64,12 +66,13 @@ struct ShownSphere {
   double AngleFromDot(const Eigen::Vector3d& direction) const;
 };
 
-// What the overlay shows of a capture's state; only the camera while there is no pose.
+// What the overlay shows of a capture's state; while there is no pose, only `camera` is set.
 struct ShownPicture {
   CameraModel camera;
   std::optional<SafetyRectangle> rectangle;
-  bool held = true;                               // the sphere is in the rectangle, which is then white
-  std::optional<Eigen::Vector2d> way_to_subject;  // the red arrow's direction
+  bool held = true;  // the sphere is in the rectangle, which is then white
+  // The red arrow's direction in the picture, unit length; none: the sphere's middle is in the rectangle.
+  std::optional<Eigen::Vector2d> way_to_subject;
   std::optional<ShownSphere> sphere;
 
   static ShownPicture Of(const CaptureState& state);

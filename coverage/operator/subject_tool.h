@@ -1,7 +1,7 @@
 // Places the subject's sphere (thesis, section 3.2): the operator centres the subject, the tool takes the
 // distance from the tracked points, and keys, wheel and drag refine distance and radius. The sphere is a
-// draft until it is confirmed by Enter, which sends one request to the capture. It takes events and states
-// and gives a draft and requests, without other effects.
+// draft until it is confirmed by Enter, which sends one request to the capture. The tool takes events and
+// states and gives a draft and requests, without other effects.
 #pragma once
 
 #include <optional>
@@ -21,9 +21,11 @@ class SubjectTool {
   // Pauses recording while the tool is open; Close() resumes it unless the person has changed it since.
   void Open(const CaptureState& state, PendingRequests& pending);
   void Close(PendingRequests& pending);
-  // Call it for every new state: a subject that the capture found again becomes the draft.
+  // Call it for every new state: a subject that the capture found on request becomes the draft, and the draft
+  // follows corrections of the map.
   void Follow(const CaptureState& state, const PendingRequests& pending);
-  // Returns true when the tool used the event. `pixels_per_img`: of the screen, for dragging.
+  // Returns true when the tool used the event. `pixels_per_img`: how many pixels of the screen show one of
+  // the live picture, for dragging.
   bool Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
               PendingRequests& pending);
 

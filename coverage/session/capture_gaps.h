@@ -1,6 +1,6 @@
 // Notes gaps: periods in which a capture could not record, for lack of a pose, a device or room on the disk,
 // or because it was paused by request. Each is written to the journal when it ends, so that review can show
-// it. Times are the device's, in seconds.
+// it; of lost tracking and a slow disk only gaps of half a second or more count. Times are the device's.
 #pragma once
 
 #include <chrono>
@@ -18,13 +18,15 @@ class CaptureGaps {
   CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say)
       : spool_(spool), say_(std::move(say)) {}
 
+  // Call Tracking(), FrameCame() and Disk() for every frame. No gap of tracking begins before the first pose.
   void Tracking(bool tracked, double now_s);
   // The gap lasts from `since_s`, the last frame before the fault, to the next frame.
   void DeviceFaulted(double since_s, const std::string& reason);
+  // A live device that was silent for half a second and ten periods counts as faulted.
   void FrameCame(double device_time_s, bool device_is_live, double frame_period_s);
   void Disk(const std::optional<SpoolPause>& pause, double now_s);
-  void Recording(bool on, double now_s);
-  // Ends the gaps that are still open.
+  void Recording(bool on, double now_s);  // call it when recording is paused or resumed by request
+  // Ends the gaps that are still open, but for lost tracking. `now_s`: none: no frame has come.
   void End(std::optional<double> now_s);
 
   // Returns why recording is paused for the disk, in words; empty if it is not.

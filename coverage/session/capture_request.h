@@ -22,15 +22,14 @@ struct TakeBackLast {
 struct TakeBackViews {
   std::vector<int> ids;
 };
-// Places a subject in world units, or finds one around what is in the middle of the picture: at the mean
-// depth of the tracked points there (or at `depth` along the optical axis), with an image as wide as
-// `width_share` of the picture.
 struct PlaceSphere {
   Subject subject;
 };
+// Places the subject's sphere around what is in the middle of the picture, so wide that its image takes
+// `width_share` of the picture's width.
 struct FindSubject {
-  std::optional<double> depth;        // world units
-  std::optional<double> width_share;  // none: as the capture was asked
+  std::optional<double> depth;  // along the optical axis, world units; none: that of the tracked points there
+  std::optional<double> width_share;  // none: CaptureOptions::subject_size
 };
 // Places the sphere that geometry proposes (subject_proposal.h).
 struct PlaceProposedSphere {};
@@ -43,17 +42,18 @@ struct FinishCapture {};
 using CaptureRequest = std::variant<TakeBackLast, TakeBackViews, PlaceSphere, FindSubject,
                                     PlaceProposedSphere, SetRecording, FinishCapture>;
 
-// Parses a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
-// "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws
-// Refusal that lists these.
+// Parses a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2" (centre and
+// radius), "subject", "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway",
+// "finish". Throws Refusal that lists these.
 CaptureRequest ParseCaptureRequest(const std::string& line);
 
 // Hands requests from the threads that ask to the session's thread.
 class CaptureRequests {
  public:
-  // Returns the number of requests so far, with this one: CaptureState::requests_answered reaches it.
+  // Returns the number of requests so far, this one included: once CaptureState::requests_answered is as
+  // large, the request is answered.
   std::uint64_t Push(CaptureRequest request);
-  std::vector<CaptureRequest> Take();
+  std::vector<CaptureRequest> Take();  // for the session: all since the last call, in order
 
  private:
   Mutex mutex_;
@@ -65,7 +65,7 @@ class CaptureRequests {
 // another program can control a capture. Never blocks.
 class RequestLines {
  public:
-  // "-": standard input. Throws Refusal when it cannot be read. `take` gets each line and throws
+  // `path`: "-" is standard input. Throws Refusal when it cannot be read. `take` gets each line and throws
   // Refusal, in words, for one that is no request.
   RequestLines(const std::string& path, std::function<void(const std::string&)> take);
   ~RequestLines();

@@ -11,9 +11,9 @@
 // reported at once and counted at the end.
 //
 // Each view is anchored to a keyframe of the tracker's map. When the map is adjusted, the views' poses
-// follow: they are journaled at intervals and at the end, and the coverage map is painted anew. The same
-// happens when the tracker replaces the lens (LensUse::kRefine). Requests (capture_request.h) are answered
-// between two frames.
+// follow: they are journaled at intervals and at the end, and the coverage map is painted anew. When the
+// tracker replaces the lens (LensUse::kRefine), they follow at once. Requests (capture_request.h) are
+// answered between two frames.
 #pragma once
 
 #include <vector>
@@ -31,8 +31,9 @@ namespace ulf::coverage {
 // Runs until the cap is covered, the device ends, a limit is reached or a stop is requested; then stops the
 // device, finishes the adjustment of the tracker's map, brings all poses up to date and closes the light
 // field. `device` has been started; `first` are the frames that were read from it before (a live frame to
-// learn its size, photographs before that one). `writer` may come from LightFieldWriter::Resume: the capture
-// goes on with its views. Throws what the device throws.
+// learn its size, photographs before that one); `camera` is the lens of live frames. `writer` may come from
+// LightFieldWriter::Resume(): the capture goes on with its views. Throws what device or tracker throw, after
+// it has closed the light field; what kept the light field from being closed is in CaptureSummary::problem.
 CaptureSummary RunCapture(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options,
                           const CaptureHooks& hooks = {}, std::vector<Frame> first = {});

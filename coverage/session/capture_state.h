@@ -32,8 +32,10 @@
 
 namespace ulf::coverage {
 
+// kFrames, kSeconds: a limit of CaptureOptions is reached; kEnded: the device has no more frames; kSignal:
+// CaptureHooks::stop_requested; kDisk: a Failure() of the spool; kClosed: FinishCapture was requested.
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
-const char* Name(StoppedBecause why);  // as in reports for programs
+const char* Name(StoppedBecause why);  // for reports that programs read: "device_lost"
 
 class CaptureRequests;
 struct LiveMesh;
@@ -42,7 +44,7 @@ struct CaptureState {
   FrameSource source = FrameSource::kCamera;
   bool metric = false;  // world units are metres
   std::uint64_t frames = 0;
-  double device_time_s = 0;
+  double device_time_s = 0;  // of the newest frame
   std::optional<double> frames_per_s;
   std::uint64_t dropped = 0;  // by the device and on the way, since the start
 
@@ -56,17 +58,17 @@ struct CaptureState {
   tracking::TrackState tracking = tracking::TrackState::kInitializing;
   std::string tracking_words;  // what to do while there is no pose; empty while there is one
   std::optional<Rigid3> cam_from_world;
-  std::optional<CameraTurn> turned;  // while there is no pose; none: not known
-  std::optional<tracking::StartProgress> start;
-  std::vector<tracking::VisiblePoint> points;  // found in this frame
+  std::optional<CameraTurn> turned;              // while there is no pose; none: not known
+  std::optional<tracking::StartProgress> start;  // while a map is being started; else none
+  std::vector<tracking::VisiblePoint> points;    // found in this frame
 
-  // Set before a turntable, where the subject turns and the camera is fixed: the axis, upwards.
+  // The axis of a turntable, upwards; none: the camera moves and the subject does not turn.
   std::optional<Eigen::Vector3d> table_up_in_world;
   bool without_subject = false;  // posed photographs are recorded, no subject is looked for
   bool finding_subject = false;  // the subject's distance is being found from the middle of the image
   std::optional<Subject> subject;
-  std::optional<Subject> proposed_subject;      // that fits better, by geometry (subject_proposal.h)
-  bool subject_moved = false;                   // its tracked points no longer agree with the others
+  std::optional<Subject> proposed_subject;      // a sphere that fits better (subject_proposal.h)
+  bool subject_moved = false;                   // the subject's points no longer agree with the others
   double rectangle_share = kRectangleShare;     // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
   std::vector<int> view_ids;                    // ascending, in the order of coverage->views()
@@ -81,19 +83,18 @@ struct CaptureState {
   // The error that was measured at frames, by direction; null: nothing is measured.
   std::shared_ptr<const ErrorMap> errors;
   CoverGoal cover;
-  std::shared_ptr<const LiveMesh>
-      mesh;  // of geometry (record/live_geometry.h); null: none yet, or none at all
+  // The newest mesh of geometry (record/live_geometry.h); null: none yet, or none at all.
+  std::shared_ptr<const LiveMesh> mesh;
   // False: none will come while capturing, because no geometry is made or it has failed.
   bool mesh_may_come = true, errors_may_come = true;
   Guidance guidance;
-  // The prediction for the subject as it was placed; none before.
-  std::optional<CapturePrediction> prediction;
-  std::optional<double> views_expected;  // in all, for the cap: before the first view an estimate
+  std::optional<CapturePrediction> prediction;  // for the subject as it was placed; none before
+  std::optional<double> views_expected;         // those recorded and those that the open rest will take
 
   Decision decision;                 // of this frame, with its reason
   bool recording = true;             // false: paused by request, or not begun
-  bool waits_to_begin = false;       // until somebody asks for recording; `preflight` says what holds it
-  std::optional<int> recorded_view;  // recorded since the state before: each view is in one state alone
+  bool waits_to_begin = false;       // recording begins on request; `preflight` says what holds it
+  std::optional<int> recorded_view;  // id of the view recorded since the state before
   std::string why_waiting;           // for the device or the disk, in words; empty: not waiting
   std::string device_problem;        // empty: none
   std::optional<std::uint64_t> disk_left_bytes;
@@ -104,8 +105,8 @@ struct CaptureState {
   // The last lines that the capture reported, of `times_said` in all.
   std::vector<std::string> said;
   std::uint64_t times_said = 0;
-  std::uint64_t requests_answered = 0;
-  std::optional<StoppedBecause> ended;  // set: the light field is being closed
+  std::uint64_t requests_answered = 0;  // compare with what CaptureRequests::Push() returned
+  std::optional<StoppedBecause> ended;  // if it is set, the light field is being closed
 };
 
 using SharedCaptureState = std::shared_ptr<const CaptureState>;
@@ -117,7 +118,7 @@ struct LengthToGo {
   double amount = 0;
   Unit unit = Unit::kPercent;
   static LengthToGo Of(const CaptureState& state, double from_distance, double to_distance);
-  std::string Text() const;
+  std::string Text() const;  // "5 cm"
   // Returns the share that the text's rounded length is of a distance in metres.
   double ShareOf(double distance_m) const;
 };
@@ -127,9 +128,9 @@ struct LengthToGo {
 // It is empty when there is no target, or less than a degree to go, and where pictures are taken already.
 std::string WayInWords(const CaptureState& state);
 
-// Says over which surface the review is drawn.
+// Returns over which surface the review is drawn, in words.
 std::string MeshInWords(const CaptureState& state);
-// Says where errors are from, or why there are none.
+// Returns where errors are from, or why there are none, in words.
 std::string ErrorsInWords(const CaptureState& state);
 
 // Hands the newest state from the session's thread to the display's. Older states are dropped, because
@@ -163,7 +164,7 @@ struct CaptureHooks {
   CaptureRequests* requests = nullptr;   // answered between two frames
   // Called with every complete live frame and every photograph before it is processed.
   std::function<void(const Frame&)> keep_frame;
-  // The state after a frame; made only when this hook is set.
+  // Called after every live frame; the state is made only when this hook is set.
   std::function<void(const SharedCaptureState&)> after_frame;
   // Called ten times a second when no frame comes, after every photograph, and once before the light field is
   // closed.

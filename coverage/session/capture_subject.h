@@ -23,8 +23,8 @@
 namespace ulf::coverage {
 
 // Returns the depth at which the optical axis passes nearest to the line that stands upright on a board at
-// `foot`, metres in the board's frame (z into the sheet). Returns none where it looks along the line, or the
-// line is behind the camera.
+// `foot`, metres in the board's frame (z into the sheet). Returns none where the camera looks along the line,
+// or the line is behind it.
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board);
 
 // Returns what is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
@@ -39,7 +39,7 @@ std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_f
 // missing. Points inside the subject's sphere are compared with all others.
 class SubjectWatch {
  public:
-  // Call it after every tracked frame; returns whether the subject was moved.
+  // Call it after every tracked frame; returns whether the subject's points have been gone for half a second.
   bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
   void Reset();
 
@@ -60,8 +60,8 @@ class SubjectWatch {
 
 class CaptureSubject {
  public:
-  // All but `say` and `source` outlive it. Before a turntable the subject stands above the middle of a board,
-  // whose frame is the world.
+  // What is passed by reference outlives it. Before a turntable the subject stands above the middle of a
+  // board, whose frame is the world.
   CaptureSubject(CaptureRecord& record, PreflightReporter& reporter, const tracking::PoseSource& poses,
                  const CaptureLens& lens, const CaptureOptions& options, FrameSource source,
                  std::function<void(const std::string&)> say)
@@ -73,28 +73,32 @@ class CaptureSubject {
         source_(source),
         say_(std::move(say)) {}
 
+  // Makes this sphere the subject of record, preflight and watch.
   void Set(const Subject& subject);
   // Call it after every frame: finds the subject while there is none, and again when the tracker has begun a
   // new map before the first view, because the old map's places are void.
   void FindFirst(const tracking::Track& track);
   // Call it when the frame of this track has become a view.
   void RecordedFrom(const tracking::Track& track);
-  // Returns where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
+  // Returns where a corrected map has taken the sphere with its surroundings; none: by less than a hundredth
+  // of its radius.
   std::optional<Subject> Followed() const;
-  void SayFollowed(const Subject& from) const;
+  void SayFollowed(const Subject& from) const;  // reports a move of a twentieth of the radius or more
   // Returns where the subject is under the lens in use, which replaced `before`: where the pictures show it.
   // Returns none when no sphere could follow.
   std::optional<Subject> UnderNewLens(const CameraModel& before);
-  // Answer requests, with the camera at its last known pose. They report why a request is refused.
+  // Place() and Find() answer requests, with the newest frame's pose (none: not known), and report why a
+  // request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
+  // Call it after every frame: reports once when the subject was moved (SubjectWatch).
   void Watch(const tracking::Track& track, double time_s);
   // Returns whether the sphere stands in a map that is gone: nothing may be recorded on it until the subject
   // is found again or placed.
   bool IsStale() const { return is_stale_; }
   // Returns whether there is a sphere in the tracker's present map.
   bool IsPlaced() const { return record_.map() && !is_stale_; }
-  bool Moved() const { return moved_; }
+  bool Moved() const { return moved_; }  // by the last Watch()
   // Returns whether a depth was found in the middle of the picture, but tracking is not stable for long
   // enough yet.
   bool Finding() const { return finding_; }

@@ -26,31 +26,31 @@
 
 namespace ulf::coverage {
 
-// The error that was measured at frames (coverage/measured).
+// The errors that were measured at frames (coverage/measured).
 struct MeasuredSummary {
-  std::uint64_t frames = 0;  // at which it was measured
-  double ms_median = 0;      // of processor time
+  std::uint64_t frames = 0;  // how many were measured
+  double ms_median = 0;      // processor time of a measurement
   CoverGoal cover;
   ErrorSummary errors;
 };
 
 struct CaptureSummary : ClosedRecord {
   FrameSource source = FrameSource::kCamera;
-  std::uint64_t frames = 0;      // complete frames that were processed; the device counts the others
+  std::uint64_t frames = 0;      // complete live frames that were processed; `device` counts the others
   std::uint64_t taken_back = 0;  // views that were removed on request
   std::uint64_t kept_apart = 0;  // frames in unposed/ (CaptureOptions::keep_apart)
   std::map<tracking::StartObstacle, std::uint64_t> start_obstacles;  // frames that each kept a map from
   BracketCounts brackets;                                            // CaptureOptions::bracket
   StillCounts stills;                                                // of a device that takes photographs
   std::array<std::uint64_t, kReasons.size()> reasons{};              // by Reason
-  double ms_track_median = 0;
-  double ms_decide_median = 0;
+  double ms_track_median = 0;                                        // time of the tracker for a frame
+  double ms_decide_median = 0;                                       // time of a decision
   StoppedBecause stopped_because = StoppedBecause::kEnded;
   acquisition::DeviceStatistics device;
   std::vector<NoticedMistake> mistakes;
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
   std::uint64_t pauses = 0;                     // of the recording, for the disk
-  double paused_s = 0;
+  double paused_s = 0;                          // their length in all
   // The map's evidence about the lens, and about the shutter (none: global as far as is known).
   std::optional<tracking::CalibrationCheck> calibration;
   std::optional<tracking::Readout> rolling_shutter;

@@ -20,21 +20,20 @@
 namespace ulf::coverage {
 
 struct PreflightItem {
-  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"; "lamps" and
-  // "lens" where something is wrong with them; "link", or what of it is not in order (LinkFact::name)
+  // "calibration", "light", "exposure", "white balance", "focus", "disk", "tracking"; "lamps", "lens" and
+  // "views" where something is wrong with them; "link", or what of it is not in order (LinkFact::name).
   std::string name;
   std::optional<bool> in_order;  // none: unknown
   std::string words;             // the finding and, where it is not in order, what to do
-  // True: when the item is not in order the views would be worthless, so that recording does not begin;
-  // false: a warning.
+  // True: while the item is not in order, recording does not begin, because views would be worthless. False:
+  // the item is a warning.
   bool holds_start = true;
 };
 
 struct PreflightInput {
   FrameSource source = FrameSource::kCamera;
-  bool resumed = false;  // there are views of earlier sessions
-  std::optional<bool>
-      calibrated;  // false: a focal length and no distortion; none: poses and camera are given
+  bool resumed = false;            // there are views of earlier sessions
+  std::optional<bool> calibrated;  // false: a focal length and no distortion; none: not known
   std::string calibration_source;
   bool lens_is_sought = false;  // LensUse::kRefine
   std::optional<tracking::RefinedLens> lens_found = {};
@@ -49,14 +48,15 @@ struct PreflightInput {
   std::vector<acquisition::LinkFact> link = {};  // empty: the camera has none
   std::vector<NoticedMistake> mistakes = {};     // so far
   bool has_pose = true;                          // of the present frame
-  // The pose error of a view taken now (view_decision.h); none: the pose is given.
+  // PoseErrorPx() of a view taken now; none: the pose is given, or there is no subject yet.
   std::optional<double> pose_error_px;
   DecisionLimits limits = {};
 };
 
+// Returns the items in the order in which the display lists them.
 std::vector<PreflightItem> Preflight(const PreflightInput& input);
 
-// Returns what holds the start: "light: too dark ...; disk: ...". It is empty when nothing does.
+// Returns what holds the start: "light: too dark ...; disk: ..."; empty when nothing does.
 std::string HoldsInWords(const std::vector<PreflightItem>& items);
 
 // Reports before the session's first view, once each, how many views to expect and which checks fail.
@@ -66,17 +66,18 @@ class PreflightReporter {
 
   // Makes the prediction due again, for another subject.
   void Reset() { prediction_.reset(); }
-  // Returns true until Expect(), which needs the subject and its distance.
+  // Returns true until Expect() has made a prediction, for which the subject's distance must be known.
   bool IsDue() const { return !prediction_; }
+  // Predicts the capture and reports it (capture_prediction.h); nothing happens where no view can cover.
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric,
               FrameSource source);
   // Call it while the session has recorded no view, with `input` without its prediction. Reports each failed
-  // check the first time, tracking only after the prediction: before, others report why there is no pose. A
-  // lens that images contradict is reported by others, too.
+  // check the first time, but "tracking" only after the prediction, because before it RunningCapture reports
+  // why there is no pose, and never a lens that images contradict, which RunningCapture reports, too.
   void Check(PreflightInput input);
   const std::vector<PreflightItem>& preflight() const { return preflight_; }
   const std::optional<CapturePrediction>& prediction() const { return prediction_; }
-  // Returns the views that are recorded, and those that the open part of the cap will take. Returns none
+  // Returns the sum of the views that are recorded and those that the open part of the cap will take; none
   // without a prediction, a cap or a map.
   std::optional<double> ViewsExpected(std::size_t recorded, const CoverageMap* map) const;
 

@@ -31,10 +31,10 @@ struct SessionArgs {
   int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
   bool resume = false;  // goes on with the light field in `dir`
   bool raw = false;     // masters are the mosaics of a mosaic camera
-  // CaptureOptions::threshold_px, and its cap with until_share: false: a light field that is resumed has its
-  // own.
+  // Whether the caller gives CaptureOptions::threshold_px, and its cap with until_share. If not, those of a
+  // resumed light field count.
   bool threshold_is_given = false, goal_is_given = false;
-  std::function<bool()> stop = StopOnSignal::Requested;
+  std::function<bool()> stop = StopOnSignal::Requested;  // asked while the first frame is awaited
 };
 
 // Keeps the photographs of a capture that could not begin, and those still to be downloaded, in the light
@@ -52,10 +52,10 @@ struct PreparedCapture {
   std::unique_ptr<LightFieldWriter> writer;
 };
 
-// Returns false when a stop was asked for before the first frame: then nothing has been written. Photographs
-// that came before it, or before a refusal, are kept (KeepPhotographs). `options` is completed by what device
-// and folder say. Throws Refusal for what does not fit together, Error for what cannot be opened, read or
-// written.
+// Returns false when a stop was asked for before the first live frame: then no light field has been made.
+// Photographs that came before it, or before a refusal, are kept (KeepPhotographs). `options` is completed by
+// what device and folder say. Throws Refusal for what does not fit together, Error for what cannot be opened,
+// read or written.
 bool PrepareCapture(const SessionArgs& args, CaptureOptions* options, PreparedCapture& prepared);
 
 }  // namespace ulf::coverage

@@ -1,6 +1,6 @@
-// Runs the loop of a capture. It is private to capture_session.cpp, which takes the frames,
-// running_capture.cpp, which updates after the tracker and makes the state, and capture_answers.cpp, which
-// answers requests.
+// Runs the loop of a capture. The class is private to RunCapture() (capture_session.h); it has three sources:
+// capture_session.cpp takes the frames, running_capture.cpp does what follows tracking and makes the state,
+// capture_answers.cpp answers requests.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +32,7 @@ namespace ulf::coverage {
 
 class RunningCapture {
  public:
+  // As RunCapture(); `light` knows the views of earlier sessions, `device`, `poses` and `hooks` outlive it.
   RunningCapture(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
                  LightFieldWriter writer, ExposureMatch light, const CaptureOptions& options,
                  const CaptureHooks& hooks, std::vector<Frame> first);

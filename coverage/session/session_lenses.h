@@ -18,8 +18,8 @@ struct SessionLenses {
 };
 
 // `first`: a live frame. `given`: the caller's arguments. `live`: those for live frames, with a guess where
-// the lens is to be refined. `resumed`: null: a light field begins. Throws Error and Refusal where a lens
-// cannot be had or does not fit; writes nothing.
+// the lens is to be refined. `resumed`: the writer of the light field that goes on; null: a light field
+// begins. Throws Error and Refusal where a lens cannot be had or does not fit; writes nothing.
 SessionLenses ChooseLenses(const acquisition::Device& device, const Frame& first,
                            const acquisition::IntrinsicsArgs& given, const acquisition::IntrinsicsArgs& live,
                            LightFieldWriter* resumed);

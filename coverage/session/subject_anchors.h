@@ -7,8 +7,8 @@
 // the anchors' mean.
 //
 // Another lens moves everything nearer or farther while the cameras stay about where they were. Then the
-// sphere is what it was in the pictures: the place where the anchors' cameras, under the new lens, see the
-// pixel in which they saw its centre, and as large as it was in these pictures.
+// sphere goes to where the anchors' cameras, under the new lens, see the pixel in which they saw its centre,
+// and gets the radius that makes it as large as it was in these pictures.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,13 +27,13 @@ class SubjectAnchors {
   bool empty() const { return anchors_.empty(); }
   // `track` needs a pose and an anchor of the same moment as `subject`; else nothing happens.
   void Add(const Subject& subject, const tracking::Track& track);
-  // Returns whether a camera at this pose sees the subject from a direction this far, in radians, from those
-  // of all anchors, as these were when they were added.
+  // Returns whether a camera at this pose sees the subject from a direction at least this far, in radians,
+  // from those of all anchors, as these were when they were added.
   bool StandsApart(const Subject& subject, const Rigid3& cam_from_world, double least_angle) const;
-  // Returns none without anchors.
+  // Returns the sphere in the tracker's present map; none without anchors.
   std::optional<Subject> Now(const tracking::PoseSource& poses) const;
-  // Converts the anchors to another lens, under which `poses` are already, and returns the subject. Returns
-  // none without anchors, or where these lenses do not see the sphere.
+  // Converts the anchors from the lens `before` to `now`, under which `poses` are already, and returns the
+  // sphere. Returns none without anchors, or where these lenses do not see the sphere.
   std::optional<Subject> ReplaceLens(const CameraModel& now, const CameraModel& before,
                                      const tracking::PoseSource& poses);
 

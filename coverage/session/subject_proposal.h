@@ -17,7 +17,7 @@ namespace ulf::coverage {
 
 struct SubjectProposal {
   Subject subject;
-  bool lies_beside = false;  // sticks out of the sphere as it is because of its place rather than of its size
+  bool lies_beside = false;  // it sticks out of the present sphere because of its place rather than its size
   // The views that the cap takes with the present sphere, and with this one; none: no cap, or no view can
   // cover.
   std::optional<double> views_now, views_then;
@@ -31,8 +31,9 @@ class SubjectProposer {
   // `lens` and `options` outlive it.
   SubjectProposer(const CaptureLens& lens, const CaptureOptions& options) : lens_(lens), options_(options) {}
 
-  // Call it after every frame; `mesh` may be null, `distance` is that of the camera from the sphere's centre.
-  // Returns a proposal once, when a new one is due.
+  // Call it after every frame; `mesh` may be null, `sphere` is the present one, `distance` the camera's from
+  // its centre. Returns a proposal when it is new: two meshes in a row must agree that the subject's radius
+  // is 0.65 of the sphere's or less, or that it reaches out to 1.33 radii or more.
   std::optional<SubjectProposal> Update(const std::shared_ptr<const LiveMesh>& mesh, const Subject& sphere,
                                         double distance);
   // Returns the proposal that is still open for this sphere; none: there is none.

@@ -30,8 +30,8 @@ struct CameraTurn {
 std::string TurnBackInWords(const CameraTurn& turned);
 inline constexpr double kReachedDeg = 4;  // a small part of any picture. Guessed
 
-// Returns whether, before a map has started, the camera is rotated but not moved, whatever else prevents the
-// start.
+// Returns whether no map could start because the camera is rotated and not moved sideways; too few matches
+// with the first picture count as that, too.
 bool IsPureRotation(tracking::TrackState state, const std::optional<tracking::StartProgress>& start,
                     const std::optional<CameraTurn>& turned);
 

@@ -17,9 +17,11 @@ namespace ulf::coverage {
 
 class TurntableWatch {
  public:
+  // `board`: its name in messages.
   TurntableWatch(std::string board, FrameSource source) : board_(std::move(board)), source_(source) {}
 
-  // Call it after every frame; returns what to report, empty for nothing.
+  // Call it after every frame, with the device's time and the pose (none: the board is not seen). Returns
+  // what to report; empty: nothing.
   std::string Update(double time_s, const std::optional<Rigid3>& cam_from_board);
 
  private:

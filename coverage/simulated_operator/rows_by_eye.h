@@ -1,6 +1,6 @@
-// Models where a person without guidance goes next who sees the painted sphere: rows over the cap, at a
-// spacing that they guess from the discs on it, with a systematic and a random error, then the nearest
-// visible hole.
+// Models where a person who sees the painted sphere goes next without guidance: along rows over the cap, at a
+// spacing guessed from the discs on it, with a systematic and a random error, then to the nearest visible
+// hole.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace ulf::coverage {
 class RowsByEye {
  public:
   RowsByEye(std::uint64_t seed, bool novice);
-  // Returns where to go from the dot, about the sphere's frame; none when nothing looks unpainted, or nothing
-  // is painted yet.
+  // Returns where to go from the dot, as angles about the sphere's frame; none when nothing looks unpainted,
+  // or nothing is painted yet.
   std::optional<CapFrame::Angles> Toward(const ShownSphere& sphere, double time_s);
 
  private:

@@ -30,12 +30,12 @@ struct OperatorOptions {
   bool follows_guidance = true;
   bool novice = false;
   std::uint64_t seed = 1;
-  // "guided", "unguided", "novice", "unguided-novice", each with a seed if wanted: "novice:7". Throws
-  // Refusal that lists them.
+  // Parses "guided", "unguided", "novice" or "unguided-novice", each with a seed if wanted: "novice:7".
+  // Throws Refusal that lists them.
   static OperatorOptions Parse(const std::string& text);
 };
 
-// Describes how the person stands before the subject when they begin; world frame metres.
+// Describes how the person stands before the subject when they begin, in the simulator's world; metres.
 struct OperatorStart {
   Rigid3 cam_from_world;
   Eigen::Vector3d up_in_world;
@@ -47,9 +47,10 @@ class SimulatedOperator : public acquisition::HandMotion {
   SimulatedOperator(const OperatorOptions& options, const OperatorStart& start);
   ~SimulatedOperator() override;
 
-  // Call after every frame, with the state that the display shows.
+  // Call it after every frame, with the state that the display shows and the simulator's time.
   void See(double time_s, const CaptureState& state);
-  // Times increase from call to call; the last second may be asked for again.
+  // Returns where the hand holds the camera. Times increase from call to call; the last second may be asked
+  // for again.
   Rigid3 CamFromWorld(double time_s) const override;
 
  private:
@@ -57,7 +58,8 @@ class SimulatedOperator : public acquisition::HandMotion {
   const std::unique_ptr<Person> person_;
 };
 
-// `text`: as OperatorOptions::Parse() takes it. Throws Refusal unless `uri` is a simulated scene.
+// Makes the person of `text` (OperatorOptions::Parse()) before the scene of `uri`. Throws Refusal unless
+// `uri` is a simulated scene.
 std::shared_ptr<SimulatedOperator> MakeSimulatedOperator(const DeviceUri& uri, const std::string& text);
 
 }  // namespace ulf::coverage

@@ -1,9 +1,9 @@
-// Charts of the cost of methods against their error, drawn by gnuplot.
+// Describes charts of the cost of methods against their error, which gnuplot draws.
 //
 // Every panel has a cost on the horizontal axis (time, memory, a count) and an error on the vertical one (or
-// a quality, where more is better). The program's default is ringed. The dashed line is the Pareto front:
-// rows that no other row beats in both. A row is the median over seeds or repetitions; its bars reach from
-// the lowest value to the highest.
+// a quality, where more is better). The program's default is ringed. The dashed line is the Pareto front: the
+// rows that no other row beats in both. A row is a point at the median over seeds or repetitions; its bars
+// reach from the lowest value to the highest.
 #pragma once
 
 #include <cstddef>
@@ -19,9 +19,9 @@ struct Spread {
 };
 
 struct ChartRow {
-  std::string series = {};       // one colour, joined by a line in the order of rows
-  std::string name = {};         // beside the point
-  Spread cost = {}, error = {};  // those that are not finite are in the table only
+  std::string series = {};  // rows of one series have one colour and are joined by a line, in their order
+  std::string name = {};    // beside the point
+  Spread cost = {}, error = {};  // rows with one that is not finite are in the table only
   bool is_default = false;
 };
 
@@ -29,8 +29,8 @@ struct ChartAxis {
   std::string label = {};
   bool logarithmic = false;
   bool more_is_better = false;  // of an error axis
-  bool falls = false;           // the largest stands where the axis begins
-  bool from_zero = false;       // where it is linear
+  bool falls = false;           // the axis begins with the largest value
+  bool from_zero = false;       // the axis begins at 0; where it is linear
 };
 
 inline ChartAxis Log(const std::string& label) { return {.label = label, .logarithmic = true}; }
@@ -48,9 +48,9 @@ struct ChartPanel {
   ChartAxis cost = {}, error = {};
   std::vector<ChartRow> points = {};
   bool compared = true;    // false: rows are not rivals, and have no front
-  bool joined = true;      // by a line
+  bool joined = true;      // rows of a series are joined by a line
   bool all_named = false;  // names without room beside their points stand farther off, by a thin line
-  // Both axes are of one quantity: they reach equally far, and where both are equal a line is drawn.
+  // True: both axes are of one quantity. They reach equally far, and a line is drawn where both are equal.
   bool diagonal = false;
 };
 
@@ -64,16 +64,16 @@ struct Chart {
   bool same_costs = false;  // rows without an error take room on the cost axis, so that panels agree
 };
 
-// Indices of the rows that no other row beats in both, the cheapest first; of equal ones the first.
+// Returns the indices of the rows on the Pareto front, the cheapest first; of equal rows the first.
 std::vector<std::size_t> ParetoFront(const ChartPanel& panel);
 
 struct ChartPicture {
   int width = 0, height = 0;  // px
-  std::string script;
+  std::string script;         // for gnuplot
 };
 ChartPicture PictureOf(const Chart& chart);
 
-// Throws as DrawChart() of gnuplot.h.
+// The ending of `path` chooses the format. Throws as DrawChart() of gnuplot.h.
 void DrawChartFile(const std::string& path, const Chart& chart);
 
 }  // namespace ulf::test

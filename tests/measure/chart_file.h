@@ -1,4 +1,4 @@
-// Charts in files: a table (CSV) beside a drawing in SVG and PNG.
+// Keeps charts in files: a table (CSV) beside a drawing in SVG and PNG.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 
 namespace ulf::test {
 
-// All there is to a chart; `ReadChart` gives it back. Throw Error.
+// The table holds all that a chart consists of. Both throw Error.
 void WriteChart(const std::filesystem::path& table, const Chart& chart);
 Chart ReadChart(const std::filesystem::path& table);
 
-// To FOLDER/name.svg and .png.
+// Draws to FOLDER/name.svg and .png. Throws as DrawChart() of gnuplot.h.
 void DrawChart(const std::filesystem::path& folder, const Chart& chart);
 
 }  // namespace ulf::test

@@ -1,5 +1,5 @@
-// The layout of a chart in pixels of its picture (x right, y down): panels, their scales, and places for the
-// names of points.
+// Lays out a chart in pixels of its picture (x right, y down): panels, their scales, and places for the names
+// of points.
 #pragma once
 
 #include <string>
@@ -24,11 +24,11 @@ struct ChartScale {
   std::vector<double> tics;
   bool falls = false;  // the axis begins with `high`
 };
-// The scale that shows all values and their bars, with a margin.
+// Returns the scale that shows all values and their bars, with a margin.
 ChartScale ScaleOf(const std::vector<Spread>& values, bool logarithmic, bool from_zero = false);
 
 struct PlacedName {
-  std::size_t point = 0;
+  std::size_t point = 0;  // its index in the panel
   ChartBox box;
   bool beside = true;   // beside its point; else a line connects the two
   double x = 0, y = 0;  // of the point
@@ -46,8 +46,8 @@ struct ChartLayout {
 };
 ChartLayout LayoutOf(const Chart& chart, int legend_lines, int note_lines);
 
-inline constexpr double kNameHeight = 14, kNameCharacter = 6.2;  // px
-// The text in lines of at most so many characters, broken between words.
+inline constexpr double kNameHeight = 14, kNameCharacter = 6.2;  // px; the second: a character's width
+// Returns the text in lines of at most so many characters, broken between words.
 std::vector<std::string> Lines(const std::string& text, std::size_t characters);
 
 }  // namespace ulf::test

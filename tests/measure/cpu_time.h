@@ -1,4 +1,4 @@
-// Processor time of this process, which other programs on the machine disturb less than a clock.
+// Tells the processor time of this process, which other programs on the machine disturb less than a clock.
 #pragma once
 
 #include <ctime>

@@ -5,11 +5,11 @@
 
 namespace ulf::test {
 
-// The text as a quoted string for a gnuplot script.
+// Returns the text as a quoted string for a gnuplot script.
 std::string QuotedForGnuplot(const std::string& text);
 
-// Runs `script` after setting output and terminal (by the ending of `path`); width and height are pixels, or
-// 1/100 inch for .pdf. Throws Error where gnuplot is not installed, and with its
+// Runs `script` for a picture at `path`, whose ending chooses the format (.svg, .pdf, else PNG); width and
+// height are pixels, or 1/100 inch for .pdf. Throws Error where gnuplot is not installed, or with gnuplot's
 // message; then no partial picture is left.
 void DrawChart(const std::string& path, int width, int height, const std::string& script);
 

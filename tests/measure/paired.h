@@ -1,5 +1,5 @@
-// Contenders in turn, because two processors that others use, too, are no clock: what one meets, the next one
-// meets as well.
+// Measures contenders in turn, because other programs on the machine disturb all times: what disturbs one
+// contender disturbs the next one as well.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,8 @@
 
 namespace ulf::test {
 
-// A round of every contender before the next one, until `goes_on(rounds so far)` says no. Who begins changes,
-// so that a machine that grows busier favours nobody. By contender.
+// Runs a round of every contender before the next round, until `goes_on(rounds so far)` returns false. Who
+// begins changes, so that a machine that grows busier favours nobody. Returns the rounds of each contender.
 template <typename Round>
 std::vector<std::vector<Round>> InTurn(const std::vector<std::function<Round()>>& contenders,
                                        const std::function<bool(std::size_t)>& goes_on) {
@@ -24,10 +24,11 @@ std::vector<std::vector<Round>> InTurn(const std::vector<std::function<Round()>>
   return rounds;
 }
 
-// Ours beside the bare one: medians, and the spread of ratios round by round.
+// Compares our way of doing something with a bare one: medians, and the spread of ratios round by round.
 template <typename Round>
 class Paired {
  public:
+  // Runs all rounds.
   Paired(const std::function<Round()>& ours, const std::function<Round()>& bare, std::size_t rounds)
       : rounds_(InTurn<Round>({ours, bare}, [=](std::size_t done) { return done < rounds; })) {}
 

@@ -8,21 +8,22 @@
 
 namespace ulf::test {
 
-// As in ChartPanel.
+// These mean the same as in ChartPanel.
 struct PanelLooks {
   bool compared = true, joined = true, all_named = false, diagonal = false;
 };
 
 class Table {
  public:
-  // Begins a panel, unless one of its title is there.
+  // Begins a panel, unless one with its title is there.
   void Panel(const std::string& title, const ChartAxis& cost, const ChartAxis& error,
              const PanelLooks& looks = {});
-  // Adds a value to a row: of a seed, a place or a repetition. A row is known by its series and its name,
-  // where it has no name by its cost; it is the default where more than half of its values say so.
+  // Adds a value of a seed, a place or a repetition to a row. A row is known by its series and its name, or
+  // by its cost if it has no name; it is the default where more than half of its values say so. Throws Error
+  // for a panel that is not there.
   void Add(const std::string& panel, const std::string& series, const std::string& name, double cost,
            double error, bool is_default = false);
-  // In the order of their first values: medians, with the lowest and the highest.
+  // Returns the panels with their rows in the order of first values: medians, the lowest and the highest.
   std::vector<ChartPanel> panels() const;
 
  private:

@@ -1,4 +1,4 @@
-// How far camera centres are from the truth.
+// Measures how far camera centres are from the truth.
 #pragma once
 
 #include <cmath>
@@ -10,8 +10,8 @@
 
 namespace ulf::test {
 
-// Root mean square distance of the centres of `found` from those of `truth`, in the truth's unit, after the
-// similarity that fits best; not a number where none does.
+// Returns the root mean square distance of the centres of `found` from those of `truth`, in the truth's unit,
+// after the similarity that fits best; not a number where none does.
 inline double AlignedCentreError(const std::vector<Rigid3>& found, const std::vector<Rigid3>& truth) {
   std::vector<Eigen::Vector3d> centres, true_centres;
   for (const Rigid3& cam_from_world : found) centres.push_back(cam_from_world.OriginInSource());

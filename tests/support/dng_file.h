@@ -1,5 +1,5 @@
-// A camera's raw file with known light in it: a DNG (Adobe's specification 1.4) of an uncompressed mosaic, as
-// the sensor of the camera described would have seen it.
+// Makes a camera's raw file with known light in it: a DNG (Adobe's specification 1.4) of an uncompressed
+// mosaic, as the sensor of the camera described would have seen it.
 #pragma once
 
 #include <array>
@@ -34,12 +34,12 @@ struct DngCamera {
   std::optional<std::array<double, 3>> told_neutral = {};
 };
 
-// Linear light, R, G, B, full scale 1, at a pixel of the visible area.
+// Returns linear light, R, G, B, full scale 1, at a pixel of the visible area.
 using DngLight = std::function<cv::Vec3d(int x, int y)>;
 
 std::string DngBytes(const DngCamera& camera, const DngLight& light);
 
-// CV_32FC3, B, G, R: the light that a picture of this size and place in the visible area shows.
+// Returns the light that a picture of this size and place in the visible area shows: CV_32FC3, B, G, R.
 cv::Mat LightOf(const DngLight& light, const cv::Rect& crop);
 
 }  // namespace ulf::test

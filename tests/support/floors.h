@@ -1,4 +1,4 @@
-// Tests call the things of every floor by their plain names.
+// Makes the names of every floor known in namespace ulf, so that tests write them without the floor's name.
 #pragma once
 
 namespace ulf {

@@ -1,5 +1,5 @@
-// Packets of GigE Vision as a forger writes them, and the ways in which he sends them. Within a network
-// namespace of the test's own (loopback_namespace.h) only.
+// Makes packets of GigE Vision, correct and false ones, and sends them, also under false addresses. Use it in
+// a network namespace of the test's own only (EnterLoopbackNamespace() of own_namespaces.h).
 #pragma once
 
 #include <arpa/inet.h>
@@ -21,7 +21,7 @@ namespace ulf::test {
 
 using Packet = std::vector<std::uint8_t>;
 
-// Big-endian, `bytes` of it.
+// Appends the low `bytes` bytes of a value, big-endian.
 inline void Append(Packet& packet, std::uint64_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) packet.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
@@ -37,7 +37,7 @@ inline Packet Words(std::initializer_list<std::uint32_t> words) {
 struct ControlRequest {
   std::uint16_t command;
   Packet body = {};
-  std::optional<std::uint16_t> length = {};  // as it says; none: the truth
+  std::optional<std::uint16_t> length = {};  // what its header says; none: the true length
   std::uint8_t key = 0x42, flags = 0x01;
 };
 
@@ -52,6 +52,7 @@ inline Packet Control(const ControlRequest& request, std::uint16_t number = 7) {
 
 // ---- stream: kinds 1 leader, 2 trailer, 3 payload, 4 all in one, 5 H.264, 7 of several parts
 
+// Both return a packet of the stream: with a plain header, or with extended ids (64-bit frame ids).
 inline Packet Plain(int kind, std::uint16_t frame, std::uint32_t number, const Packet& body = {}) {
   Packet packet;
   Append(packet, 0, 2);
@@ -76,7 +77,7 @@ inline Packet Leader(std::uint32_t width, std::uint32_t height, std::uint32_t fo
   return Words({type, 0, 0, format, width, height, 0, 0, 0});
 }
 
-// Of several parts, each of so many bytes.
+// Returns the leader of a frame of several parts, each of so many bytes.
 inline Packet MultipartLeader(int parts, std::uint64_t bytes_each) {
   Packet body = Words({10, 0, 0});
   for (int i = 0; i < parts; ++i) {
@@ -167,7 +168,7 @@ class Forger {
   int fd_;
 };
 
-// Where a camera sends its stream, and from where, as it tells everybody who asks.
+// From where and to where a camera sends its stream, as it tells everybody who asks.
 struct StreamEnds {
   sockaddr_in from, to;
 };

@@ -1,7 +1,7 @@
-// A capture without pictures: the simulated operator, the coverage map, the decision and guidance as in a
-// real one, with the tracker and the camera left out. A minute of capture takes a second, so that many can be
-// compared. The operator sees a world of arbitrary scale and orientation, as a tracker makes one; poses are
-// exact in it, lost while the subject is far from the middle of the view, and found again a little later.
+// Runs a capture without pictures: the simulated operator, the coverage map, the decision and guidance are as
+// in a real one, the tracker and the camera are left out. A minute of capture takes a second, so that many
+// can be compared. The operator sees a world of arbitrary scale and orientation, as a tracker makes one;
+// poses are exact in it, lost while the subject is far from the middle of the view, and found a little later.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct ImaginedCapture {
   double threshold_px = 7;
   std::optional<Cap> cap = Cap{60 * M_PI / 180, 40 * M_PI / 180};
   double until_share = 0.95;
-  double subject_size = 0.28;  // of the image's width
+  double subject_size = 0.28;  // width of the sphere's image, share of the picture's width
   double fps = 15;
   double exposure_s = 0.005;
   double max_seconds = 600;
@@ -25,16 +25,16 @@ struct ImaginedCapture {
 
 struct ImaginedResult {
   std::size_t views = 0;
-  double seconds = 0;      // until covered, or to the end
-  double covered = 0;      // measured apart from the map
-  double disc_radius = 0;  // radians
-  double lost_share = 0;   // of the frames after the first that was tracked
-  double way = 0;          // of the dot on the sphere, radians
-  double ms_guidance_median = 0, ms_guidance_most = 0;
+  double seconds = 0;                                   // until covered, or to the end
+  double covered = 0;                                   // share of the cap, by the map; 0 without a cap
+  double disc_radius = 0;                               // radians
+  double lost_share = 0;                                // of the frames after the first that was tracked
+  double way = 0;                                       // of the camera's direction from the subject, radians
+  double ms_guidance_median = 0, ms_guidance_most = 0;  // processor time for a frame
   std::vector<CriterionView> recorded;
   Subject subject;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  // The least number of discs of that radius that cover the cap, by the hexagonal lattice.
+  // Returns the least number of discs of that radius that cover the cap, by the hexagonal lattice.
   double LeastViews(const Cap& cap) const;
 };
 

@@ -1,4 +1,4 @@
-// A disk and a network of this process's own, by namespaces of the kernel.
+// Gives this process a disk and a network of its own, by namespaces of the kernel.
 #pragma once
 
 #include <cstdint>
@@ -8,21 +8,18 @@
 
 namespace ulf::test {
 
-// A disk of a few megabytes that a test can fill: a tmpfs in a mount namespace of this process's own.
-//
-// Mounts one on `folder`, which must exist; as an ordinary user by way of a user namespace, for which no
-// other thread may run yet. Gone with the process. Returns why it cannot, where that is not allowed.
+// Mounts a disk of `bytes` that a test can fill on `folder`, which must exist: a tmpfs in a mount namespace
+// of this process's own, which ends with it. An ordinary user gets it by way of a user namespace, for which
+// no other thread may run yet. Returns why it cannot be mounted; none: it is.
 std::optional<std::string> MountSmallDisk(const std::filesystem::path& folder, std::uint64_t bytes);
 
 // Writes a file until the disk is full to the last block.
 void FillDisk(const std::filesystem::path& file);
 
-// A network of this process's own: the loopback interface and nothing else. Every GigE Vision camera listens
-// on the one UDP port 3956, so two tests at once, or a test beside a real camera, would talk to each other's.
-//
-// Moves this process (and what it starts) into a network namespace with loopback up; as an ordinary user by
-// way of a user namespace. To be called before any thread is started. Returns why it cannot, where it is not
-// allowed.
+// Moves this process (and what it starts) into a network of its own, the loopback interface and nothing else:
+// every GigE Vision camera listens on the one UDP port 3956, so that two tests at once, or a test beside a
+// real camera, would talk to each other's. An ordinary user gets it by way of a user namespace. Call it
+// before any thread is started. Returns why it is not possible; none: it is done.
 std::optional<std::string> EnterLoopbackNamespace();
 
 }  // namespace ulf::test

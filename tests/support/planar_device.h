@@ -1,5 +1,5 @@
-// A device without a simulator: a textured plane seen from given poses, rendered by one homography each.
-// Cheap enough for hundreds of frames in a test; every fault of a capture can be asked for by frame.
+// A device without a simulator: a textured plane seen from given poses, each rendered by one homography. It
+// is cheap enough for hundreds of frames in a test; each frame may have a fault.
 #pragma once
 
 #include <optional>
@@ -32,7 +32,8 @@ struct PlanarDeviceOptions {
   bool lost_at_end = false;  // the cable is pulled after the last shot; else the device has ended
 };
 
-// The plane z = 0 of the world with a random pattern of fixed seed, grey around it.
+// Shows the plane z = 0 of the world: a square of 4 units around the origin with a random pattern of fixed
+// seed, grey around it.
 class PlanarDevice : public Device {
  public:
   explicit PlanarDevice(std::vector<PlanarShot> shots, const PlanarDeviceOptions& options = {});

@@ -1,4 +1,4 @@
-// Ground truth as others write it: Middlebury's par.txt (temple_ring) and Strecha's .camera files.
+// Reads ground truth as others write it: Middlebury's par.txt (temple_ring) and Strecha's .camera files.
 #pragma once
 
 #include <filesystem>
@@ -16,15 +16,15 @@ struct TrueView {
   Rigid3 cam_from_world;
 };
 
-// One line an image: name, K by rows, R by rows, t of the projection K [R t], the image's origin at the top
-// left. Principal points count from integer pixel centres. The pictures of this copy are all the same way up,
-// those that the gantry took upside down (their x axis points against the others') too: their cameras are
-// turned with them.
+// Reads a file with one line for each image: name, K by rows, R by rows, t of the projection K [R t], with
+// the image's origin at the top left. There principal points count from integer pixel centres. The pictures
+// of the copy that tests use are all the same way up, also those that the gantry took upside down (their x
+// axis points against the others'): their cameras are turned with them.
 std::vector<TrueView> ReadMiddlebury(const std::filesystem::path& folder, const std::string& par_file);
 LightField MiddleburyLightField(const std::filesystem::path& folder, const std::string& par_file);
 
-// gt_cameras_half/NNNN.jpg.camera beside images/NNNN.jpg: K, a row of zeros, R camera to world, the camera's
-// centre, image size. Pixel centres at integer + 0.5.
+// Reads gt_cameras_half/NNNN.jpg.camera beside images/NNNN.jpg: K, a row of zeros, R camera to world, the
+// camera's centre, image size. Pixel centres are at integer + 0.5.
 std::vector<TrueView> ReadStrecha(const std::filesystem::path& folder);
 
 }  // namespace ulf::test

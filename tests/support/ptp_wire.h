@@ -1,5 +1,5 @@
-// PTP's numbers as they stand on the wire: codes of ISO 15740 and PTP/IP, Nikon's for live view, little
-// endian.
+// Defines PTP's numbers as they stand on the wire, little endian: codes of ISO 15740 and PTP/IP, and Nikon's
+// for live view.
 #pragma once
 
 #include <cstdint>
@@ -70,13 +70,14 @@ void Put(std::string& out, T value) {
     out.push_back(static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 0xFF));
 }
 
+// `type`: PTP's data type: 2, 4 and 6 are unsigned numbers of 8, 16 and 32 bits.
 inline void PutNumber(std::string& out, std::uint16_t type, std::uint32_t value) {
   if (type == 2) Put<std::uint8_t>(out, static_cast<std::uint8_t>(value));
   if (type == 4) Put<std::uint16_t>(out, static_cast<std::uint16_t>(value));
   if (type == 6) Put<std::uint32_t>(out, value);
 }
 
-// ASCII as PTP's counted UTF-16.
+// Writes ASCII as PTP's counted UTF-16.
 inline void PutText(std::string& out, const std::string& text) {
   if (text.empty()) {
     Put<std::uint8_t>(out, 0);
@@ -93,6 +94,7 @@ void PutArray(std::string& out, const std::vector<T>& values) {
   for (const T value : values) Put(out, value);
 }
 
+// Bytes beyond the end count as 0.
 template <typename T>
 T Get(const std::string& from, std::size_t at) {
   std::uint64_t value = 0;

@@ -1,9 +1,10 @@
-// A tethered camera on loopback: a PTP/IP responder (ISO 15740 over CIPA DC-005) that libgphoto2's own ptp2
-// driver opens as `ptpip:127.0.0.1:PORT:PORT`. In this process, on threads of its own.
+// Emulates a tethered camera on loopback: a PTP/IP responder (ISO 15740 over CIPA DC-005) that libgphoto2's
+// own ptp2 driver opens as `ptpip:127.0.0.1:PORT:PORT`. It runs in this process, on threads of its own; every
+// function may be called at any time.
 //
-// It presents itself as a Nikon, whose live view that driver serves with few operations; pictures come from
-// the test. What breaks in a studio is asked for by call: busy, card full, a released shutter on the body, a
-// property that the camera turns itself, a slow download, a link that drops.
+// The camera presents itself as a Nikon, whose live view that driver serves with few operations; pictures
+// come from the test. Calls make what happens in a studio: a busy camera, a full card, a shutter released on
+// the body, a property that the camera turns itself, a slow download, a link that drops.
 #pragma once
 
 #include <atomic>
@@ -49,16 +50,16 @@ struct PtpipCameraOptions {
   double download_bytes_per_s = 0;  // 0: as fast as it goes
   double between_files_s = 0;       // of one photograph, from announcement to announcement
   std::string serial = "3001234";
-  // Exposures by itself: so many of one release as its burst number says while bracketing is on
-  // in burst mode.
+  // The camera has bracketing: one release takes as many exposures as its burst number says, while bracketing
+  // is on in burst mode.
   bool brackets = false;
 };
 
 class PtpipCamera {
  public:
-  using LivePicture = std::function<std::string()>;  // JPEG; called for every live view frame
-  using Photograph =
-      std::function<std::vector<PtpipFile>(int)>;  // called when the shutter opens; counts from 1
+  using LivePicture = std::function<std::string()>;  // returns a JPEG; called for every live view frame
+  // Returns a photograph's files; called when the shutter opens, with its number, which counts from 1.
+  using Photograph = std::function<std::vector<PtpipFile>(int)>;
 
   PtpipCamera(LivePicture live, Photograph photograph, const PtpipCameraOptions& options = {});
   ~PtpipCamera();
@@ -66,34 +67,35 @@ class PtpipCamera {
   PtpipCamera& operator=(const PtpipCamera&) = delete;
 
   int Port() const { return port_; }
-  std::string Uri() const;  // for the device
+  std::string Uri() const;  // for OpenDevice()
 
-  void PressShutter();                                                      // on the body
-  void AnswerBusy(int requests) { busy_ = requests; }                       // to the next releases
-  void AnswerDownloadsBusy(int requests) { busy_downloads_ = requests; }    // and files
-  void AnswerBracketingBusy(int requests) { busy_bracketing_ = requests; }  // to what turns it on or off
+  void PressShutter();  // on the body
+  // The next so many requests for a release, for a file, or to turn bracketing on or off are answered "busy".
+  void AnswerBusy(int requests) { busy_ = requests; }
+  void AnswerDownloadsBusy(int requests) { busy_downloads_ = requests; }
+  void AnswerBracketingBusy(int requests) { busy_bracketing_ = requests; }
   void SetCardFull(bool full) { card_full_ = full; }
-  void FailDownloads(int downloads) { failing_downloads_ = downloads; }  // the next ones
+  void FailDownloads(int downloads) { failing_downloads_ = downloads; }  // the next so many
   void FailDownloadsOfRaw(bool fail) { raw_fails_ = fail; }
-  void Forget();                   // every file: the card is out
-  void PutOnCard(PtpipFile file);  // without a word
-  void AnnounceAgain();            // every file that it holds
-  // The next answer to this operation (ptp_wire.h) comes so much too late: a camera that hangs, a network
-  // that stalls.
+  void Forget();                   // drops every file: the card is out
+  void PutOnCard(PtpipFile file);  // without an event
+  void AnnounceAgain();            // sends the event of every file that it holds
+  // Lets the next answer to this operation (ptp_wire.h) come so much too late, as when a camera hangs or a
+  // network stalls.
   void Stall(std::uint16_t operation, double seconds) {
     stall_s_ = seconds;
     stalled_operation_ = operation;
   }
   bool IsToStall() const { return stalled_operation_ != 0; }
-  // A finger on the body is quicker than the next release that is asked for.
+  // Presses the shutter on the body just before the next release that is asked for.
   void PressBeforeNextRelease() { press_first_ = true; }
   void DropLink();                                            // both connections, at once
-  void Refuse(bool refuse) { refuse_ = refuse; }              // as when switched off
+  void Refuse(bool refuse) { refuse_ = refuse; }              // new connections, as when switched off
   void SetProperty(std::uint16_t code, std::uint32_t value);  // as the camera does itself, with its event
   std::uint32_t Property(std::uint16_t code) const;
 
-  int Releases() const { return releases_; }             // of the shutter
-  int ReleasesAsked() const { return releases_asked_; }  // and not refused
+  int Releases() const { return releases_; }             // how often the shutter opened
+  int ReleasesAsked() const { return releases_asked_; }  // requests that were not refused
   int BusyAnswers() const { return busy_answers_; }
   std::vector<std::string> FilesKept() const;  // by name, in order
 

@@ -1,5 +1,5 @@
-// One connection of the emulated camera: packets of PTP/IP on a socket (ptpip_camera.cpp alone
-// includes this).
+// Defines one connection of the emulated camera, which sends and reads packets of PTP/IP on a socket. Only
+// ptpip_camera.cpp includes it.
 #pragma once
 
 #include <sys/socket.h>
@@ -36,7 +36,7 @@ class PtpipCamera::Connection {
   ~Connection() { close(socket_); }
   void Shutdown() { shutdown(socket_, SHUT_RDWR); }
 
-  // False when the other side is gone.
+  // Returns false when the other side is gone, or a packet has an impossible length.
   bool Read(std::uint32_t& type, std::string& payload) {
     std::string head(8, 0);
     if (!ReadBytes(head)) return false;
@@ -68,7 +68,7 @@ class PtpipCamera::Connection {
     Send(kResponse, payload);
   }
 
-  // `bytes_per_s` 0: no limit.
+  // `bytes_per_s`: 0: no limit.
   void SendData(const Request& request, const std::string& data, double bytes_per_s = 0) {
     std::string payload;
     Put(payload, request.transaction);

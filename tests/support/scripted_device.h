@@ -1,4 +1,4 @@
-// A camera that does what a test tells it: shared by the drivers that open it one after the other, as a real
+// A camera that does what a test tells it, shared by the drivers that open it one after the other, as a real
 // one is. It can be unplugged and put back, switched off (its clock begins anew), swapped for another one.
 #pragma once
 
@@ -18,7 +18,7 @@ class ScriptedCamera : public std::enable_shared_from_this<ScriptedCamera> {
   static std::shared_ptr<ScriptedCamera> Make() { return std::make_shared<ScriptedCamera>(); }
 
   void Unplug();
-  // Answers again after `boot`; `switched_off`: its clock and frame ids begin anew.
+  // The camera answers again after `boot`; `switched_off`: its clock and frame ids begin anew.
   void PlugIn(std::chrono::milliseconds boot = {}, bool switched_off = false);
   void SetSerial(const std::string& serial);
   void SetMakerAndModel(const std::string& maker, const std::string& model);
@@ -29,8 +29,8 @@ class ScriptedCamera : public std::enable_shared_from_this<ScriptedCamera> {
   void SetOpeningTakes(std::chrono::milliseconds time);
   // Closing a driver of a camera that is gone waits so long.
   void SetClosingTakes(std::chrono::milliseconds time);
-  int Openings() const;  // that were tried
-  int Open() const;      // drivers that exist now
+  int Openings() const;  // how often opening was tried
+  int Open() const;      // how many drivers exist now
 
   // Throws Error when the camera does not answer. Drivers keep the camera alive.
   std::unique_ptr<Device> OpenDriver();

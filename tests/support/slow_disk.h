@@ -1,19 +1,18 @@
-// A disk that takes its time, refuses, or is the last thing that a process asked. Everything else about it is
-// real: the calls of the whole program that change files go through here first, by the linker's --wrap, in
-// the tests that link ulf_slow_disk.
+// Makes the disk slow, refusing, or deadly for the process that uses it. Everything else about it is real: in
+// the tests that link ulf_slow_disk, all calls of the program that change files go through here first, by the
+// linker's --wrap.
 #pragma once
 
 #include <chrono>
 
 namespace ulf::test {
 
-// From the constructor to the destructor, for regular files and folders; one at a time. All that are being
-// waited for end with it.
+// Slows writes to regular files and folders from the constructor to the destructor; one object at a time. The
+// destructor lets go all calls that wait.
 class SlowDisk {
  public:
   struct Speed {
-    std::chrono::milliseconds
-        a_wait;  // each fsync(); four times as long where a sanitizer slows what waits for it
+    std::chrono::milliseconds a_wait;  // of each fsync(); kPatience times as long (test_run.h)
     double bytes_per_s;
   };
   explicit SlowDisk(const Speed& speed);
@@ -22,17 +21,16 @@ class SlowDisk {
   SlowDisk& operator=(const SlowDisk&) = delete;
 };
 
-// A disk that does not answer at all, until the end or for twenty seconds (eighty under a sanitizer): then
-// all that wait for it are let go.
+// A disk that does not answer at all, until the destructor or for 20 s (200 s under a sanitizer): then all
+// that wait for it are let go.
 class HangingDisk {
  public:
   HangingDisk();
   ~HangingDisk();
   HangingDisk(const HangingDisk&) = delete;
   HangingDisk& operator=(const HangingDisk&) = delete;
-  // Whether somebody waits for it.
   bool SomebodyWaits() const;
-  bool GaveUp() const;  // somebody waited for so long
+  bool GaveUp() const;  // returns whether somebody waited for so long
 
  private:
   SlowDisk disk_;
@@ -47,10 +45,9 @@ class RefusingDisk {
   RefusingDisk& operator=(const RefusingDisk&) = delete;
 };
 
-// This process dies of SIGKILL before its `call`-th call of write(), fsync(), ftruncate(), rename(),
-// renameat2(), link() or unlink() from here on, of a regular file or folder. For a child of a test.
+// Lets this process die of SIGKILL before its `call`-th call of write() or fsync() to a regular file or
+// folder, ftruncate(), rename(), renameat2(), link() or unlink() from here on. For a child of a test.
 void DieBeforeDiskCall(int call);
-// Calls until then.
-int DiskCallsLeft();
+int DiskCallsLeft();  // until then; 0: it is not to die
 
 }  // namespace ulf::test

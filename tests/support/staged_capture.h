@@ -1,5 +1,5 @@
-// A capture as the operator display sees it, staged: a simulated camera stands where a test puts it, views
-// are recorded when the test says so, and the states are those that a session would publish.
+// Stages a capture as the operator display sees it: a simulated camera stands where a test puts it, views are
+// recorded when the test says so, and the states are those that a session would publish.
 #pragma once
 
 #include <memory>
@@ -25,16 +25,16 @@ class StagedCapture {
 
   const CameraModel& camera() const { return simulated_.camera(); }
   const Subject& subject() const { return subject_; }
-  // Degrees about the first direction, distance from the subject's centre; aimed at a point off the centre by
-  // `aside` (world units to the camera's right, and down).
+  // Returns the pose of a camera at these angles about the first direction, at `distance` from the subject's
+  // centre, aimed at a point off the centre by `aside` (world units to the camera's right, and down).
   Rigid3 CameraAt(double azimuth_deg, double elevation_deg, double distance = 1,
                   const Eigen::Vector2d& aside = Eigen::Vector2d::Zero()) const;
 
-  // Of a camera there, tracked.
+  // Returns the state of a tracked camera with this pose.
   std::shared_ptr<CaptureState> At(const Rigid3& cam_from_world) const;
-  // The same state, which has become a view.
+  // Records a view there and returns the state of its frame.
   std::shared_ptr<CaptureState> Record(const Rigid3& cam_from_world);
-  // Rows of views over a part of the cap.
+  // Records rows of views over a part of the cap.
   void RecordRows(double from_azimuth_deg, double to_azimuth_deg, double from_elevation_deg,
                   double to_elevation_deg, double step_deg, double distance = 1);
   std::shared_ptr<CaptureState> Lost() const;

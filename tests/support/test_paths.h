@@ -1,4 +1,4 @@
-// Where tests find real pictures and where they may write.
+// Tells tests where real pictures are and where they may write, and runs programs for them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 
 namespace ulf::test {
 
-// A folder of real captures by others: `name` under ULF_TEST_DATA, else under ../shared/data beside the
-// checkout.
+// Returns the folder `name` of real captures by others, in ULF_TEST_DATA or else in shared/data beside the
+// checkout; none: it is not there.
 std::optional<std::filesystem::path> TestData(const std::string& name);
 
 // An empty folder of this test's own, removed again at the end.
@@ -28,19 +28,19 @@ class ScratchFolder {
 };
 
 struct CommandResult {
-  int exit_code = -1;
+  int exit_code = -1;  // or 128 + the signal that ended it
   std::string output;  // standard output
   std::string errors;  // standard error
 };
 
-// Runs the ulf binary (ULF_BINARY) with shell-quoted arguments.
+// Runs the ulf binary (environment variable ULF_BINARY) with arguments as a shell reads them.
 CommandResult RunUlf(const std::string& arguments);
-// Runs another program with shell-quoted arguments.
+// Runs another program in the same way.
 CommandResult RunProgram(const std::string& program, const std::string& arguments);
 
 }  // namespace ulf::test
 
-// Each test on real pictures has a sibling on the simulator; this one may be skipped.
+// Skips the test where the data are not there; each test on real pictures has a sibling on the simulator.
 #define ULF_NEED_TEST_DATA(variable, name)                      \
   const auto variable##_found = ::ulf::test::TestData(name);    \
   if (!variable##_found) GTEST_SKIP() << "no test data: " name; \

@@ -1,5 +1,5 @@
-// How a test is run, and what it prints: under a sanitizer or not, with how many draws of chance,
-// without OpenGL.
+// Tells a test how it is run (under a sanitizer or not, with how many seeds), hides OpenGL, and prints
+// rows of a table.
 #pragma once
 
 #include <fmt/core.h>
@@ -14,24 +14,25 @@
 namespace ulf::test {
 
 // Whether the address or the thread sanitizer is compiled in: then processes take several times the memory
-// and time, and another allocator.
+// and time, and use another allocator.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kIsSanitized = true;
 #else
 inline constexpr bool kIsSanitized = false;
 #endif
 
-// How many times as long a test waits for a program.
+// How many times as long as usual a test waits for a program.
 inline constexpr int kPatience = kIsSanitized ? 10 : 1;
 
-// The first one every day; with ULF_STABILITY=seeds, as in the long run (SEEDS of ulf_test), all of them.
+// Returns the first seed in an everyday run, all of them in a long one (ULF_STABILITY=seeds, as SEEDS of
+// ulf_test() sets it).
 inline std::vector<unsigned> SeedsOf(std::initializer_list<unsigned> all) {
   const char* asked = std::getenv("ULF_STABILITY");
   if (asked && std::string_view(asked) == "seeds") return all;
   return {*all.begin()};
 }
 
-// A machine on which EGL finds no driver, for the programs that a test starts.
+// While it lives, EGL finds no driver in the programs that the test starts.
 class WithoutOpenGl {
  public:
   WithoutOpenGl() { setenv(kDrivers, "/nowhere", 1); }
@@ -43,8 +44,8 @@ class WithoutOpenGl {
   static constexpr char kDrivers[] = "__EGL_VENDOR_LIBRARY_FILENAMES";
 };
 
-// What the test of a fault found, as a row of docs/measured/cameras.md; `| grep '^|'` collects
-// them. `go_on_s`: from the end of the fault to the first view or picture after it; none: nothing
+// Prints what the test of a fault found, as a row of docs/measured/cameras.md; `| grep '^|'` collects
+// the rows. `go_on_s`: from the end of the fault to the first view or picture after it; none: nothing
 // had to begin anew.
 inline void PrintFaultRow(const std::string& fault, int times, const std::string& lost,
                           const std::optional<double>& go_on_s) {

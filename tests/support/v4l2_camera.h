@@ -1,8 +1,8 @@
-// A webcam that is not there: a kernel video node emulated through umockdev, with formats, controls, buffers
-// and faults, for programs that know nothing of it. Its buffers are mapped memory, its frames come in time.
+// Emulates a webcam: a kernel video node through umockdev, with formats, controls, buffers and faults, for
+// programs that know nothing of the emulation. Its buffers are mapped memory, its frames come in time.
 //
-// Works in a process (or its children) that runs under umockdev's preloaded library; `NoV4l2Emulation` tells
-// why it cannot. One at a time.
+// The emulation works in a process (or its children) that runs under umockdev's preloaded library;
+// NoV4l2Emulation() tells why it cannot. There is one webcam at a time.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -17,7 +17,7 @@
 
 namespace ulf::test {
 
-// Why there can be no emulated camera in this process; none: there can.
+// Returns why there can be no emulated camera in this process; none: there can.
 std::optional<std::string> NoV4l2Emulation();
 
 struct EmulatedMode {
@@ -32,7 +32,7 @@ struct EmulatedControl {
   v4l2_ctrl_type type = V4L2_CTRL_TYPE_INTEGER;
   int min = 0, max = 100, step = 1, value = 0;
   std::map<int, std::string> menu = {};
-  int refuses = 0;  // the error that setting it gives; 0: none
+  int refuses = 0;  // the errno that setting it gives; 0: none
 };
 
 // What becomes of a frame on its way.
@@ -52,13 +52,13 @@ struct V4l2CameraOptions {
   std::uint32_t row_padding = 0;  // bytes after every row
   std::uint32_t colorspace = V4L2_COLORSPACE_SRGB, quantization = V4L2_QUANTIZATION_DEFAULT;
   std::uint32_t timestamp_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-  // The bytes of frame `sequence`; else a ramp that moves by one with every frame.
+  // Returns the bytes of frame `sequence`; none: Ramp().
   std::function<std::vector<std::uint8_t>(const EmulatedMode&, std::uint32_t sequence)> render = {};
-  std::function<EmulatedFate(std::uint32_t sequence)> fate = {};  // else all arrive
+  std::function<EmulatedFate(std::uint32_t sequence)> fate = {};  // none: all arrive
 };
 
-// An auto exposure that is on, its time, and others a webcam has. While it is on the time moves by one step
-// with every frame, from 100, and cannot be set.
+// Returns an auto exposure that is on, its time, and others a webcam has. While auto exposure is on, the time
+// moves by one step with every frame, from 100, and cannot be set.
 std::vector<EmulatedControl> UsualControls();
 
 class EmulatedV4l2Camera {
@@ -70,14 +70,14 @@ class EmulatedV4l2Camera {
 
   void Unplug();  // as the kernel does it: the node is gone, and who has it open is told so
   void PlugIn();
-  void SkipFrames(std::uint32_t count);    // their numbers pass, nothing arrives
-  void DamageFrames(std::uint32_t count);  // the next arrive marked as damaged
-  void HoldBack(bool hold);                // no frames at all
+  void SkipFrames(std::uint32_t count);    // the next so many: their numbers pass, nothing arrives
+  void DamageFrames(std::uint32_t count);  // the next so many arrive marked as damaged
+  void HoldBack(bool hold);                // true: no frames at all
   void SetBusy(bool busy);                 // as if another program streamed
-  int Control(std::uint32_t id) const;
+  int Control(std::uint32_t id) const;     // its present value
   bool IsStreaming() const;
-  std::uint32_t Memory() const;  // of the buffers last asked for
-  // What the ramp looks like.
+  std::uint32_t Memory() const;  // V4L2_MEMORY_...: the kind of the buffers last asked for
+  // Returns the default picture, a ramp that moves by one with every frame.
   static std::vector<std::uint8_t> Ramp(const EmulatedMode& mode, std::uint32_t sequence);
   static std::size_t RowBytes(const EmulatedMode& mode);
 

@@ -1,4 +1,4 @@
-// Somebody before an X11 window: keys, mouse and the window's close button, sent to it as events.
+// Plays a person before an X11 window: sends it keys, mouse and its close button as events.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ class X11Person {
   void MoveMouse(int x, int y);
   void Click(int button);  // 1 left, 3 right, 4 and 5 the wheel
   void CloseWindow();
-  // As other programs can, without asking.
+  // Ends the window, or the program that has it, as other programs can without asking.
   void DestroyWindow();
   void KillClient();
 

@@ -42,18 +42,20 @@ struct BracketCounts {
   std::uint64_t between = 0;     // of these, with a pose between those of other frames
 };
 
-// Returns the frame as it would have been with this exposure: brighter or darker in linear light, clipped
-// where it is. The frame is unchanged where an exposure is not known.
+// Returns the frame as it would have been with this exposure time and gain: brighter or darker in linear
+// light, clipped where it is. The frame is unchanged where one of the exposure times is not known.
 Frame AsExposed(const Frame& frame, double exposure_s, double gain);
 
+// A CaptureRecorder has one and calls it in the capture's thread.
 class BracketCapture {
  public:
-  // `device`, `poses` and `spool` outlive it. `deterministic`: host times are the device's.
+  // `device`, `poses` and `spool` outlive it. `deterministic`: frames keep the device's time as their host
+  // time. `say` hears of brackets that stay incomplete.
   BracketCapture(acquisition::Device& device, const tracking::PoseSource& poses, ViewSpool& spool,
                  const ExposureBracket& bracket, bool deterministic,
                  std::function<void(const std::string&)> say);
 
-  // Begins the bracket of a view that was recorded of this frame or photograph.
+  // Begins the bracket of a view that was recorded from this frame or photograph.
   void Begin(int view_id, const Frame& frame, const tracking::Track& track);
   bool IsRunning() const { return running_.has_value(); }
   // Returns what the tracker is to see of a live frame.
@@ -61,8 +63,8 @@ class BracketCapture {
   // Call it for every live frame. Returns true when it belongs to a bracket, or came while one was taken or
   // before the camera had the views' exposure again, and is no view.
   bool Take(const Frame& frame, const tracking::Track& track);
-  // Takes another exposure of a photograph. `track`: its pose; none: not found. Returns false when it belongs
-  // to no view.
+  // Takes another exposure of a photograph. `track`: its pose; none: not found. Returns false when it was not
+  // recorded, because it belongs to no view or has no pose: the caller keeps it.
   bool TakeStill(const Frame& still, const std::optional<tracking::Track>& track);
   // Call it at the end of the capture: exposures that still wait for a pose get the last one.
   void Finish();

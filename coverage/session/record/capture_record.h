@@ -1,6 +1,6 @@
 // Holds what a running capture has recorded: its views (waiting for the disk, or written), their subject, the
-// coverage map, and geometry with the errors over it. `say` gets a line for everything that a person should
-// know.
+// coverage map, and geometry with the errors measured over it. `say` gets a line for everything that a person
+// should know. All runs in the capture's thread, except for what spool and geometry do in threads of theirs.
 //
 // A change goes first to the disk, then to RecordedViews, which notifies its observers, and last to the map.
 #pragma once
@@ -35,11 +35,11 @@ namespace ulf::coverage {
 // Describes how the light field was left. Accepted frames are lost, or set aside in other folders, where the
 // disk filled up or failed.
 struct ClosedRecord {
-  std::uint64_t recorded = 0;   // views of this session that are in it
-  std::uint64_t unwritten = 0;  // accepted frames that are lost
-  std::map<std::filesystem::path, std::size_t> set_aside;
-  std::string problem;  // why it could not be closed; empty: it is closed
-  // None: it was not asked for, the light field is not closed, or the mesh that was there stays.
+  std::uint64_t recorded = 0;                              // views of this session that are in it
+  std::uint64_t unwritten = 0;                             // accepted frames that are lost
+  std::map<std::filesystem::path, std::size_t> set_aside;  // how many accepted frames are in other folders
+  std::string problem;  // why the light field could not be closed; empty: it is closed
+  // None: geometry was not asked for, the light field is not closed, or the mesh that was there stays.
   std::optional<FinishedGeometry> geometry;
 };
 
@@ -56,13 +56,13 @@ class CaptureRecord {
   const std::vector<ReopenedDirection>& reopened() const { return painter_.reopened(); }
   int camera_index() const { return camera_index_; }  // of the views of this session, in the light field
   const std::optional<Subject>& subject() const { return subject_; }
-  // Returns the subject of the earlier session; none before the first SetSubject.
+  // Returns the subject of the earlier session until the first SetSubject(), then none.
   const std::optional<Subject>& ResumedSubject() const { return resumed_subject_; }
 
   // Paints the coverage map of this subject from the recorded views.
   void SetSubject(const Subject& subject);
-  // Returns the view's id; none when there is no room for it (a photograph is always accepted). `poses`,
-  // whose track this is, keeps which map points the view shows.
+  // Records a frame whose pose is known. Returns the view's id; none when there is no room for it (a
+  // photograph is always accepted). `poses`, whose track this is, keeps which map points the view shows.
   std::optional<int> Add(const Frame& frame, const tracking::Track& track, std::optional<double> bound_px,
                          tracking::PoseSource& poses);
   // Returns how many views were taken back.
@@ -79,24 +79,24 @@ class CaptureRecord {
   void ReplaceLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
                    const std::optional<Subject>& subject);
   // Returns whether `share` of the cap is covered. When the present map says so, it corrects the poses,
-  // repaints the map and tests CoverageMap::CoveredShare again: the map that decided is published. Returns
-  // false while the disk is behind a correction.
+  // repaints the map and tests CoverageMap::CoveredShare() again, so that map() is the one that decided.
+  // Returns false while the disk is behind a correction.
   bool IsCapCovered(double share, const tracking::PoseSource& poses);
   // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time
-  // and the counts of this session added to those of earlier ones. `closing`: hears what is done, step by
-  // step.
+  // and the counts of this session added to those of earlier ones. `capture_s`: the length of this session.
+  // `closing` hears what is done, step by step.
   ClosedRecord Close(
       double capture_s, const std::map<std::string, std::uint64_t>& reasons, std::vector<ScenePoint> points,
       const std::optional<tracking::Readout>& rolling_shutter = {},
       const std::function<void(const std::string&)>& closing = [](const std::string&) {});
-  // Measures the error at a frame with a known pose: notes it in errors(), and, unless the bound alone
-  // decides, in the coverage map. Returns none when there is no geometry yet, or no time.
+  // Measures the error at a frame with a known pose and notes it in errors(); unless the bound alone decides,
+  // the coverage map follows once a second. Returns none when there is no geometry yet, or no time.
   std::optional<MeasuredFrame> Measure(const Frame& frame, const CameraModel& camera,
                                        const tracking::Track& track);
   // Returns the newest mesh of geometry; null if there is none yet, or none is made.
   std::shared_ptr<const LiveMesh> mesh() const { return geometry_.mesh(); }
   const std::shared_ptr<const ErrorMap>& errors() const { return geometry_.errors(); }  // null: not measured
-  // Returns false when none will come while capturing, because no geometry is made or it has failed.
+  // Returns false when no mesh will come while capturing, because no geometry is made or it has failed.
   bool MeshMayCome() const { return geometry_.MeshMayCome(); }
   bool ErrorsMayCome() const { return geometry_.IsMeasured() && (mesh() || MeshMayCome()); }
 

@@ -1,7 +1,7 @@
 // Decides for every tracked frame whether it becomes a view, records those that do, and counts the reasons of
 // the others. First it measures the frame (light, error), then decides without changing anything, then
 // records. With a still camera it requests photographs instead (still_capture.h); without a subject it
-// decides by parallax (posed_photographs.h).
+// decides by parallax (posed_photographs.h). RunningCapture calls it in the capture's thread.
 #pragma once
 
 #include <array>
@@ -31,12 +31,13 @@ class CaptureRecorder {
  public:
   using ReasonCounts = std::array<std::uint64_t, kReasons.size()>;  // by Reason
 
-  // All that are references outlive it. `light` knows the views of an earlier session.
+  // What is passed by reference outlives it. `light` knows the views of an earlier session.
   CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses, const CaptureLens& lens,
                   CaptureRecord& record, ExposureMatch light, const CaptureOptions& options,
                   const std::function<void(const std::string&)>& say);
 
-  // `frame_period_s`: between the device's frames; 0 while it is not known.
+  // Call it for each complete live frame, with the track of ForTracking(frame). Records the frame, or returns
+  // why not. `frame_period_s`: between the device's frames; 0 while it is not known.
   Decision Take(const Frame& frame, const tracking::Track& track, double frame_period_s);
   // Returns the frame as the tracker is to see it.
   Frame ForTracking(const Frame& frame) const { return bracket_ ? bracket_->ForTracking(frame) : frame; }
@@ -44,27 +45,29 @@ class CaptureRecorder {
   bool AwaitsExposures() const { return bracket_ && bracket_->IsRunning(); }
   // Records a photograph, requested or not, or keeps it in unposed/.
   void TakeStill(const Frame& still);
-  // Records at the end the frame that waits to be compared with its neighbours.
+  // Records the frame that waits to be compared with its neighbours (posed_photographs.h), at the end.
   void RecordHeld();
   // Call it at the end, after everything else.
   void FinishBracket() {
     if (bracket_) bracket_->Finish();
   }
 
-  // Before a pause it records the frame that waits to be compared with its neighbours.
+  // While recording is off, frames get a decision and do not become views. Turning it off records the frame
+  // that waits to be compared with its neighbours.
   void SetRecording(bool on);
   bool IsRecording() const { return recording_; }
 
-  // Returns the view that was recorded since ForgetNewestId().
+  // Returns the newest view recorded since the last Take() began or ForgetNewestId(); none: there is none.
   std::optional<int> newest_id() const { return newest_id_; }
   void ForgetNewestId() { newest_id_.reset(); }
   std::shared_ptr<const RecordedFrame> newest_view() const { return newest_view_; }  // null: none yet
   const ReasonCounts& reasons() const { return reasons_; }
-  std::uint64_t kept_apart() const { return kept_apart_; }
+  std::uint64_t kept_apart() const { return kept_apart_; }  // frames (CaptureOptions::keep_apart)
   BracketCounts brackets() const { return bracket_ ? bracket_->counts() : BracketCounts{}; }
   StillCounts stills() const { return stills_ ? stills_->counts() : StillCounts{}; }
+  // The milliseconds that each decision took, and the processor time of each measured frame.
   const std::vector<double>& ms_decide() const { return ms_decide_; }
-  const std::vector<double>& ms_measure() const { return ms_measure_; }  // processor time of measured frames
+  const std::vector<double>& ms_measure() const { return ms_measure_; }
 
  private:
   Decision TakeOnWalk(const FrameToDecide& input);

@@ -23,31 +23,32 @@
 
 namespace ulf::coverage {
 
-// A direction that was covered and no longer is.
+// A cell of the map that was covered and no longer is.
 struct ReopenedDirection {
-  Eigen::Vector3d direction;
-  double share = 0;  // of the cap; without one, of what was covered
+  Eigen::Vector3d direction;  // from the subject's centre, unit, in the world
+  double share = 0;           // the cell's, of the cap; without a cap, of what was covered
 };
 
 class CoveragePainter final : public RecordedViews::Observer {
  public:
-  // `views`, `lens` and `options` outlive it. `up_in_world`: the light field's own, as `ulf info` takes it.
+  // `views`, `lens` and `options` outlive it. `up_in_world`: the light field's own, as `ulf info` takes it;
+  // none: the mean of the cameras' up. The owner subscribes it to `views`.
   CoveragePainter(const RecordedViews& views, const CaptureLens& lens, const CaptureOptions& options,
                   const std::optional<Eigen::Vector3d>& up_in_world);
 
   const std::shared_ptr<const CoverageMap>& map() const { return map_; }  // null without a subject
   const std::vector<ReopenedDirection>& reopened() const { return reopened_; }
 
-  // `errors` adapt the map's thresholds; null where nothing is measured.
+  // Makes the map of this subject from all views. `errors` adapt its thresholds; null: nothing is measured.
   void PaintAnew(const Subject& subject, const ErrorMap* errors);
-  // Returns whether the map shows the views as they are now, each painted with the poses of all.
+  // Returns whether no view was added, moved or removed since the map was painted anew.
   bool IsPaintedAnew() const { return painted_ == StateOf(views_); }
   // Call it for another subject, of which nothing was covered before.
   void ForgetReopened() { reopened_.clear(); }
   // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of
   // what was covered). 0 without a map.
   double Repaint(const Subject& subject, const ErrorMap* errors);
-  // Adapts the map's thresholds to the errors so far.
+  // Adapts the map's thresholds to the errors so far. There must be a map.
   void AdaptToErrors(const ErrorMap& errors);
 
   void Added(const RecordedViews::Entry& view, const Image& image) override;

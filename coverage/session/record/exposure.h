@@ -10,8 +10,7 @@
 // both show. A renderer brings all photographs to one light by this ratio (render/scene/scene), as it does by
 // exposure times where they are known. Pictures of 48 pixels across, in linear light, are laid over each
 // other by the plane at the subject's depth; the median of their logarithmic ratio is the exposure's part,
-// since parallax moves edges both ways. Six neighbours, not one, so that errors do not add up from view to
-// view.
+// since parallax moves edges both ways. Six neighbours are used, so that errors do not add up over the views.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,9 +30,9 @@ namespace ulf::coverage {
 // Watches whether exposure and light no longer change.
 class ExposureWatch {
  public:
-  // Call it, in order, for every frame with a pose that sees the whole subject. `held`: whether the camera's
-  // automatic is off, none where it does not tell (Device::Held). Returns true when they have settled, as far
-  // as can be told.
+  // Call it, in order, for every frame with a pose. `held`: whether the camera's automatic exposure is off,
+  // none where it does not tell (Device::Held). Returns true when exposure and light have settled, as far as
+  // can be told; light is compared where the whole subject is in the picture.
   bool Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
                const Subject& subject, std::optional<bool> held);
 
@@ -50,11 +49,12 @@ class ExposureWatch {
 // Estimates the relative light of views whose exposure is not known.
 class ExposureMatch {
  public:
-  // `resumed`: its views are compared with, too; their photographs are read when they are needed.
+  // `resumed`: a light field of earlier sessions. Pictures are compared with its views, too, whose
+  // photographs are read when they are needed; what cannot be read is not compared.
   explicit ExposureMatch(const LightField& resumed);
-  // Returns this picture's light divided by the first view's; 1 for the first. `depth`: of the subject.
-  // `views`: the views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves
-  // them all when it closes a loop or changes its scale.
+  // Returns this picture's light divided by the first view's; 1 for the first. If the picture shares too
+  // little with its neighbours, the nearest one's value counts. `depth`: of the subject, world units.
+  // `views`: those to compare with, whose poses are of the same state of the world as `cam_from_world`.
   double GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                 const RecordedViews& views);
   // Notes that the picture of the last GainOf() has become this view.

@@ -1,5 +1,5 @@
-// Writes the geometry that a capture has made into its light field: mesh and depth maps together. Replaced
-// files are kept, and one line says where.
+// Writes the geometry that a capture has made into its light field: mesh and depth maps together. Files that
+// were there before move to another name, and one line says where.
 #pragma once
 
 #include <filesystem>
@@ -12,20 +12,20 @@
 
 namespace ulf::coverage {
 
-// Returns the depth maps that the light field has and that fit its views, as far as they show the mesh: what
-// they have beside it was filled in, or nothing confirmed it. It is empty where there are none, or they
-// cannot be read.
+// Returns the light field's depth maps that fit its views' poses. Pixels that do not show the mesh have no
+// depth, because it was filled in there or nothing confirmed it. Returns an empty list where there are no
+// maps, or they cannot be read.
 std::vector<KnownMap> ReadKnownMaps(const LightField& light_field);
 
-// Returns why the mesh and the depth maps that are there are better than those that a capture has made, in
-// words: made of more maps, or of larger ones, or where the new ones have none; of a mesh without maps:
-// finer. It is empty when the new ones are at least as good, or what is there cannot be read or is of other
-// poses. `finished` has a mesh.
+// Returns in words why the mesh and the depth maps that are there are better than those that a capture has
+// made: there are more maps, or larger ones, or some where the new geometry has none; a mesh without maps is
+// better if it has more triangles. Returns an empty text when the new geometry is at least as good, or the
+// old one cannot be read or is of other poses. `finished` has a mesh.
 std::string WhyExistingIsBetter(const std::filesystem::path& root, const FinishedGeometry& finished);
 
-// Writes into a closed light field. `finished` has a mesh; takes its maps and sets written_maps. Throws
-// nothing: `say` gets what cannot be written, and the light field keeps its former mesh (then `finished` has
-// none), or has no maps.
+// Writes into a closed light field. `finished` has a mesh; its maps are taken out and written_maps is set. No
+// failure is thrown: `say` gets what cannot be written, and the light field keeps its former mesh (then
+// `finished` has none), or gets the mesh without maps.
 void WriteGeometry(const std::filesystem::path& root, FinishedGeometry& finished,
                    const std::function<void(const std::string&)>& say);
 

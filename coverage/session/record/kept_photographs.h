@@ -11,8 +11,8 @@
 
 namespace ulf::coverage {
 
-// Keeps a frame in the light field's unposed/ through `writer` (null: there is none), or else beside it.
-// Returns the folder; none: neither could be written, and `problem` says why.
+// Keeps a frame in unposed/ of the folder `light_field`, through its `writer` (null: there is none), or else
+// beside that folder. Returns where; none: neither could be written, and `problem` says why.
 std::optional<std::filesystem::path> SavePhotograph(LightFieldWriter* writer,
                                                     const std::filesystem::path& light_field,
                                                     const Frame& frame, std::string& problem);

@@ -1,9 +1,9 @@
 // Makes geometry during a capture: as views are recorded, a thread of lowest priority makes their depth maps
-// and, now and then, a mesh of them (render/stereo/growing_geometry.h). It keeps to a share of one processor.
-// The mesh serves review and measurement while the capture goes on; at the end the maps that are still
-// missing are made on all processors, and the mesh and the maps become the light field's.
+// and, now and then, a mesh of them (render/stereo/growing_geometry.h). The thread keeps to a share of one
+// processor. The mesh serves review and measurement while the capture goes on; at the end the maps that are
+// still missing are made on all processors, and the mesh and the maps become the light field's.
 //
-// A capture waits for it only at its end, and a failure here is reported and ends geometry alone. The thread
+// A capture waits for geometry only at its end, and a failure is reported and ends geometry alone. The thread
 // runs only when a processor is idle (SCHED_IDLE), so that it may be preempted while it holds the lock: the
 // caller tries the lock and never waits for it; changes that could not be passed wait for the next call.
 //
@@ -40,17 +40,18 @@ namespace ulf::coverage {
 
 // A mesh of the depth maps at some moment.
 struct LiveMesh {
-  Subject subject;
+  Subject subject;  // in whose sphere it was made
   std::shared_ptr<const render::TriangleMesh> mesh;
-  int maps = 0;
-  std::optional<Subject> subject_seen;  // render/proxy/subject_in_mesh; none: nothing stands apart
-  int lens = 0;                         // how often StartAgain() was called before
+  int maps = 0;  // how many it is made of
+  std::optional<Subject>
+      subject_seen;  // as render/proxy/subject_in_mesh finds it; none: nothing stands apart
+  int lens = 0;      // how often StartAgain() was called before
 };
 
 struct LiveGeometryState {
-  int views = 0;                         // that geometry knows
-  int maps = 0;                          // that are made
-  double processor_s = 0;                // that it has taken
+  int views = 0;                         // how many geometry knows
+  int maps = 0;                          // how many are made
+  double processor_s = 0;                // processor time of the thread so far
   std::shared_ptr<const LiveMesh> mesh;  // the newest; null: none yet
 };
 
@@ -58,8 +59,8 @@ struct LiveGeometryState {
 struct KnownMap {
   int view_id = 0;
   CameraModel camera;     // of the map, without distortion
-  cv::Mat depth;          // CV_32F, along the optical axis; 0: none
-  double plane_step = 0;  // as ViewDepth has it
+  cv::Mat depth;          // CV_32F, along the optical axis, world units; 0: none
+  double plane_step = 0;  // ViewDepth::plane_step
 };
 
 struct FinishedGeometry {
@@ -67,22 +68,22 @@ struct FinishedGeometry {
   int maps = 0, missing_maps = 0;        // missing: there was no time for them
   // The mesh's depth maps under the views' last poses, for the renderer, by View::id; empty without a mesh.
   std::map<int, render::ViewDepthMap> maps_for_rendering;
-  std::map<int, Rigid3> map_poses;  // these last poses
-  int written_maps = 0;             // of these; by whoever owns the light field
+  std::map<int, Rigid3> map_poses;  // these last poses, cam_from_world
+  int written_maps = 0;             // how many of the maps WriteGeometry() has written
   std::set<int> views_left_out;     // by View::id: there was no time even to look at them
   std::set<int> unreadable_views;   // by View::id: their pictures could not be read
-  double seconds = 0;
+  double seconds = 0;               // how long Finish() and the writing took
 };
 
 class LiveGeometry {
  public:
-  // What moves nothing by more, in pixels of geometry's pictures, leaves the geometry as it is. Guessed.
+  // A correction that moves nothing by more, in pixels of geometry's pictures, changes no geometry. Guessed.
   static constexpr double kMoved_px = 0.5;
   struct Options {
     render::GrowingGeometryOptions growing;
     double processor_share = 0.4;  // of one processor, while the capture goes on. Guessed.
-    int first_mesh_maps = 6;       // that make the first mesh. Guessed.
-    double more_maps = 1.35;       // a new mesh when there are so many times as many maps. Guessed.
+    int first_mesh_maps = 6;       // the first mesh is made of so many maps. Guessed.
+    double more_maps = 1.35;       // a new mesh is made when there are so many times as many maps. Guessed.
     // A correction that moves a view by more than kMoved_px, or a view that was taken back, makes a new mesh
     // at once, but not sooner than this after the last one. Guessed.
     double between_meshes_s = 4;
@@ -92,9 +93,9 @@ class LiveGeometry {
     // The time at the end for missing maps and for waiting pictures, which get half of it at most. Guessed:
     // the whole then takes ten seconds.
     double finish_s = 6;
-    bool gives_way = true;  // false: competes with other programs, which is for tests that wait for it
+    bool gives_way = true;  // false: the thread has an ordinary priority, for tests that wait for it
     std::filesystem::path light_field;  // for messages: 'ulf proxy' of it makes what is missing here
-    bool threaded = true;  // false: nothing is made before Finish(), or by WorkNow(), and nothing is left out
+    bool threaded = true;  // false: WorkNow() and Finish() make everything, and leave nothing out
   };
   // Reads a picture, 8-bit sRGB, in the geometry's thread.
   using ReadPicture = std::function<cv::Mat()>;
@@ -106,7 +107,8 @@ class LiveGeometry {
   LiveGeometry(const LiveGeometry&) = delete;
   LiveGeometry& operator=(const LiveGeometry&) = delete;
 
-  // The following return at once. One thread calls them, at least one at every frame.
+  // The following return at once. One thread calls them, and one of them at every frame, which passes on what
+  // waits. Without a subject no mesh is made.
   void SetSubject(const Subject& subject);
   void AddView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world,
                Picture where = Picture::kIsRead);
@@ -118,9 +120,9 @@ class LiveGeometry {
   // Call it when the lens has changed: drops all views with their maps and the mesh; the caller adds the
   // views again.
   void StartAgain();
-  const LiveGeometryState& State();                // the newest that could be had
-  bool HasFailed() const { return failed_; }       // there will be no mesh, or no other one
-  bool IsCorrected() const { return corrected_; }  // a view was removed, moved or shown by another lens
+  const LiveGeometryState& State();                // an older one while the thread holds the lock
+  bool HasFailed() const { return failed_; }       // no mesh will come any more
+  bool IsCorrected() const { return corrected_; }  // a view was removed or moved, or the lens has changed
   // Returns why there will be no geometry, or none of some views, once each; none if nothing new. The caller
   // reports it, because the failure was in another thread.
   std::optional<std::string> TakeProblem();
@@ -128,7 +130,7 @@ class LiveGeometry {
   // Makes the maps that are due, and a mesh, where there is no thread.
   void WorkNow();
 
-  // Ends the thread, makes what is missing, the mesh of all, and the maps for rendering.
+  // Call it once, last: ends the thread, makes what is missing, the mesh of all, and the maps for rendering.
   FinishedGeometry Finish();
 
  private:

@@ -8,6 +8,7 @@
 
 namespace ulf::coverage {
 
+// `tracked`: the lens of the images that the tracker gets; `poses`: the tracker, before its first frame.
 // Throws Error when the views show too little in common. Logs when the map is made again, why, and about how
 // long that takes.
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses);

@@ -1,5 +1,5 @@
-// Keeps the geometry of the recorded views during a capture, and the errors measured over it: observes the
-// recorded views and the subject's sphere, and begins again under another lens where that moves the pictures.
+// Keeps the geometry of the recorded views during a capture, and the errors measured over it. It hears of
+// every change of views and subject, and begins again under another lens that moves the pictures.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ namespace ulf::coverage {
 class MeasuredGeometry final : public RecordedViews::Observer {
  public:
   // Continues with the views, the depth maps and the errors of `earlier` sessions. `lens` and `options`
-  // outlive it.
+  // outlive it. Makes geometry, and measures, if CaptureOptions::geometry asks for it.
   MeasuredGeometry(const LightField& earlier, const CaptureLens& lens, const CaptureOptions& options,
                    std::function<void(const std::string&)> say);
 
@@ -41,15 +41,15 @@ class MeasuredGeometry final : public RecordedViews::Observer {
   void MoveSubject(const Subject& subject);
 
   enum class Attempt {
-    kNotPossible,
+    kNotPossible,  // without meter, subject, pose or mesh
     kMade,
-    kFailed
-  };  // kFailed: nothing is measured from now on, and that was said
+    kFailed  // nothing is measured from now on, and that was said
+  };
   struct Measurement {
     Attempt attempt = Attempt::kNotPossible;
     std::optional<MeasuredFrame> frame;  // none: there was no time
   };
-  // Returns what a frame whose pose is known shows of the error: noted in errors().
+  // Measures the error at a frame, and one at an earlier frame again, and notes both in errors().
   Measurement Measure(const Frame& frame, const CameraModel& camera, const tracking::Track& track);
 
   bool IsMade() const { return geometry_ != nullptr; }
@@ -58,7 +58,7 @@ class MeasuredGeometry final : public RecordedViews::Observer {
   // Returns the newest mesh; null if there is none yet, or none is made.
   std::shared_ptr<const LiveMesh> mesh() const { return geometry_ ? geometry_->State().mesh : nullptr; }
   const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
-  // Returns the errors for the light field; none: nothing has been measured, in this session and before.
+  // Returns the errors in the light field's form; none: nothing was ever measured.
   std::optional<MeasuredErrors> ForLightField() const;
   // Makes at the end the mesh of all views with their depth maps and writes them into the closed light field.
   // Returns none when the mesh that is there stays. `closing` hears what is done, step by step.

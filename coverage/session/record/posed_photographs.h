@@ -1,7 +1,7 @@
-// Decides which frames become posed photographs when there is no subject: those that no recorded view shows
-// already, judged by parallax and overlap; among neighbouring frames the sharpest.
+// Decides which frames become posed photographs when there is no subject: those that show something that no
+// recorded view shows yet, judged by parallax and overlap; among neighbouring frames the sharpest.
 //
-// A recorded view shows the same as a frame while it contains most of the frame's tracked points, seen from
+// A recorded view shows the same as a frame if it contains most of the frame's tracked points, seen from
 // nearly the same direction. All recorded views are compared, not only the last: a place that is visited
 // twice is recorded once.
 #pragma once
@@ -18,15 +18,15 @@
 namespace ulf::coverage {
 
 struct PhotographSpacing {
-  double parallax_deg = 1;     // median over the points; more is another view
-  double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
+  double parallax_deg = 1;     // median over the points; a frame with more is another view
+  double least_overlap = 0.6;  // share of the points in the recorded view's picture; so is one with less
 };
 
 // A frame that may be recorded, held until its neighbours have been compared.
 struct HeldFrame {
   Frame frame;
   tracking::Track track;
-  double depth = 1;  // median, of what was tracked in it
+  double depth = 1;  // median depth of the tracked points, world units
 };
 
 class PosedPhotographs {
@@ -36,16 +36,16 @@ class PosedPhotographs {
   // Describes what is to be done about a frame.
   struct Step {
     Decision decision;       // of this frame; kRecorded: it is to be held
-    bool located = false;    // its pose is known, by points enough
+    bool located = false;    // this frame's pose is known, by points enough
     bool ends_held = false;  // the frame that is held has had its neighbours, and is to be recorded
     bool replaces = false;   // the frame that is held is less sharp and is to be dropped
-    double depth = 1;        // median, of what was tracked in it
+    double depth = 1;        // HeldFrame::depth of this frame
   };
   // Decides about a frame without changing anything.
   Step Decide(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
               const RecordedViews& views, const DecisionLimits& limits) const;
-  // Carries out Decide()'s step for the same frame. Returns the frame that is to be recorded: the sharpest of
-  // its neighbours.
+  // Carries out Decide()'s step for the same frame. Returns the frame that is to be recorded, the sharpest
+  // among its neighbours; none: nothing is to be recorded now.
   std::optional<HeldFrame> Take(const Step& step, const FrameToDecide& input);
   // Returns at the end the frame that is still held.
   std::optional<HeldFrame> TakeHeld();

@@ -1,7 +1,7 @@
 // Owns what a running capture knows of its recorded views: the id that each has on disk, the keyframe of the
-// tracker's map to which it is anchored, and the pose that follows, as of the last correction. All others
-// take poses from here, or hear of every change as an Observer. The disk comes first: the spool gives a view
-// its id and accepts corrected poses, and only accepted changes are made here.
+// tracker's map to which it is anchored, and the pose that follows from both, as of the last correction. All
+// others take poses from here, or hear of every change as an Observer. The disk comes first: the spool gives
+// a view its id and accepts corrected poses, and only accepted changes are made here.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,10 @@ class RecordedViews {
  public:
   struct Entry {
     int id = 0;
-    std::optional<tracking::Anchored> anchor;  // none: fixed where an earlier session recorded it
+    std::optional<tracking::Anchored> anchor;  // none: of an earlier session, whose poses do not change
     Rigid3 cam_from_world;
-    std::shared_ptr<const tracking::Track> track = {};  // of its frame, as it was then; null: none
+    // The track of the view's frame, for ReestimatePoses(); null: the lens will not change.
+    std::shared_ptr<const tracking::Track> track = {};
     std::optional<CameraModel> camera = {};  // none: the capture's own, which may change (capture_lens.h)
     const CameraModel& CameraOr(const CameraModel& of_capture) const { return camera ? *camera : of_capture; }
   };
@@ -44,7 +45,7 @@ class RecordedViews {
 
   // `image`: the view's picture, for the observers.
   void Add(const Entry& view, const Image& image = {});
-  // Returns false when there is none with this id.
+  // Returns false when there is no view with this id.
   bool Remove(int id);
   // Changes when views have been moved or removed; added views are appended.
   std::uint64_t revision() const { return revision_; }
@@ -64,7 +65,7 @@ class RecordedViews {
   // matters, as seen from the subject (without one, from a distance of 1 world unit), the pose is estimated
   // again from the points that the view's frame showed.
   void ReestimatePoses(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
-  // `poses` has every view.
+  // Gives every view its corrected pose, cam_from_world by id.
   void SetPoses(const std::map<int, Rigid3>& poses);
 
   // `of_capture`: the camera of the views of this session.
@@ -76,7 +77,7 @@ class RecordedViews {
   std::uint64_t revision_ = 0;
 };
 
-// A view at the moment of recording, with its pixels; its pose now is RecordedViews' to say.
+// A view at the moment of recording, with its pixels; its present pose is in RecordedViews.
 struct RecordedFrame {
   int id = 0;
   Frame frame;

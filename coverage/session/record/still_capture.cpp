@@ -21,10 +21,6 @@ constexpr double kStillLongestLag_s = 5;        // no shutter takes longer
 // Over which the hand's speed is measured: single arrival times of live view are irregular.
 constexpr std::size_t kStillSpeedFrames = 8;
 
-// Finds when the trajectory passed `cam_from_world`, interpolated between its poses. Poses are compared by
-// the angle that a subject `distance` away would have moved in the image. None where the pose fits two times
-// that are more than 50 ms apart (the hand stood still, or passed twice), or where it lies before or after
-// all poses.
 constexpr double kSearchStep_s = 0.002;  // between the places that are looked at
 // A place this far from the nearest in time must be farther off by more than.
 constexpr double kSearchTellsApart_s = 0.05;

@@ -9,8 +9,7 @@
 // No protocol reports the shutter's lag, from the request to the exposure. It is measured: the place on the
 // live trajectory that is nearest to the photograph's own pose tells when it was taken, on the clock of the
 // live frames (which includes live view's own delay). Photographs that were requested while the hand stood
-// still tell nothing; the median of the others predicts where to look for later ones, unless the device was
-// given a lag.
+// still tell nothing; the median of the others predicts later ones, unless the device was given a lag.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +26,7 @@
 namespace ulf::coverage {
 
 struct StillCounts {
-  std::uint64_t asked = 0;
+  std::uint64_t asked = 0;    // requests that the device accepted
   std::uint64_t arrived = 0;  // also those released on the body
   std::uint64_t recorded = 0;
   std::uint64_t not_needed = 0;  // with a pose, but covered by then, cropped, or of poor quality: in unposed/
@@ -38,11 +37,14 @@ struct StillCounts {
 
 // A live frame's pose at its time.
 struct LivePose {
-  double time_s = 0;
+  double time_s = 0;  // the device's
   Rigid3 cam_from_world;
-  double speed_px = 0;  // since the frame before, in photograph pixels
+  double speed_px = 0;  // motion since the frame before, in photograph pixels
 };
 
+// Returns when the trajectory, in the order of time, passed `cam_from_world`, interpolated between its poses.
+// Poses are compared by the angle that a subject `distance` away moves in the image. Returns none where the
+// pose fits two times more than 50 ms apart (the hand stood still, or passed twice), or is at either end.
 std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
                                        double distance);
 
@@ -53,7 +55,7 @@ struct StillVerdict {
 
 class StillCapture {
  public:
-  // `camera`: of photographs.
+  // `camera`: of photographs. `device` and `poses` outlive it.
   StillCapture(acquisition::Device& device, const CameraModel& camera, const tracking::PoseSource& poses,
                const DecisionLimits& limits, int coverage_width_px);
 
@@ -62,10 +64,11 @@ class StillCapture {
 
   // Call it for every live frame: photographs are searched on their trajectory.
   void Follow(const Frame& live, const tracking::Track& track);
-  // Requests a photograph; ignored while one is on its way.
-  void RequestStill();
+  void RequestStill();  // the device ignores it while a photograph is on its way
+  // Finds the photograph's pose and decides about it. `map`: null while there is no subject; it is then not
+  // to be recorded.
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
-  // Returns where the photograph was taken; none when that was not found. It then counts as arrived.
+  // Returns where the photograph was taken; none when that was not found. Either way it counts as arrived.
   std::optional<tracking::Track> Find(const Frame& still);
 
  private:
@@ -98,8 +101,8 @@ class StillCapture {
 acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
                                                     const acquisition::IntrinsicsArgs& args);
 
-// Resamples a photograph as another camera at the same pose would have taken it; outside of what it shows,
-// its edge is repeated. It serves to build live view's map from photographs.
+// Resamples a photograph as another camera at the same pose would have taken it, to build live view's map
+// from photographs; outside of what the photograph shows, its edge is repeated.
 Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera);
 
 }  // namespace ulf::coverage

@@ -2,11 +2,11 @@
 //
 // The spool writes every accepted view, in the order of acceptance. It accepts no more while the disk is slow
 // (the queue is full) or full (no room for the waiting views and for closing); Pause() says which. A write
-// that fails for lack of room is tried again until there is room. The spool looks for room before it accepts
-// a view, so that accepted views normally fit. Any other error (permissions, a folder that is gone) is a
-// Failure(): the spool then records no more views and puts the accepted ones into unposed/, or else beside
-// the light field. It counts those that fit in neither place: Unwritten(). It does the same where the folder
-// was moved or deleted, and never makes one under the old name.
+// that fails for lack of room is tried again until there is room, or until Finish(). The spool looks for room
+// before it accepts a view, so that accepted views normally fit. Any other error (permissions, a folder that
+// was moved or deleted) is a Failure(): the spool then records no more views, puts the accepted ones into
+// unposed/, or else beside the light field, and counts those that fit in neither place: Unwritten(). It never
+// makes a folder under the old name.
 //
 // Views that wait together are written together (LightFieldWriter::AddViews). A view with a master is
 // recorded when its master and its journal line are on disk. Making its photograph in images/ takes ten times
@@ -49,7 +49,8 @@ struct SpoolPause {
 
 class ViewSpool {
  public:
-  // Without threads every write happens inside the call, including photographs in images/.
+  // `capacity`: of the queue, counting views and everything else that is to be written. Without threads every
+  // write happens inside the call, including photographs in images/.
   ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threaded);
   ~ViewSpool();
   ViewSpool(const ViewSpool&) = delete;
@@ -60,7 +61,7 @@ class ViewSpool {
   // Accepts the view although there is no room, and writes it when there is: for photographs, which come
   // seldom. Ask Pause() before asking the camera for one.
   int AddView(const Frame& frame, const View& view);
-  void KeepUnposed(const Frame& frame, const std::string& problem = "");  // as LightFieldWriter's
+  void KeepUnposed(const Frame& frame, const std::string& problem = "");  // LightFieldWriter::KeepUnposed()
   // Adds another exposure of a view, as LightFieldWriter::AddExposure() does: even without room, as for
   // photographs.
   void AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool pose_is_between);
@@ -75,16 +76,16 @@ class ViewSpool {
   // is full: try again later.
   bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
   // Journals the poses together with their lens and its source: in one line, before any view that is added
-  // later. Waits in the queue where that is full.
+  // later. This and what follows is accepted even where the queue is full.
   void UpdateLens(const CameraModel& camera, const std::string& source, std::map<int, Rigid3> cam_from_world);
   void SetSubject(const Subject& subject);
-  void NoteGap(double from_s, double to_s, const std::string& reason);
+  void NoteGap(double from_s, double to_s, const std::string& reason);  // LightFieldWriter::NoteGap()
 
-  // Returns none when the spool accepts views.
+  // Returns none when the spool accepts views, and after a failure.
   std::optional<SpoolPause> Pause();
   // Returns the error that ended recording, if there was one.
   std::optional<std::string> Failure() const;
-  // Returns the number of views accepted and not yet recorded.
+  // Returns the number of frames (views, other exposures, and frames for unposed/) accepted and not written.
   std::size_t ViewsWaiting() const;
   // Returns the number of photographs in images/ that are still to be made from their masters.
   std::size_t PicturesWaiting() const;

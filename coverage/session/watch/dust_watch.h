@@ -15,12 +15,13 @@ namespace ulf::coverage {
 
 struct DustSpot {
   cv::Point2f at;       // share of the picture's width and height
-  double kept_off = 0;  // share of the light
+  double kept_off = 0;  // share of the light that the spot keeps off
 };
 
 class DustWatch {
  public:
-  void Update(const PicturePair& pair);
+  void Update(const PicturePair& pair);  // call it for each pair, in order
+  // Returns the spots that have been there for three seconds or longer.
   const std::vector<DustSpot>& spots() const { return spots_; }
 
  private:
@@ -35,8 +36,9 @@ class DustWatch {
   void CompareCell(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell);
   void LookForSpots();
 
-  cv::Mat sum_, sum2_,
-      darker_;  // over the looks, of each pixel's difference of contrast; how often it is darker
+  // Over the looks: of each pixel's difference of contrast the sum and that of squares; how
+  // often it is darker.
+  cv::Mat sum_, sum2_, darker_;
   std::vector<Cell> cells_;
   double looked_s_ = 0;
   struct Candidate {

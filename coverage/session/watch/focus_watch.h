@@ -14,7 +14,7 @@ namespace ulf::coverage {
 
 class FocusWatch {
  public:
-  // A pair that does not begin with the last one's second picture restarts the watch.
+  // A pair with few points, or that does not begin with the last one's second picture, restarts the watch.
   void Update(const PicturePair& pair);
   // Returns the largest ratio so far of the sharpest picture's fine detail to the softest one's while the
   // focus hunts (at least four swings within 8 s); none if it never did. A restart keeps it.

@@ -16,20 +16,20 @@
 namespace ulf::coverage {
 
 struct LightFinding {
-  // The largest change so far of the light of the same things within kLightApart_s, relative to the reported
-  // exposure; natural logarithm. None below kLightLeastChange.
+  // The largest change so far of the light of the same things within two seconds, relative to the reported
+  // exposure; natural logarithm. None: no change of an eighth or more was seen.
   std::optional<double> changed;
-  // The largest flicker so far, amplitude as a share of the light; none: not seen.
+  // The amplitude of the largest flicker so far, as a share of the light; none: not seen.
   std::optional<double> flickers;
-  double changed_s = 0, flickered_s = 0;  // when it was seen last
-  // Whole periods of its bands over the picture's height; none: the whole picture flickers at once.
+  double changed_s = 0, flickered_s = 0;  // when each was seen last, by PicturePair's clock
+  // How many periods its bands have over the picture's height; none: the whole picture flickers at once.
   std::optional<double> bands;
 };
 
 class LightWatch {
  public:
-  // `told`: logarithm of the present exposure over that before, exposure time and gain, as the camera reports
-  // it; 0 where it does not. A pair that does not continue the last one restarts the watch.
+  // `told`: natural logarithm of the present exposure (time times gain) over that before, as the camera
+  // reports it; 0 where it does not. A pair that does not continue the last one restarts the watch.
   const LightFinding& Update(const PicturePair& pair, double told);
 
  private:

@@ -36,15 +36,15 @@ enum class Mistake {
 inline constexpr std::array kMistakes{
     Mistake::kOutOfFocus, Mistake::kAutoExposure,  Mistake::kFocusHunts, Mistake::kRollingShutter,
     Mistake::kFlicker,    Mistake::kUnsteadyLight, Mistake::kDust,       Mistake::kWrongLens};
-const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in reports for programs
+const char* Name(Mistake mistake);  // for people and programs: "out of focus", "auto exposure", ...
 // Returns the remedy in sentences, without the last full stop; what can be changed for later captures only
-// begins with "The next time". `compensated`: a rolling shutter is.
+// begins with "The next time". `compensated`: the tracker compensates the rolling shutter.
 std::string CureOf(Mistake mistake, FrameSource source, bool compensated = false);
 
 struct NoticedMistake {
   Mistake mistake = Mistake::kOutOfFocus;
   std::string finding, cure;       // a sentence each, without its full stop
-  double first_s = 0, last_s = 0;  // by the device's clock, since the first frame
+  double first_s = 0, last_s = 0;  // when it was seen, by the device's clock, since the first frame
   // "flickering lamps: the lamps' light goes up and down by 25 %. Expose for ..."
   std::string InWords() const;
   // Returns whether it is still seen, or was lately.
@@ -54,10 +54,10 @@ struct NoticedMistake {
 // Returns the mistake that explains why frames are refused for this reason. Returns null when none does.
 const NoticedMistake* MistakeForReason(Reason reason, const std::vector<NoticedMistake>& noticed);
 
-// MistakeSigns::fine_detail; less is out of focus. Measured: light_and_focus.h.
+// A picture with less MistakeSigns::fine_detail is out of focus. Measured: light_and_focus.h.
 inline constexpr double kLeastFineDetail = 0.8;
 
-// Describes what others know of a frame.
+// Describes what device, tracker and preflight know of a frame.
 struct MistakeSigns {
   acquisition::HeldAutomatics held = {};
   std::optional<double> fine_detail = {};  // of the best of the last frames (light_and_focus.h)
@@ -75,9 +75,10 @@ class MistakeWatch {
 
   // Call it after each complete live frame. Returns the mistakes that were not noticed before.
   std::vector<NoticedMistake> Update(const Frame& frame, const MistakeSigns& signs);
-  // Adds what is known only after the last frame.
+  // Adds what the tracker knows only after the last frame.
   void Finish(const std::optional<tracking::CalibrationCheck>& lens,
               const std::optional<tracking::Readout>& rolling_shutter);
+  // Returns the mistakes so far, each once. One that another explains (soft pictures look like dust) is gone.
   const std::vector<NoticedMistake>& noticed() const { return noticed_; }
 
  private:

@@ -17,24 +17,25 @@ namespace ulf::coverage {
 
 struct PictureTrack {
   cv::Point2f before, now;  // pixels of the reduced pictures
-  // Logarithm of the light now over the light before; none where either is clipped or nearly black.
+  // Natural logarithm of the light now over the light before; none where either is clipped or nearly black.
   std::optional<float> log_light;
-  // The same of the energy of fine detail across the motion, and how much of it there is in both (geometric
-  // mean).
+  // The same of the energy of fine detail across the motion, and the geometric mean of that energy in both.
   float log_detail = 0, detail = 0;
 };
 
 struct PicturePair {
-  double before_s = 0, now_s = 0;
-  cv::Mat
-      log_light;  // of the picture now, CV_32F, reduced: natural logarithm of linear light, 0 at full scale
+  double before_s = 0, now_s = 0;  // the times that Update() got
+  // The picture now, CV_32F, reduced to 480 pixels of width or less: natural logarithm of linear light, 0 at
+  // full scale.
+  cv::Mat log_light;
   std::vector<PictureTrack> tracks;
-  cv::Point2f motion;  // their median; 0 without tracks
+  cv::Point2f motion;  // the tracks' median, reduced pixels; 0 without tracks
 };
 
 class PictureTracks {
  public:
-  // Call it after each live frame. Returns none for the first frame, and for one after a gap.
+  // Call it after each live frame, with the device's time. Returns none for the first frame, and for one more
+  // than half a second after the last.
   std::optional<PicturePair> Update(double time_s, const Image& image);
 
  private:

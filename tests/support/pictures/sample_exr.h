@@ -1,5 +1,5 @@
-// OpenEXR files of layouts that other programs write, with the six patches of sample_pictures.h
-// in linear light.
+// Writes OpenEXR files of layouts that other programs write, with the six patches of sample_pictures.h in
+// linear light.
 #pragma once
 
 #include <array>
@@ -13,23 +13,22 @@ namespace ulf::test {
 struct ExrPartLayout {
   std::string name = "part";
   std::vector<std::string> channels = {"R", "G",
-                                       "B"};  // what ends in R, G, B or Y has the patches; all else 0.5
+                                       "B"};  // which end in R, G, B, Y show the patches; others 0.5
   std::string type = "half";                  // or "float", "uint"
-  std::optional<std::array<float, 8>> primaries =
-      {};           // red, green, blue, white; the numbers are converted to them
+  // Chromaticities x, y of red, green, blue, white, to which the numbers are converted; none: not said.
+  std::optional<std::array<float, 8>> primaries = {};
   float alpha = 1;  // of channels that end in A; colours are multiplied by it
   bool tiles = false;
   int panorama = -1;  // the attribute envmap: 0 latitude and longitude, 1 a cube; -1: none
   int origin = 0;     // of both windows, in x and y
   float pixel_aspect = 1;
   std::vector<std::string> views = {};  // the attribute multiView
-  int margin =
-      0;  // pixels by which the data window is larger than the display window on each side; negative: smaller
+  int margin = 0;  // the data window is larger than the display window by so many pixels on each side
 };
-// One part is written as a plain file.
+// Writes a plain file of one part, or a file of several parts.
 void WriteExrSample(const std::filesystem::path& path, const std::vector<ExrPartLayout>& parts);
-// Luminance with chroma of half the size (Y, RY, BY), which is filtered over 27 pixels: the patches are
-// larger by this factor.
+// Writes luminance with chroma of half the size (Y, RY, BY). Readers filter chroma over 27 pixels: the
+// patches are larger by this factor.
 inline constexpr int kLuminanceChromaScale = 4;
 void WriteLuminanceChromaExr(const std::filesystem::path& path);
 

@@ -1,4 +1,4 @@
-// Picture files of many layouts with six patches of known colours, written by the libraries of their formats,
+// Writes picture files of many layouts with six patches of known colours, by the libraries of their formats,
 // for tests of reading.
 #pragma once
 
@@ -11,17 +11,18 @@
 
 namespace ulf::test {
 
-// sRGB of 8 bits, R G B; three in the upper row, three in the lower one, each kPatchPx wide and high.
+// The colours are 8-bit sRGB, R G B; three patches are in the upper row, three in the lower one, each
+// kPatchPx wide and high.
 inline constexpr std::array<std::array<int, 3>, 6> kPatches{
     {{200, 50, 50}, {50, 200, 50}, {50, 50, 200}, {200, 200, 50}, {128, 128, 128}, {235, 160, 120}}};
 inline constexpr int kPatchPx = 20;
 
-// The picture itself: B G R, CV_8UC3; and its luminance-like grey for grey pictures (the green channel).
+// Return the picture itself, B G R, CV_8UC3, and its grey form, which is the green channel.
 cv::Mat PatchPicture();
 cv::Mat PatchGrey();
 
-// The largest difference in the middle of any patch, in levels of 255; `read` is sRGB of 8 or 16 bits or
-// linear float, with one channel (compared with the green one) or three.
+// Returns the largest difference in the middle of any patch, in levels of 255; `read` is sRGB of 8 or 16 bits
+// or linear float, with one channel (compared with the green one) or three.
 double LargestPatchError(const cv::Mat& read);
 
 struct TiffLayout {
@@ -52,29 +53,29 @@ struct PngLayout {
 };
 void WritePngSample(const std::filesystem::path& path, const PngLayout& layout);
 
-// A plain TIFF of these numbers (CV_8UC3 or CV_16UC3), in their order; `white`, `most`: its tags WhitePoint
-// and MaxSampleValue.
+// Writes a plain TIFF of these numbers (CV_8UC3 or CV_16UC3), in their order; `white`, `most`: its tags
+// WhitePoint and MaxSampleValue.
 void WriteTiffNumbers(const std::filesystem::path& path, const cv::Mat& samples, int photometric,
                       const std::optional<std::array<float, 2>>& white = {}, int most = 0);
 
-// The PNG with a chunk behind its header, or before its end.
+// Returns the PNG with a chunk behind its header, or before its end.
 std::string WithPngChunk(const std::string& png, const std::string& name, const std::string& content,
                          bool at_end = false);
-// The plain WebP of 60x40 as an extended one, with that chunk; `flag`: of the extended header, that says so.
+// Returns the plain WebP of 60x40 as an extended one with that chunk, which `flag` of its header announces.
 std::string WithWebpChunk(const std::string& webp, char flag, const std::string& name,
                           const std::string& content);
 
-// An ICC profile: "sRGB", "P3" (Display P3), "linear" (sRGB's primaries), "grey" (exponent 1.8),
+// Returns an ICC profile: "sRGB", "P3" (Display P3), "linear" (sRGB's primaries), "grey" (exponent 1.8),
 // "CMYK" or "Lab".
 std::string IccProfile(const std::string& kind);
-// What numbers mean those colours in that RGB space: B G R.
+// Returns the numbers that mean the colours of `srgb8` in the RGB space of such a profile: B G R.
 cv::Mat EncodedIn(const std::string& kind, const cv::Mat& srgb8);
 
-// A JPEG segment APP1 with an Exif block that says when the picture was taken ("2026:11:29 10:11:12"), and
-// its orientation. `is_adobe_rgb`: with DCF's mark R03.
+// Returns a JPEG segment APP1 with an Exif block that says when the picture was taken ("2026:11:29
+// 10:11:12"), and its orientation. `is_adobe_rgb`: with DCF's mark R03.
 std::string ExifSegment(const std::string& taken, int orientation = 1, const std::string& thumbnail_jpeg = {},
                         bool is_adobe_rgb = false);
-// The JPEG with that segment behind its start.
+// Returns the JPEG with that segment behind its start.
 std::string WithSegment(const std::string& jpeg, const std::string& segment);
 
 }  // namespace ulf::test

@@ -1,8 +1,9 @@
-// A USB3 Vision camera that is not there: the control protocol over its control endpoint (registers of the
-// bootstrap map, a manifest with a zipped GenICam description), leader, payload and trailer over its
-// streaming endpoint, on an emulated USB device (usb_node.h). The client is any library over libusb.
+// Emulates a USB3 Vision camera: the control protocol over its control endpoint (registers of the bootstrap
+// map, a manifest with a zipped GenICam description), leader, payload and trailer over its streaming
+// endpoint, on an emulated USB device (usb_node.h). The client is any library over libusb.
 //
-// Works in a process that runs under the preloaded libraries; `NoUsbEmulation` tells why it cannot.
+// The emulation works in a process that runs under the preloaded libraries; NoUsbEmulation() tells why it
+// cannot.
 #pragma once
 
 #include <cstdint>
@@ -50,11 +51,11 @@ struct U3vOptions {
   bool zipped = true;           // the description
   bool event_interface = true;  // one for events lies between those for control and streaming
   bool keeps_pace = true;       // frames that the host does not ask for in time are lost; false: they wait
-  // The bytes of a frame without padding; else Ramp().
+  // Returns the bytes of a frame without padding; none: Ramp().
   std::function<Bytes(const U3vFrame&)> render = {};
-  std::function<U3vFate(std::uint64_t id)> fate = {};                       // else all arrive
-  std::function<U3vAnswer(std::uint64_t address, bool write)> answer = {};  // else all are answered
-  // Replaced in the description before it is stored.
+  std::function<U3vFate(std::uint64_t id)> fate = {};                       // none: all arrive
+  std::function<U3vAnswer(std::uint64_t address, bool write)> answer = {};  // none: all are answered
+  // What is replaced in the description before it is stored, and by what.
   std::map<std::string, std::string> edits = {};
 };
 
@@ -68,19 +69,19 @@ class EmulatedU3vCamera {
   UsbNode& Node() const;
   void Unplug();  // the cable: what the camera was set to is lost
   void PlugIn();
-  void StallStream();  // the streaming endpoint halts, until the host clears that
-  void HoldBack(bool hold);
+  void StallStream();        // the streaming endpoint halts, until the host clears that
+  void HoldBack(bool hold);  // true: no frames at all
+  // Replace U3vOptions::fate and U3vOptions::answer.
   void Fate(std::function<U3vFate(std::uint64_t id)> fate);
   void Answer(std::function<U3vAnswer(std::uint64_t address, bool write)> answer);
 
   bool IsAcquiring() const;
-  std::uint64_t Exposed() const;   // frames since it was plugged in
-  std::uint64_t Requests() const;  // of the control channel
+  std::uint64_t Exposed() const;   // how many frames since it was plugged in
+  std::uint64_t Requests() const;  // how many came to the control channel
   std::uint32_t Register(std::uint64_t address) const;
   double RealRegister(std::uint64_t address) const;
 
-  // What the default picture looks like: the low bits of 3x + 5y + id in the format's packing, by sensor
-  // coordinates.
+  // Returns the default picture: the low bits of 3x + 5y + id in the format's packing, by sensor coordinates.
   static Bytes Ramp(const U3vFrame& frame);
   static std::size_t ImageBytes(const U3vFrame& frame);
 

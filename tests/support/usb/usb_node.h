@@ -1,9 +1,10 @@
-// A USB device that is not there: what the kernel shows of it in sysfs and udev (through umockdev) and its
-// node under /dev/bus/usb (through usbfs_preload.cpp), for programs over libusb that know nothing of it, in
+// Emulates a USB device: what the kernel shows of it in sysfs and udev (through umockdev) and its node under
+// /dev/bus/usb (through usbfs_preload.cpp), for programs over libusb that know nothing of the emulation, in
 // this process and its children. Transfers wait in their queues as the kernel's do, complete in order, and
 // end with the kernel's error numbers.
 //
-// Works in a process that runs under both preloaded libraries; `NoUsbEmulation` tells why it cannot.
+// The emulation works in a process that runs under both preloaded libraries; NoUsbEmulation() tells why it
+// cannot.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,7 @@ namespace ulf::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Why there can be no emulated device in this process; none: there can.
+// Returns why there can be no emulated device in this process; none: there can.
 std::optional<std::string> NoUsbEmulation();
 
 struct UsbInterface {
@@ -46,28 +47,28 @@ class UsbNode {
   UsbNode(const UsbNode&) = delete;
   UsbNode& operator=(const UsbNode&) = delete;
 
-  // One transfer of the device, for the host's requests at `endpoint` (with 0x80): fills as many as it is
-  // long, and ends the last of them. Waits for them in a queue.
+  // Queues one transfer of the device for the host's requests at `endpoint` (with 0x80): it fills as many
+  // requests as it is long, and ends the last of them. The first form sends a part of `data`.
   void Send(std::uint8_t endpoint, std::shared_ptr<const Bytes> data, std::size_t from, std::size_t bytes);
   void Send(std::uint8_t endpoint, Bytes data);
-  // Transfers that wait for the host, and requests of the host that wait for the device.
+  // Return how many transfers wait for the host, and how many requests of the host wait for the device.
   std::size_t Unsent(std::uint8_t endpoint) const;
   std::size_t Wanted(std::uint8_t endpoint) const;
-  // Returns when the host wants something from the endpoint and nothing is unsent, or after so long; true for
-  // the former.
+  // Waits until the host wants something from the endpoint and nothing is unsent, for so long at most.
+  // Returns whether it is so.
   bool AwaitWanted(std::uint8_t endpoint, double seconds) const;
-  void Forget(std::uint8_t endpoint);  // what is unsent
+  void Forget(std::uint8_t endpoint);  // drops what is unsent
 
-  // The endpoint stalls: its next request fails, and so do all until the host clears that.
+  // Stalls the endpoint: its next request fails, and so do all until the host clears that.
   void Stall(std::uint8_t endpoint);
   std::size_t HaltsCleared(std::uint8_t endpoint) const;
-  void Refuse(int error);  // opening the node fails with it; 0: no longer
+  void Refuse(int error);  // opening the node fails with this errno; 0: no longer
   void Unplug();           // as the kernel does it
   void PlugIn();           // with the device number that comes next
   bool IsPlugged() const;
   bool IsClaimed(int interface) const;
-  std::size_t Opened() const;  // files, now
-  // The most bytes that one program's requests held at once; the kernel grants 16 MB to all together.
+  std::size_t Opened() const;  // how many files are open now
+  // Returns the most bytes that one program's requests held at once; the kernel grants 16 MB to all together.
   std::int64_t MostMemory() const;
 
  private:

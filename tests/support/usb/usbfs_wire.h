@@ -1,5 +1,5 @@
-// What usbfs_preload.cpp and an emulated USB node (usb_node.h) say to each other: one socket for each open
-// file, one Reply for each Request, each followed by so many bytes as it says.
+// Defines what usbfs_preload.cpp and an emulated USB node (usb_node.h) say to each other, over one socket for
+// each open file: one Reply for each Request, each followed by as many bytes as it says.
 #pragma once
 
 #include <sys/socket.h>
@@ -35,7 +35,7 @@ struct Reply {
   std::uint32_t bytes = 0, into_at = 0;  // that follow, for the caller's memory from there
 };
 
-// False where the other side is gone.
+// Both return false where the other side is gone.
 inline bool SendAll(int socket, const void* data, std::size_t bytes) {
   const char* from = static_cast<const char*>(data);
   while (bytes > 0) {

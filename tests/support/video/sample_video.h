@@ -1,5 +1,4 @@
-// Writes small videos as cameras, telephones and editors do: any layout of pixels, with the tags that
-// are asked for.
+// Writes small videos as cameras, telephones and editors do: any layout of pixels, with the tags asked for.
 #pragma once
 
 extern "C" {
@@ -32,7 +31,7 @@ struct VideoSample {
   bool is_interlaced = false;
   bool drops_key_frames = false;
   std::vector<std::int64_t> times = {};  // of the pictures, in 1/rate s; empty: one after the other
-  // The number stored for plane `plane` of picture `number` at x, y of that plane.
+  // Returns the number to store for plane `plane` of picture `number` at x, y of that plane.
   std::function<int(int number, int plane, int x, int y)> value;
 };
 
