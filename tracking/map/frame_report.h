@@ -23,7 +23,7 @@ struct NewKeyframe {
 };
 
 struct FrameReport {
-  std::vector<int> expected = {};  // ids of points that the frame should show and that were searched
+  std::vector<int> expected = {};  // ids of points that the frame's pose should show
   std::vector<int> found = {};     // ids of points that support the frame's pose
   // The velocity of the newest keyframe from the frames before and after it: a central difference, unbiased
   // by tremor. The mapper drops it if that keyframe is not in the map yet.
