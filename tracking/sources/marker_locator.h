@@ -69,9 +69,7 @@ class MarkerLocator {
   // Returns a sentence that names the one of several markers that became the world, as `--poses`
   // takes it; else "".
   std::string WorldInWords() const;
-  int AmbiguousFrames() const {
-    return ambiguous_frames_;
-  }  // number without a pose because two were possible
+  int AmbiguousFrames() const { return ambiguous_frames_; }  // two poses were possible, none was given
 
  private:
   struct Detections {
