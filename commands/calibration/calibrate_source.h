@@ -36,8 +36,7 @@ struct CalibrationSource {
   std::string name;                             // for messages
 
   FrameSource Frames() const { return device ? device->Source() : FrameSource::kPhotographs; }
-  // Returns the beginning of advice on pictures that cannot be taken again; "" while a camera
-  // can take others.
+  // Returns the beginning of advice on pictures that cannot be taken again; "" while others can be taken.
   std::string RetakeAdvice() const {
     return IsTaken(Frames()) ? "these pictures do not do, take others: " : "";
   }
@@ -46,9 +45,8 @@ struct CalibrationSource {
 // Throws as OpenDevice() and ImagesIn() do, and UsageError for a video among other files.
 CalibrationSource OpenCalibrationSource(const CalibrateArgs& args);
 
-// Returns the calibration file to write: `args.output`, else the file under which commands find this camera's
-// calibration, else, for an unknown camera, a new name in the working directory. Throws Refusal as
-// RequireOwnCalibration() does.
+// Returns the calibration file to write: `args.output`, else the file where commands look for this camera's,
+// else (unknown camera) a new name in the working directory. Throws Refusal as RequireOwnCalibration() does.
 std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource& source);
 
 // Makes the report's folder, if one is asked for. Throws Refusal if it cannot be written into.

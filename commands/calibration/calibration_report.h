@@ -12,8 +12,7 @@
 
 namespace ulf::commands {
 
-// Describes a calibration that succeeded (`result.ok()`) and, given the simulator's true
-// intrinsics, its errors.
+// Describes a calibration that succeeded (`result.ok()`) and, given the true intrinsics, its errors.
 std::string ReportText(const acquisition::CalibrationResult& result,
                        const std::optional<CameraModel>& truth = {});
 // Returns a table of the lens models with their errors, and the reason for the choice.

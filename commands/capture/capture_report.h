@@ -23,9 +23,8 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
 std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t tracked);
 
 // Says why a session recorded hardly anything, by the commonest reason, and names the remedy: if at least
-// half of its frames were refused, and less than a fifth of those in uncovered directions recorded.
-// Reasons that say that the camera does not look at the subject count as one. Otherwise, and if the cap is
-// covered, returns "".
+// half of its frames were refused, and less than a fifth of those in uncovered directions recorded. Reasons
+// that say that the camera does not look at the subject count as one. Else, or if the cap is covered: "".
 std::string FewRecordedReason(const coverage::CaptureSummary& summary);
 
 // The errors of camera centres against true ones after a similarity alignment (`ulf capture --truth`): `live`

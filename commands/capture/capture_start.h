@@ -15,8 +15,7 @@
 
 namespace ulf::commands {
 
-// The values of the options, as `ulf capture --help` describes them; empty or 0 is an option that
-// was not given.
+// The values of the options, which `ulf capture --help` describes; an empty one or 0 was not given.
 struct CaptureArgs {
   std::string uri;
   std::string dir;
@@ -59,8 +58,7 @@ struct CaptureArgs {
   std::string truth;
 };
 
-// Combines `poses_text` and `turntable`. Throws UsageError if both are given, or if the turntable's world
-// would vary from run to run.
+// Combines `poses_text` and `turntable`. Throws UsageError for both, and for a turntable whose world varies.
 tracking::PosesSpec PosesFrom(const CaptureArgs& args);
 
 // Returns the options that do not depend on the device; `args.poses` must be set. Throws UsageError for

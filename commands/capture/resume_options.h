@@ -39,8 +39,7 @@ std::span<const ResumeRule> ResumeRules();
 std::set<std::string> GivenOptions(const CLI::App& command);
 
 // Throws UsageError for the first of the rules that refuses one of `given`, and Error for a journal that
-// cannot be read. Does nothing without --resume, or for a folder without a journal, which
-// LightFieldWriter::Resume() refuses later.
+// cannot be read. Does nothing without --resume or journal (LightFieldWriter::Resume() refuses later).
 void RequireResumable(const CaptureArgs& args, const std::set<std::string>& given);
 
 }  // namespace ulf::commands

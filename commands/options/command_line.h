@@ -30,9 +30,8 @@ inline std::string OptionOf(std::string_view parameter) {
   return option;
 }
 
-// Says that the command line is impossible (exit status kWrongUsage). The constructor takes the
-// whole message. Only commands/ throws it; libraries throw Refusal, whose parameter the program
-// spells as an option.
+// Says that the command line is impossible (exit status kWrongUsage). The constructor takes the whole
+// message. Only commands/ throws it; libraries throw Refusal, whose parameter is spelled as an option.
 class UsageError : public Refusal {
  public:
   template <typename... Args>

@@ -1,5 +1,4 @@
-// Checks and parses values of options (numbers, named values, colours), and formats the keys of a window for
-// the end of a help text.
+// Checks and parses values of options (numbers, names, colours); formats keys for the end of a help text.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -15,9 +14,8 @@ namespace ulf::commands {
 CLI::Validator Positive();
 CLI::Validator NonNegative();
 
-// Lists an option's values for help and shell completion, as in "auto,plane,plane:SHARE,FILE".
-// Completion offers those of lower-case letters, digits and hyphens, and files if FILE stands last.
-// Values are not checked.
+// Lists an option's values for help and shell completion, as in "auto,plane,plane:SHARE,FILE". Completion
+// offers those of lower-case letters, digits and hyphens, and files if FILE is last. Values are not checked.
 CLI::Option* OfferValues(CLI::Option* option, const std::string& values);
 
 inline constexpr char kKnownFields[] = "auto,subdivision,linear,lumigraph,lumigraph-per-pixel,soft,nearest";

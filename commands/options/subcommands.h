@@ -22,9 +22,8 @@ AddSubcommand AddDevicesCommand, AddFeaturesCommand, AddSimulateCommand, AddReco
     AddCaptureCommand, AddInfoCommand, AddSheetCommand, AddReviewCommand, AddTakeBackCommand,
     AddRefineCommand, AddExportCommand, AddMergeCommand;
 
-// Adds a subcommand, described by `text`. Returns it and its arguments, into which the caller's options
-// parse. If the user chooses it, parsing sets `chosen`, which must outlive `app`, to a call of `run` with
-// the arguments.
+// Adds a subcommand, described by `text`. Returns it and its arguments, for the caller's options. If the user
+// chooses it, parsing sets `chosen`, which must outlive `app`, to a call of `run` with the arguments.
 template <typename Args>
 std::pair<CLI::App*, std::shared_ptr<Args>> NewSubcommand(CLI::App& app, ChosenCommand& chosen,
                                                           const std::string& name, const std::string& text,

@@ -32,13 +32,11 @@ struct LensUseArgs {
 
 void AddLensUseOptions(CLI::App& command, LensUseArgs& args);
 
-// Throws UsageError if a file is to be written though no lens is estimated, and as
-// RequireOwnCalibration() does.
+// Throws UsageError for a file to write if no lens is estimated, and as RequireOwnCalibration() does.
 void RequireUsable(const LensUseArgs& args);
 
-// Writes the estimated lens to args.calibration_output, if that is given, with `command` ("ulf track") as
-// its origin. Logs why and writes nothing if `lens` is none, or if by the check `at_end` no real lens
-// fits the images.
+// Writes the estimated lens to args.calibration_output, if that is given, with `command` ("ulf track") as its
+// origin. Logs why and writes nothing if `lens` is none, or if `at_end` says that no real lens fits.
 void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,
                     const std::optional<tracking::RefinedLens>& lens,
                     const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command);

@@ -11,8 +11,7 @@
 
 namespace ulf::commands {
 
-// The values of the options, as `ulf render --help` describes them; empty or 0 is an option that
-// was not given.
+// The values of the options, which `ulf render --help` describes; an empty one or 0 was not given.
 struct RenderArgs : SceneArgs {
   std::string path = "orbit";
   std::string field = "auto";

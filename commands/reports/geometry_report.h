@@ -19,8 +19,7 @@ nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state); 
 // Returns what fitted before a change of the views and no longer does: "proxy.ply", "depth".
 std::vector<std::string> Outdated(const std::optional<render::GeometryState>& before,
                                   const std::optional<render::GeometryState>& after);
-// Returns a line that names what is outdated and the remedy, or "". `made_for` ends "the mesh was made for
-// ...": "the poses before".
+// Returns a line that names what is outdated and the remedy, or "". `made_for`: "the poses before".
 std::string OutdatedText(const std::optional<render::GeometryState>& before,
                          const std::optional<render::GeometryState>& after, const std::string& made_for,
                          const LightField& light_field);

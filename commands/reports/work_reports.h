@@ -1,5 +1,4 @@
-// Reports the merging of exposures, the masking of turntables, and the memory of a run. Texts are complete
-// lines.
+// Reports merged exposures, masks of turntables, and the memory of a run. Texts are complete lines.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -47,8 +47,7 @@ struct PoseRefinement {
   Rigid3 cam_from_world;
   std::vector<bool> inlier;  // by observation
   int inliers = 0;           // number of inliers
-  // Covariance of the twist (rotation, translation) in the camera frame if errors have the
-  // observations' sigmas.
+  // Covariance of the twist (rotation, translation) in the camera frame if errors have their sigmas.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   // One standard deviation of the camera centre, world units: from the covariance and the actual errors,
   // times a measured factor for what errors have in common.

@@ -39,8 +39,7 @@ struct BundleObservation {
   bool outlier = false;  // left out of the first solution if set before; AdjustBundle() sets it anew
 };
 
-// The velocity of a camera with a rolling shutter while its rows were read (rolling_shutter.h): an unknown
-// that is held to a prior.
+// The velocity of a camera while its rows were read (rolling_shutter.h): an unknown held to a prior.
 struct RowsMotion {
   Twist twist = Twist::Zero();
   Twist prior = Twist::Zero(), prior_sigma = Twist::Ones();

@@ -14,9 +14,8 @@
 
 namespace ulf::tracking {
 
-// Returns one standard deviation of every camera's centre, world units. Fixed cameras have 0 unless the
-// whole may move, cameras without observations NaN, all others infinity if observations do not
-// determine all of them.
+// Returns one standard deviation of every camera's centre, world units. Fixed cameras have 0 unless the whole
+// may move, cameras without observations NaN, all others infinity if observations leave one open.
 std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 
 }  // namespace ulf::tracking

@@ -1,11 +1,10 @@
 // Estimates a lens from the images that it took: frees intrinsics in a bundle adjustment, and tests whether
 // the fit gains more than noise explains.
 //
-// The fits use a part of a problem (PartForLens()). With intrinsics freed the robust cost falls; the
-// Bayesian information criterion (Schwarz 1978) says how much it must fall for the additional parameters,
-// after scaling the cost so that most residuals have unit variance. The uncertainty comes from the normal
-// equations with all poses and points eliminated: in a flat scene seen from one side, or after sideways
-// motion alone, it is large.
+// With intrinsics freed the robust cost falls; the Bayesian information criterion (Schwarz 1978) says how
+// much it must fall for the additional parameters, after scaling the cost so that most residuals have unit
+// variance. The uncertainty comes from the normal equations with all poses and points eliminated: in a flat
+// scene seen from one side, or after sideways motion alone, it is large.
 #pragma once
 
 #include <atomic>
@@ -25,8 +24,7 @@ struct LensEstimate {
   double focal_sigma_px = 0;
   double principal_point_sigma_px = 0;  // the larger of x and y
   double k1_sigma = 0, k2_sigma = 0;
-  // RMS motion of the cameras' centres by freeing the lens, after a similarity, as a share of the
-  // points' distance.
+  // RMS motion of the camera centres by freeing the lens, after a similarity, over the points' distance.
   double centers_moved = 0;
 };
 
@@ -56,9 +54,8 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
 // point: 0.02 is a pincushion of two per cent.
 double DistortionAtCorner(const CameraModel& lens);
 
-// Returns whether `fitted` may be a real lens: it is not 5 % longer than `given` with 3 % more pincushion.
-// A map that began under a far too long focal length is bent so that it fits ever longer ones with ever
-// more pincushion.
+// Returns whether `fitted` may be a real lens: it is not 5 % longer than `given` with 3 % more pincushion. A
+// map that began under a far too long focal length fits ever longer ones with more pincushion.
 bool IsPlausible(const CameraModel& fitted, const CameraModel& given);
 
 // A step of ChooseLens(): frees one parameter more than the last trial that was kept.

@@ -37,9 +37,8 @@ struct PoseGraphSummary {
 
 PoseGraphSummary OptimizePoseGraph(PoseGraph& graph, const PoseGraphOptions& options = {});
 
-// Returns the error of one edge: rotation, translation, scale. Sets `by_from` and `by_to`, unless
-// null, to its derivatives by a small similarity (rotation, translation, logarithm of the scale) on
-// the left of a node.
+// Returns the error of one edge: rotation, translation, scale. Sets `by_from` and `by_to`, unless null, to
+// its derivatives by a small similarity (rotation, translation, log of the scale) on the left of a node.
 Eigen::Matrix<double, 7, 1> PoseGraphError(const PoseGraphEdge& edge, const Similarity3& from,
                                            const Similarity3& to, double unit,
                                            Eigen::Matrix<double, 7, 7>* by_from = nullptr,

@@ -2,12 +2,12 @@
 //
 // A frame's pose and time are those of its middle row. Row y was read readout · (y / height - 1/2) later
 // (earlier above the middle), when the camera's velocity had moved the image of a point. The tracker removes
-// this shift from every image point when it detects the features, and again, with the velocity that the
-// frame itself shows, when it fixes the pose; from then on image points are those of a global shutter.
-// Adjustments of the whole map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels
-// stay where the sensor saw them, so code that reads pixels converts by the pyramid's RowShift. The shift is
-// exact for a known point of the scene and a constant velocity; otherwise the depth is interpolated from
-// known points around.
+// this shift from every image point when it detects the features, and again, with the velocity that the frame
+// itself shows, when it fixes the pose; from then on they are those of a global shutter. Adjustments of the
+// whole map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels stay where the
+// sensor saw them, so code that reads pixels converts by the pyramid's RowShift. The shift is exact for a
+// known point of the scene and a constant velocity; otherwise the depth is interpolated from known points
+// around.
 //
 // The velocity over a frame's readout is estimated with the pose (as in Hedborg, Forssén, Felsberg and
 // Ringaby 2012) and held to the velocity between frames: alone it would absorb a stretch of the image in y

@@ -1,11 +1,9 @@
-// Estimates a model from data with outliers (RANSAC): draws minimal samples, solves them, keeps the model of
-// least truncated cost (MSAC, Torr and Zisserman 2000), and improves each new best on its inliers (Chum,
-// Matas and Kittler 2003).
+// Estimates a model robustly (RANSAC): draws minimal samples, solves them, keeps that of least truncated cost
+// (MSAC, Torr and Zisserman 2000), and improves each new best on its inliers (Chum, Matas and Kittler 2003).
 //
 // It replaces OpenGV's RANSAC, which scores by counting, never improves a model, and draws eight points where
 // five suffice. Every draw comes from the caller's seed: the same data and seed give the same model. A model
-// is dropped as soon as its running cost exceeds the best one's; points are visited in random order so that
-// this happens early.
+// is dropped once its running cost exceeds the best one's; points are visited in random order.
 #pragma once
 
 #include <algorithm>
@@ -109,8 +107,7 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
   return best;
 }
 
-// Does the same with one function fit(indices), which returns an optional model, in place of
-// solve and improve.
+// Does the same with one function fit(indices), an optional model, in place of solve and improve.
 template <typename Model, typename Fit, typename Residual2>
 std::optional<SamplingResult<Model>> SampleConsensusByFit(int count, int sample_size, Fit&& fit,
                                                           Residual2&& residual2,

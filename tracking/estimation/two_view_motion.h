@@ -34,8 +34,7 @@ double EpipolarError(const Eigen::Matrix3d& second_from_first_essential, const R
 struct Motion {
   Rigid3 second_from_first;  // translation of length 1
   Eigen::Matrix3d essential;
-  // One standard deviation of the translation's direction, radians, if residuals had unit variance. Set by
-  // RefineMotion().
+  // By RefineMotion(): sigma of the translation's direction, radians, for residuals of unit variance.
   double direction_sigma = 0;
   explicit Motion(const Rigid3& pose) : second_from_first(pose), essential(EssentialFromPose(pose)) {}
 };

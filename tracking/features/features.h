@@ -65,8 +65,7 @@ struct Pyramid {
   // with a depth that is interpolated from known points around.
   Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const;
   Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const;
-  // Convert pixels of level 0, where the sensor saw them, to those of a level and back, by the ratio of the
-  // levels' rounded sizes.
+  // Convert pixels (where the sensor saw them) of level 0 to a level and back, by rounded sizes.
   Eigen::Vector2d ToLevel(int level, const Eigen::Vector2d& img) const;
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
 };
@@ -83,8 +82,7 @@ struct Feature {
   Descriptor descriptor{};
 };
 
-// Returns the index, row by row, of the grid cell of an image point; outside of the image, of
-// the nearest cell.
+// Returns the index, row by row, of the grid cell of an image point, outside of the image the nearest.
 inline std::size_t CellOf(const Eigen::Vector2d& img, const CameraModel& camera, int columns, int rows) {
   const int column = std::clamp(static_cast<int>(img.x() * columns / camera.width), 0, columns - 1);
   const int row = std::clamp(static_cast<int>(img.y() * rows / camera.height), 0, rows - 1);
@@ -131,9 +129,8 @@ class FeatureSet {
 };
 
 struct FeatureOptions {
-  // Corners are detected on so many of the finest levels, 1 to kPyramidLevels. With fewer, tracking fails in
-  // noise, blur and large steps; more cost time and exactness. Measured:
-  // docs/measured/charts/tracking_levels.png.
+  // Corners are detected on so many of the finest levels, 1 to kPyramidLevels. Fewer fail in noise, blur and
+  // large steps; more cost time and exactness. Measured: docs/measured/charts/tracking_levels.png.
   int levels = 5;
 };
 

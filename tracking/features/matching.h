@@ -25,8 +25,7 @@ struct MatchOptions {
   double max_ratio = 0.9;            // best distance / second best; above it the match is ambiguous. Guessed
 };
 
-// The candidate with the nearest descriptor among those offered, and the second best distance for
-// the ratio test.
+// The candidate with the nearest descriptor of those offered, and the second best distance (ratio test).
 struct NearestDescriptor {
   int index = -1;
   int distance = std::numeric_limits<int>::max();

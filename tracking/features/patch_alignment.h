@@ -16,9 +16,8 @@
 
 namespace ulf::tracking {
 
-// The surroundings of a point on a pyramid level of its reference view: the keyframe from which its
-// picture is taken. Pixel (row, column) lies at (column, row) - (kSide - 1) / 2 from the point, in that
-// level's pixels.
+// The surroundings of a point on a pyramid level of its reference view, the keyframe that it is cut from.
+// Pixel (row, column) lies at (column, row) - (kSide - 1) / 2 from the point, in that level's pixels.
 struct ReferencePatch {
   static constexpr int kSide = 24;
   std::array<std::uint8_t, kSide * kSide> pixels{};
@@ -46,9 +45,8 @@ struct PatchAlignment {
   double correlation = 0;  // normalised, of the aligned patches
 };
 
-// Measures the point, from `expected_img` on; `cam_from_world` predicts the warp. Returns none if the
-// patch cannot be warped, has too little texture, leaves the image, moves too far, does not settle, or
-// does not look alike.
+// Measures the point, from `expected_img` on; `cam_from_world` predicts the warp. Returns none if the patch
+// cannot be warped, has too little texture, leaves the image, moves too far, does not settle or look alike.
 std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const ReferencePatch& patch,
                                          const PatchAxes& axes, const Eigen::Vector3d& point_in_world,
                                          const Rigid3& cam_from_world, const Pyramid& pyramid,

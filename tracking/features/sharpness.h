@@ -20,8 +20,7 @@ class Sharpness {
   double Step(const cv::Mat& reduced);
 
  private:
-  // The median is over so many frames, about a second. Fewer adapt to a blurred stretch, more remember a
-  // scene that is gone. Guessed.
+  // The median is over so many frames, about a second. Fewer adapt to blur, more to old scenes. Guessed.
   static constexpr std::size_t kRecent = 31;
   std::deque<double> recent_;
 };

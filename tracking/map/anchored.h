@@ -8,8 +8,8 @@
 
 namespace ulf::tracking {
 
-// A pose relative to a keyframe, which it follows when the map is adjusted: Map::PoseOf() returns its
-// present value.
+// A pose relative to a keyframe, which it follows when the map changes: Map::PoseOf() gives its present
+// value.
 struct Anchored {
   int keyframe_id = -1;
   Rigid3 cam_from_keyframe;

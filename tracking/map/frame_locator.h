@@ -50,15 +50,13 @@ class FrameLocator {
   std::optional<FramePose> FindInMainPart(const TrackedImage& image, const KeyframeIndex& index,
                                           unsigned seed) const;
 
-  // Refines a pose whose projections are off by up to 10 px (at 640 px of width), with the points that
-  // it should see.
+  // Refines a pose that is off by up to 10 px (at 640 px of width), with the points that it should see.
   std::optional<FramePose> FindNear(const TrackedImage& image, const Rigid3& cam_from_world, int part) const;
   // Does the same with the candidates that the pose has.
   std::optional<FramePose> RefineTwice(const TrackedImage& image, FramePose frame_pose) const;
 
-  // Fills a keyframe's features and observations: the detected corners, and one feature for each point
-  // that was found by its patch alone. Omits detected corners next to those: they would make second copies
-  // of the points.
+  // Fills a keyframe's features and observations: the detected corners, and one feature for each point that
+  // was found by its patch alone. Omits corners next to those, which would make second copies.
   void Describe(const FeatureSet& detected, const FramePose& frame_pose, NewKeyframe& keyframe) const;
 
  private:

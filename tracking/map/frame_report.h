@@ -12,8 +12,7 @@ namespace ulf::tracking {
 // A frame that should become a keyframe, with the map points that it saw.
 struct NewKeyframe {
   Keyframe keyframe;
-  // SharedMap::joins when the pose was found. The mapper drops the frame after another join, which has moved
-  // the pose's world.
+  // SharedMap::joins when the pose was found. The mapper drops the frame after another join.
   int joins = 0;
   struct Seen {
     int point;                // MapPoint::id

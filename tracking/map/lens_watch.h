@@ -3,8 +3,7 @@
 //
 // A young map can fit a wrong lens by chance, and the standard deviations of a few keyframes are too small.
 // So two checks in succession, the later on a map that has grown, must find the lens wrong and agree about
-// it. Then it counts as wrong until a check does not find it wrong: the lens that fits a bent map changes as
-// the map grows.
+// it. Then it counts as wrong until a check does not find it wrong: what fits a bent map changes.
 #pragma once
 
 #include <optional>
@@ -23,8 +22,7 @@ class LensWatch {
   void Note(const std::optional<CalibrationCheck>& check, int keyframes);
   // Adds a check that needs no second one, because other evidence contradicts the lens, too.
   void AddConfirmed(const CalibrationCheck& check, int keyframes);
-  // Returns the last check that agreed with the one before that the lens is wrong; none: the lens
-  // counts as right.
+  // Returns the last check that agreed with the one before that the lens is wrong; none: it counts as right.
   const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
   void Reset();                 // begins anew with another map
   void Restart(int keyframes);  // begins anew with another lens and the same map, of so many keyframes

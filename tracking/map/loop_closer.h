@@ -10,12 +10,10 @@
 // spreads the error (Strasdat et al. 2010), points follow their keyframes, and points seen from both sides
 // are merged. The caller adjusts the whole map.
 //
-// Keyframes of another part of the map (map.h) are found and verified in the same way. No path connects
-// two parts, so that the correction is not limited; it moves one part as a whole, never the main one, and
-// joins the parts.
+// Keyframes of another part of the map (map.h) are found and verified in the same way. No path connects two
+// parts, so the correction is not limited; it moves one part as a whole, never the main one.
 //
-// The mapper owns the loop closer and calls it in its thread: it reads without the map's lock and
-// takes it to write.
+// The mapper owns the loop closer; it reads without the map's lock and takes it to write.
 #pragma once
 
 #include <optional>
@@ -82,9 +80,8 @@ class LoopCloser {
   int last_closed_ = -1;  // keyframe
 };
 
-// Moves keyframes, and points with the keyframe that observed them first. `cam_from_world` has ids and
-// new poses, which take the new world to the camera's frame in the keyframe's old unit. The caller holds
-// the map's lock.
+// Moves keyframes, and points with the keyframe that observed them first. `cam_from_world` has ids and new
+// poses, from the new world to the camera's frame in its old unit. The caller holds the map's lock.
 void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_world);
 
 }  // namespace ulf::tracking

@@ -8,8 +8,8 @@
 // OwnedMap say who may read and who may change it.
 //
 // A camera that stays lost begins another part of the map: keyframes and points with a world of their own,
-// until the loop closer finds how the parts lie to each other and joins them. Poses given to users are in the
-// world of the main part.
+// until the loop closer finds how the parts lie to each other and joins them. Users see the main part's
+// world.
 #pragma once
 
 #include <Eigen/Core>
@@ -77,8 +77,7 @@ struct Keyframe {
   int part = 0;
   double time_s = 0;
   Rigid3 cam_from_world;
-  // The factor by which corrections (loops, joins, MoveWorld()) have scaled the lengths around the keyframe
-  // since it was made.
+  // The factor by which loops, joins and MoveWorld() have scaled the lengths around it since it was made.
   double unit = 1;
   // The pose of a removed keyframe relative to a living one.
   int parent = -1;
@@ -107,8 +106,7 @@ class Map {
   void SetCamera(const CameraModel& camera);
   int AddKeyframe(Keyframe keyframe);                           // returns its id; it has no observations yet
   int AddPoint(const Eigen::Vector3d& position, int part = 0);  // returns its id
-  // Returns false if the feature already has a point, the keyframe already observes the point, or
-  // one is removed.
+  // Returns false if the feature has a point, the keyframe observes the point already, or one is removed.
   bool AddObservation(int point, const Observation& observation);
   // Adds a recorded view that shows the point, unless the point has it already.
   void AddView(int point, const ViewObservation& seen);
@@ -158,15 +156,13 @@ class Map {
   // Returns the keyframes that share at least `min_shared` points, most first.
   std::vector<Neighbour> Covisible(int keyframe, int min_shared = 15) const;
 
-  // Call Update() after observations changed, UpdateGeometry(), which leaves the descriptor, after positions
-  // or poses changed.
+  // Call Update() after observations changed, UpdateGeometry() after positions or poses alone.
   void Update(int point);
   void UpdateGeometry(int point);
   // Cuts the point's reference patch out of the keyframe of `from`, if that still has its pyramid.
   void SetPatch(int point, const Observation& from);
 
-  // The id of a removed point is used again after so many keyframes: longer than the tracker keeps
-  // an id. Guessed.
+  // A removed point's id is used again after so many keyframes: longer than the tracker keeps it. Guessed.
   static constexpr int kPointReuseKeyframes = 20;
 
  private:

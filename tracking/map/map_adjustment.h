@@ -1,5 +1,4 @@
-// Adjusts keyframes and points of the map (bundle_adjustment.h): copies them out, adjusts them, and
-// writes them back.
+// Adjusts keyframes and points of the map (bundle_adjustment.h) in a copy, and writes them back.
 #pragma once
 
 #include <vector>

@@ -8,8 +8,7 @@
 //   points
 //   8 bytes     checksum of everything before it (FNV-1a, 64 bits)
 // The file holds the main part's points, no keyframe images, and nothing that follows from the rest (rays,
-// mean directions, descriptors of points). Restored keyframes are pinned: the recorded views' poses are given
-// and must not move.
+// mean directions, descriptors of points). Restored keyframes are pinned: recorded views must not move.
 #pragma once
 
 #include <cstdint>

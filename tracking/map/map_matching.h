@@ -1,9 +1,7 @@
-// Finds which map points a frame sees, and where: for tracking, relocalisation, and maps made
-// from given poses.
+// Finds which map points a frame sees, and where: for tracking, relocalisation and seeding.
 //
 // Candidates are copied out of the map once a frame, so that matching needs no lock. A match starts from a
-// feature with a similar descriptor near the projection; then the point's reference patch, if it has one, is
-// aligned with the image.
+// feature with a similar descriptor near the projection; then the point's patch, if any, is aligned.
 #pragma once
 
 #include <Eigen/Core>
@@ -71,14 +69,12 @@ struct MapMatches {
   std::vector<int> expected;  // indices of candidates that this pose should see, found or not
 };
 
-// Matches candidates (indices in `only`; empty: all) with the image's corners near where the pose
-// projects them.
+// Matches candidates (indices in `only`; empty: all) with the image's corners near their projections.
 MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
                     std::span<const Candidate> candidates, std::span<const int> only,
                     const Rigid3& cam_from_world, const MapMatchOptions& options);
 
-// Aligns the patches of matches with the image, starting from the features. Matches whose patch fails
-// stay as they are.
+// Aligns the patches of matches with the image, from the features on. Matches whose patch fails stay.
 void AlignMatches(const CameraModel& camera, const TrackedImage& image, std::span<const Candidate> candidates,
                   const Rigid3& cam_from_world, std::vector<PointMatch>& matches);
 
@@ -95,16 +91,14 @@ std::vector<int> AlignUndetected(const CameraModel& camera, const TrackedImage& 
 std::vector<PointObservation> ToObservations(std::span<const Candidate> candidates,
                                              std::span<const PointMatch> matches);
 
-// Returns the frame's fiducial corners, with the rolling shutter's shift removed under this pose; none unless
-// SharedMap::world_given.
+// Returns the fiducial corners without the rolling shutter's shift; none unless SharedMap::world_given.
 std::vector<PointObservation> CornersOf(const SharedMap& shared, const TrackedImage& image,
                                         const Rigid3& cam_from_world);
 
 // A frame's pose and the matches with the map that support it.
 struct FramePose {
   Rigid3 cam_from_world;  // of the middle row
-  // Under a rolling shutter, from the camera of the middle row to the one pose that explains the image best
-  // (Track::cam_from_world).
+  // From the middle row's camera to the one that explains the image best (Track::cam_from_world).
   Rigid3 picture_from_cam;
   Twist twist = Twist::Zero();  // the camera's velocity while the rows were read
   std::vector<Candidate> candidates;
@@ -122,8 +116,7 @@ struct FramePose {
 // Returns the matches that a refinement kept. They were its first observations; others may have followed.
 std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined);
 
-// Returns the median distance of the matches from their points' projections under a pose, px;
-// infinite without any.
+// Returns the matches' median distance from their points' projections, px; infinite without matches.
 double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world);
 
 }  // namespace ulf::tracking

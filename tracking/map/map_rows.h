@@ -19,13 +19,11 @@ struct RowObservation {
 
 DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>& row_observations);
 
-// Replaces the row shift of keyframe `id` (null: none) and moves its features and observations. The caller
-// holds the map's lock.
+// Replaces a keyframe's row shift (null: none), moves features and observations. Hold the map's lock.
 void ReplaceRows(const CameraModel& camera, Map& map, int id,
                  const std::vector<RowObservation>& row_observations, std::shared_ptr<const RowShift> rows);
 
-// Does the same for every keyframe that has a row shift or a known velocity, with this readout time
-// (0: no shift).
+// Does so for every keyframe with a row shift or a known velocity, with this readout (0: no shift).
 void GiveRows(const CameraModel& camera, Map& map, double readout_s);
 
 }  // namespace ulf::tracking

@@ -67,21 +67,18 @@ class Mapper {
   void NoteView(int view_id, std::span<const MapObservation> seen);
   // Switches the measuring of a rolling shutter, after each adjustment of a whole part, on or off.
   void MeasureReadout(bool measure) { measure_readout_ = measure; }
-  // Waits until idle, compensates a rolling shutter of this readout (0: global) in the keyframes, and
-  // requests an adjustment.
+  // Waits until idle, compensates this readout (0: global) in the keyframes, requests an adjustment.
   void SetReadout(double readout_s);
 
   // Call the following only while the mapper is idle.
   // Adjusts the part that the camera is in, because much has moved: at once if synchronous, else in
   // the background.
   void RequestFullAdjustment();
-  // Begins a part of the map, the first of which is the main part, and returns its number. The median
-  // depth of its points becomes 1; `scale` brings it near that before the adjustment. `color` is the
-  // second view's image.
+  // Begins a part of the map, the first of which is the main part, and returns its number. The median depth
+  // of its points becomes 1; `scale` brings it near that before the adjustment. `color`: the second view.
   int StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
-  // Seeds are keyframes whose poses are given and stay: recorded views from which the map is made anew.
-  // After the last one, FinishSeeds() adjusts the points and sets their find rates; it returns false for
-  // fewer than `min_points`.
+  // Seeds are keyframes whose poses are given and stay: recorded views from which the map is made anew. In
+  // the end FinishSeeds() adjusts the points and sets find rates; false: fewer than `min_points`.
   void AddSeed(NewKeyframe keyframe);
   bool FinishSeeds(int min_points);
   void MoveWorld(const Similarity3& given_from_map);  // into the world in which fiducials are given

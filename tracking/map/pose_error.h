@@ -1,11 +1,10 @@
 // Predicts a pose's error, and its quality from that.
 //
 // The error has three parts: what the matches leave open (RefinePose()'s `center_sigma`); what the map's
-// points leave open (MapBend()), because a point of small parallax has an uncertain depth, and noise, lens
-// and shutter bend the map, which a frame cannot see that fits the map in which it was found; and the error
-// that the map is known to have (MapDriftEstimate): how far later adjustments have moved the last keyframes
-// since their poses were given. The prediction is compared with truth in docs/measured/tracking.md, "What the
-// quality value says".
+// points leave open (MapBend()), because depths are uncertain, and noise, lens and shutter bend the map,
+// which a frame that was found in it cannot see; and the error that the map is known to have
+// (MapDriftEstimate): how far later adjustments have moved the last keyframes since their poses were given.
+// The prediction is compared with truth in docs/measured/tracking.md, "What the quality value says".
 #pragma once
 
 #include <deque>

@@ -34,9 +34,8 @@ double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose,
 // Also excludes candidates that look like other features of the image, or like other points in view.
 void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
                              const FramePose& frame_pose, ExcludedCandidates& left_out);
-// Also excludes candidates that look like points that this keyframe, of another place, shows. Points
-// nearer than `apart_share` of the candidate's distance (guessed) are second copies of it. The caller
-// holds the map's lock.
+// Also excludes candidates that look like points that this keyframe, of another place, shows. Points nearer
+// than `apart_share` of the distance (guessed) are second copies. The caller holds the map's lock.
 void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose,
                              ExcludedCandidates& left_out, double apart_share = 0.05);
 

@@ -1,12 +1,11 @@
 // Measures a rolling shutter's readout time from the map's keyframes.
 //
 // Under a rolling shutter an observation is off by its row's time times its velocity in the image. Near the
-// adjusted map this is linear: the readout time is one more unknown of a least squares problem in which
-// every pose and point is free, because they have absorbed most of the shift. A lens that is not quite as
-// calibrated shears and stretches the image in the same way as long as the camera moves in one direction.
-// So a shear and a stretch, common to all keyframes, are unknowns, too, and only motion in several
-// directions determines the readout. The spread between keyframes gives the uncertainty (sandwich estimate,
-// one cluster a keyframe).
+// adjusted map this is linear: the readout time is one more unknown of a least squares problem in which every
+// pose and point is free: they have absorbed most of it. A lens that is not quite as calibrated shears and
+// stretches the image in the same way as long as the camera moves in one direction. So a shear and a stretch,
+// common to all keyframes, are unknowns, too, and only motion in several directions determines the readout.
+// The spread between keyframes gives the uncertainty (sandwich estimate, one cluster a keyframe).
 #pragma once
 
 #include <optional>

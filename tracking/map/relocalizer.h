@@ -1,5 +1,4 @@
-// Finds keyframes that look like a frame, and proposes a pose from descriptors alone: for a lost camera
-// and for loops.
+// Finds keyframes that look like a frame, and proposes a pose by descriptors: for lost cameras and loops.
 //
 // An index of descriptors ranks the keyframes. It files each descriptor under several keys of randomly drawn
 // bits (locality sensitive hashing, Indyk and Motwani 1998); a feature votes for each keyframe by the rarest

@@ -1,6 +1,5 @@
-// Checks whether photographs show what their poses say: for sets by other programs, whose poses may belong
-// to other photographs (another order, another run) or to another lens, and for a light field with a
-// doubtful view.
+// Checks whether photographs show what their poses say: for sets by other programs, whose poses may belong to
+// other photographs (another order, another run) or to another lens, and for doubtful views.
 //
 // Corners of neighbouring views are matched without the poses. A corner about which two neighbours of a view
 // agree (epipolar lines) is triangulated from them and projected into the view, which must show it there (an
@@ -28,8 +27,7 @@ namespace ulf::tracking {
 struct ContradictedView {
   int view = 0;
   double error_px = 0;  // median distance of its corners from where the neighbours' points project
-  // The change from the given pose to the one that explains these corners; the move as a share of
-  // their distance.
+  // The change from the given pose to the one that explains these corners; the move over their distance.
   double turned_deg = 0, moved_share = 0;
   std::vector<int> by;  // the neighbours whose tests contradict the pose
 };
@@ -52,16 +50,14 @@ struct PoseCheck {
   std::string convention = {};  // PoseConvention() of poses that fit poorly; empty: none
 };
 
-// Reads every photograph once; one that cannot be read is undecided. Takes some 50 ms of processor time for a
-// view of 640 x 480.
+// Reads every photograph once; an unreadable one is undecided. Takes some 50 ms for a view of 640 x 480.
 PoseCheck CheckPoses(const RefineInput& input,
                      const std::function<void(double share, const std::string& stage)>& progress = {});
 
 // Returns a sentence if the poses fit poorly as a whole, else "".
 std::string FitInWords(const PoseCheck& check);
 
-// Returns a sentence that names some of the undecided views, or "". `names` are those of all
-// views of the input.
+// Returns a sentence that names some of the undecided views, or "". `names` are those of all views.
 std::string UndecidedInWords(const PoseCheck& check, const std::vector<std::string>& names);
 
 // Returns the findings about the poses; none if nothing is wrong. `views` are those of the input.

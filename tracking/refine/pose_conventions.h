@@ -22,12 +22,10 @@ struct PoseFit {
 // Cameras are taken to look away if a smaller share of the matches lies before them. Guessed.
 inline constexpr double kLeastBeforeShare = 0.5;
 
-// Returns whether the poses do not fit their photographs: by more than one pixel, or because
-// cameras look away.
+// Returns whether poses do not fit their photographs: off by more than a pixel, or cameras look away.
 bool IsPoor(const PoseFit& fit);
 
-// Returns how well the poses fit the pairs with at least `min_matches` matches; none if there
-// is no such pair.
+// Returns how well the poses fit the pairs with at least `min_matches` matches; none if there is none.
 std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                   std::size_t min_matches);
 

@@ -15,8 +15,7 @@
 //
 // Start poses may be off by a per cent and a degree: their error is measured first, and matching allows for
 // it. Images leave position, orientation and scale of the whole open; the start poses give them. A view that
-// fits nowhere keeps its pose, and the result says why. The same input gives the same bytes, whatever the
-// number of threads.
+// fits nowhere keeps its pose, and the result says why. The result does not depend on the number of threads.
 #pragma once
 
 #include <functional>

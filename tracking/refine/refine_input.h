@@ -1,6 +1,5 @@
 // Defines the input of refining and of triangulating: views with poses, and how to read their pictures.
-// Converts a light field's recorded views to it, and the resulting points back. Poses are
-// cam_from_world in any unit.
+// Converts a light field's views to it, and points back. Poses are cam_from_world in any unit.
 #pragma once
 
 #include <functional>
@@ -36,8 +35,7 @@ struct RefineInput {
   // standing background before which the subject turned), or empty. No function: no view has a mask. It may
   // be called in any thread, and throws Error.
   std::function<cv::Mat(int view)> read_mask = {};
-  // The readout time of a rolling shutter from the first row to the last; negative: the last is read first;
-  // 0: the shutter is global.
+  // The readout time from the first row to the last; negative: the last is read first; 0: global.
   double readout_s = 0;
 };
 

@@ -59,8 +59,7 @@ struct RefineResult {
 
 struct RefineScene;
 
-// Returns `result`, which has lenses and groups, with the views, counts, errors, moves and
-// certainty of `scene`.
+// Returns `result`, which has lenses and groups, with views, counts, errors, moves and certainty.
 RefineResult Summarise(const RefineScene& scene, RefineResult result);
 
 }  // namespace ulf::tracking

@@ -3,8 +3,7 @@
 // Recorded views are seconds apart and have no neighbours in time that would tell how the camera moved. So
 // each view's velocity is an unknown of the adjustment, held to the one that the capture recorded with it, or
 // loosely to zero. The adjustment finds points, velocities and the poses of the middle rows. Then each view
-// gets, as everywhere in a light field, the picture's pose: the one that explains all its pixels as if they
-// had been taken at once.
+// gets the picture's pose, which explains all its pixels as if taken at once.
 #pragma once
 
 #include "tracking/estimation/bundle_adjustment.h"

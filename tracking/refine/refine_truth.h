@@ -20,8 +20,7 @@ struct LightFieldErrors {
 };
 
 // Pairs views with the truth by the device's times, within half of the time between two true poses and
-// `most_apart_s` (half a frame at 30 Hz). Throws Error if fewer than three views have a true pose, or they
-// lie on a line.
+// `most_apart_s` (half a frame at 30 Hz). Throws Error for fewer than three pairs, or pairs on a line.
 LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& result,
                                   const std::vector<TimedPose>& truth, const std::string& truth_name,
                                   double most_apart_s = 1.0 / 60);

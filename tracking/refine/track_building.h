@@ -3,8 +3,7 @@
 // BuildTracks() joins the matches over all views, triangulates, and keeps as many points as the views need.
 // But corner detection repeats for about half of the corners only, and wanders by half a pixel. So once poses
 // are good to a pixel, ExtendTracks() warps each point's reference patch (from the middle one of its views)
-// into every view in which it should appear and aligns it to a fraction of a pixel. These measurements
-// replace the detected corners.
+// into every view in which it should appear and aligns it to a fraction of a pixel, in place of the corners.
 #pragma once
 
 #include <vector>

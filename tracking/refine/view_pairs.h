@@ -19,8 +19,7 @@ namespace ulf::tracking {
 
 struct PairOptions {
   int nearest = 2;  // number of nearest views that are always compared. Guessed
-  // In each quadrant around a view, it is compared with the views whose parallax is nearest to these
-  // angles. Guessed.
+  // In each quadrant a view is compared with those whose parallax is nearest to these angles. Guessed.
   double small_parallax_deg = 4, large_parallax_deg = 11;
 };
 

@@ -32,8 +32,7 @@ struct MarkerPose {
   Rigid3 cam_from_world;
   // The corners that support the pose, with sigmas so large that their errors may count as independent.
   std::vector<PointObservation> corners;
-  // One standard deviation of the centre; if both poses of a plane remain possible, at least half of
-  // their distance.
+  // One standard deviation of the centre; if both of a plane's poses remain, at least half their distance.
   double center_sigma = 0;
   double distance = 0;  // from the camera to the corners' mean
   double rms_px = 0;
@@ -48,8 +47,7 @@ Frame WithPose(const Frame& frame, const std::optional<MarkerPose>& pose);
 
 class MarkerLocator {
  public:
-  // One of a plane's two poses is accepted if the other's sum of squared errors, in sigmas, is larger by
-  // this: odds of 1000 : 1.
+  // A pose is accepted if the other's squared errors (sigmas) add up to more by this: odds of 1000 : 1.
   static constexpr double kSureDifference = 14;
 
   // Throws Error if the camera's intrinsics are out of range.
@@ -60,14 +58,12 @@ class MarkerLocator {
   std::optional<MarkerPose> Locate(const cv::Mat& gray, double time_s);
   std::optional<MarkerPose> Locate(const Frame& frame);  // none for an incomplete frame
 
-  // Returns a locator of the same markers, with the places known so far, for one photograph of
-  // another camera.
+  // Returns a locator of the same markers, with the places known so far, for a photograph of another camera.
   MarkerLocator For(const CameraModel& camera) const;
 
   const MarkerSpec& spec() const { return spec_; }
   const CameraModel& camera() const { return camera_; }
-  // Returns a sentence that names the one of several markers that became the world, as `--poses`
-  // takes it; else "".
+  // Returns a sentence that names the marker of several that became the world, as `--poses` takes it, or "".
   std::string WorldInWords() const;
   int AmbiguousFrames() const { return ambiguous_frames_; }  // two poses were possible, none was given
 

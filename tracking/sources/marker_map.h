@@ -32,8 +32,7 @@ class MarkerMap {
   }
   // Returns the known markers' corners with their positions in the world.
   std::vector<PointObservation> Corners(const std::map<int, MarkerImage>& seen, double sigma_px) const;
-  // Adds a frame with a known pose. `cam_from_new` has the unambiguous poses (cam_from_marker) of markers
-  // without a place.
+  // Adds a frame with a known pose. `cam_from_new`: unambiguous poses of markers without a place.
   void Add(const Rigid3& cam_from_world, const std::map<int, MarkerImage>& seen,
            const std::map<int, Rigid3>& cam_from_new);
   int First() const { return first_; }  // the marker whose frame is the world; -1: none yet

@@ -6,9 +6,8 @@
 //   marker:80:DICT_APRILTAG_36h11:3     the marker with number 3, its black square 80 mm wide
 //   marker:80:DICT_APRILTAG_36h11       several of that size, whose arrangement is learnt while tracking
 //
-// The frame of a board or marker is in metres, with the origin at the board's upper left corner, or in the
-// middle of a single marker; x points right, y down, z into the sheet. Of several markers the first one seen
-// well is the world.
+// The frame of a board or marker is in metres, the origin is the board's upper left corner or the marker's
+// middle; x points right, y down, z into the sheet. Of several markers the first one seen well is the world.
 #pragma once
 
 #include <Eigen/Core>

@@ -14,14 +14,12 @@ namespace ulf::tracking {
 // kBefore and kAfter: the moment is before the oldest pose, or after the newest.
 enum class PoseLookup { kFound, kBefore, kAfter, kGap };
 
-// Returns a pose from the numbers tx ty tz qx qy qz qw; none if they are not finite or the quaternion's
-// length is not about 1.
+// Returns a pose from the numbers tx ty tz qx qy qz qw; none unless finite, with a quaternion of length 1.
 std::optional<Rigid3> PoseFromNumbers(std::span<const double, 7> numbers);
 
 class PoseHistory {
  public:
-  // Between two poses that are farther apart than `max_gap_s` is a gap. Keeps the `most` poses with
-  // the latest times.
+  // Between two poses that are farther apart than `max_gap_s` is a gap. Keeps the latest `most` poses.
   explicit PoseHistory(double max_gap_s, std::size_t most = std::size_t(-1))
       : max_gap_s_(max_gap_s), most_(most) {}
 

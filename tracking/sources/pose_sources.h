@@ -23,8 +23,7 @@ inline std::unique_ptr<PoseSource> MakeTrackerSource(const CameraModel& camera,
 }
 
 // Gives the frames' own poses (Frame::known_cam_from_world); a frame without one is lost. Track::speed_px is
-// computed for points at the subject's distance, and is unknown without a subject. `metric` says that poses
-// are in metres.
+// computed for points at the subject's distance, and is unknown without a subject. `metric`: poses in metres.
 std::unique_ptr<PoseSource> MakeKnownPoseSource(const CameraModel& camera,
                                                 const std::optional<Subject>& subject = {},
                                                 bool metric = false);

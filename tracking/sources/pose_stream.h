@@ -7,8 +7,7 @@
 //   # ...                          a comment
 //
 // The stream listens on 127.0.0.1 only, to one sender at a time, which may leave and return. Lines that
-// cannot be read are counted, and the first is reported. A thread of its own receives; the caller's asks for
-// the frames' poses.
+// cannot be read are counted, and the first is reported. One thread receives, another asks for poses.
 //
 // `time` is by one of these clocks, in seconds:
 //   own       the sender's. `offset` gives the difference to ours, or the arrival times do (clock_offset.h:
@@ -47,8 +46,7 @@ struct SentOffset {
 struct SentComment {};  // also an empty line
 using SentLine = std::variant<SentComment, SentPose, SentSync, SentOffset>;
 
-// Parses a line without its end. Returns none for a line of another form, or with a number that
-// is not finite.
+// Parses a line without its end. Returns none for another form, or a number that is not finite.
 std::optional<SentLine> ReadSentLine(const std::string& line);
 
 struct PoseStreamOptions {

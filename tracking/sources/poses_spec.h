@@ -42,8 +42,7 @@ class PosesSpec {
   // Returns whether the poses come with the frames or from outside, so that there are no tracked points.
   bool AreGiven() const { return kind_ == Kind::kKnown || kind_ == Kind::kFile || kind_ == Kind::kStream; }
   bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
-  // Returns whether the user can name a subject before the first frame, because something else
-  // defines the world.
+  // Returns whether the user can name a subject before the first frame, in a world that is defined.
   bool DefineWorld() const { return kind_ != Kind::kFeatures; }
   // Returns whether the world is the marker that is seen first, which differs between sessions.
   bool WorldVaries() const {

@@ -17,8 +17,7 @@ namespace ulf::tracking {
 
 class PhotographLocator {
  public:
-  // `live` and `photograph` are the two cameras; `features` is the number of corners detected in
-  // the photograph.
+  // `live` and `photograph` are the two cameras, `features` the number of corners in the photograph.
   PhotographLocator(const CameraModel& live, const CameraModel& photograph, const SharedMap& shared,
                     const KeyframeIndex& index, int features, unsigned seed);
 

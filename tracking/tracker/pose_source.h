@@ -2,9 +2,9 @@
 // simulator's truth, a replayed light field), markers, or a system outside the camera (tracking/sources/).
 // `ulf track` and `ulf capture` use this interface alone, from one thread.
 //
-// Poses are cam_from_world. A live pose is the best known at its frame; adjustments of a map may move it
-// later. To keep a pose, keep its anchor (a keyframe and the rigid transform from it) and ask PoseOf()
-// again at the end.
+// Poses are cam_from_world. A live pose is the best known at its frame; a map's adjustments may move it. To
+// keep a pose, keep its anchor (a keyframe and the rigid transform from it) and ask PoseOf() again at the
+// end.
 #pragma once
 
 #include <cstdint>
@@ -68,8 +68,7 @@ class PoseSource {
   // Error if one has another size than the camera.
   virtual Track Step(const Frame& frame) = 0;
   // Finds where another camera took a photograph of the same scene (a tethered camera's full resolution
-  // beside its live view). `near` is the expected pose, if known. Returns none if the pose is not certain.
-  // Changes nothing.
+  // beside its live view). `near` is the expected pose, if known. Returns none if it is not certain.
   virtual std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                                       const std::optional<Rigid3>& near) const = 0;
   // Returns the pose that an anchor means now. Every anchor stays valid.

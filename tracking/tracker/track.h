@@ -49,8 +49,7 @@ struct Track {
   // The camera's own pose when the middle row was read, relative to cam_from_world. It is set if a rolling
   // shutter is compensated; else the two are the same.
   std::optional<Rigid3> middle_row_from_picture;
-  // The camera's velocity while the rows were read, in the middle row's frame; set with
-  // middle_row_from_picture.
+  // The velocity while the rows were read, in the middle row's frame; set with middle_row_from_picture.
   std::optional<Twist> twist;
   // From 0 to 1: one half if PictureSigma() and lens_error_share together make a hundredth of `distance`.
   double quality = 0;
@@ -58,12 +57,10 @@ struct Track {
   std::optional<int> features;  // corners detected in the image; none: the source detects none
   // Predicted standard deviation of the camera's centre, world units, from matches and the map's error.
   std::optional<double> center_sigma;
-  // Under a rolling shutter, how far the centre of cam_from_world is from those of the rows'
-  // poses, world units.
+  // How far the centre is from those of a rolling shutter's rows, world units.
   double rows_sigma = 0;
   double distance = 0;  // median distance of the points that support the pose, world units; 0: unknown
-  // Returns the predicted error of the centre: center_sigma and rows_sigma together; none if
-  // center_sigma is none.
+  // Returns center_sigma and rows_sigma together; none if center_sigma is none.
   std::optional<double> PictureSigma() const;
   std::optional<StartProgress> start;  // while initializing, and for the frame that started the map
   double sharpness = 1;                // fine detail over the recent frames' median: well below 1 is blurred
@@ -77,8 +74,7 @@ struct Track {
   // but whoever uses the image needs another lens for it.
   std::optional<double> focal_ratio;
   int lens_revision = 0;  // how often the tracker has replaced the given lens (LensUse::kRefine)
-  // Changes when much of the map has moved, for example after a closed loop: ask PoseOf() for
-  // all poses again.
+  // Changes when much of the map has moved (a closed loop): ask PoseOf() for all poses again.
   int map_revision = 0;
   // The map points that support the pose, for NoteView(); null if there are none.
   std::shared_ptr<const std::vector<MapObservation>> seen = {};
@@ -101,8 +97,7 @@ struct ExpectedPoint {
   bool found = false;      // in this frame, where the pose projects it
 };
 
-// Returns a frame's outcome for the operator's line of progress: what is the matter and, for a camera in the
-// hand, what to do.
+// Returns a frame's outcome for the operator's line of progress: what is the matter and what to do.
 std::string InWords(const Track& track, FrameSource source);
 
 // Returns how far the zoom was moved (Track::focal_ratio), and what to do.

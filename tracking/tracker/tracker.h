@@ -38,17 +38,16 @@ class Tracker final : public PoseSource {
   Tracker& operator=(Tracker&&) noexcept;
 
   Track Step(const Frame& frame) override { return Step(frame, std::nullopt); }
-  // `fiducials` is what the frame shows of a given world (a board's), in pixels of the frame. Keyframes
-  // keep it. Once the map is moved into that world, it takes part in poses and map, and a lost tracker
-  // searches at its pose.
+  // `fiducials` is what the frame shows of a given world (a board's), in pixels of the frame. Keyframes keep
+  // it. In a map moved into that world it takes part, and a lost tracker searches at its pose.
   Track Step(const Frame& frame, const std::optional<FiducialObservation>& fiducials);
 
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near) const override {
     return Locate(photograph.image, camera, near);
   }
-  // Throws Error if the photograph's size is not its camera's. Also returns none while there is no map, or a
-  // zoom is moved.
+  // Throws Error if the photograph's size is not its camera's. Returns none without a map or with a moved
+  // zoom.
   std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near = {},
                               const std::optional<FiducialObservation>& fiducials = {}) const;

@@ -43,8 +43,7 @@ class WorkingSize {
   Eigen::Vector2d ToOriginal(const Eigen::Vector2d& working) const;
   // Converts a distance in the image, by the mean of the two axes.
   double ToOriginal(double working_px) const;
-  // Returns the key (map_file.h) of what is stored in working pixels: `key`, mixed with the size if
-  // that is reduced.
+  // Returns the key (map_file.h) of what is in working pixels: `key`, mixed with a reduced size.
   std::uint64_t KeyAtWorkingSize(std::uint64_t key) const;
 
  private:

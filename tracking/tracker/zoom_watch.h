@@ -23,8 +23,7 @@ class ZoomWatch {
   // Returns whether the last frame should not become a keyframe.
   bool Disagrees() const { return since_disagreed_ < kLastFrames || IsMoved(); }
   bool IsMoved() const { return log_ratio_ != 0; }
-  // Returns the logarithm of the focal length with which to track frames over the lens's; 0: the
-  // zoom is not moved.
+  // Returns the logarithm of the focal length for tracking frames over the lens's; 0: it is not moved.
   double log_ratio() const { return log_ratio_; }
   void Forget();  // call it when the map or the lens is replaced
 
