@@ -3,7 +3,7 @@
 // A frame's pose and time are those of its middle row. Row y was read readout · (y / height - 1/2) later
 // (earlier above the middle), when the camera's velocity had moved the image of a point. The tracker removes
 // this shift from every image point when it detects the features, and again, with the velocity that the frame
-// itself shows, when it fixes the pose; from then on they are those of a global shutter. Adjustments of the
+// itself shows, when it fixes the pose; from then on image points are a global shutter's. Adjustments of the
 // whole map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels stay where the
 // sensor saw them, so code that reads pixels converts by the pyramid's RowShift. The shift is exact for a
 // known point of the scene and a constant velocity; otherwise the depth is interpolated from known points
@@ -102,7 +102,7 @@ class RowShift {
 // where the sensor saw them. Features keep their order; those that cannot be moved stay.
 std::shared_ptr<const FeatureSet> MoveFeatures(const CameraModel& camera, const FeatureSet& features,
                                                const RowShift* from, const RowShift* to);
-// Does the same for features as the sensor saw them (`from` is null), and faster.
+// Removes a shift from features as the sensor saw them.
 std::shared_ptr<const FeatureSet> RemoveRows(const CameraModel& camera, const FeatureSet& detected,
                                              const RowShift& rows);
 // Returns the pyramid, whose images are shared, with another shift (null: none).

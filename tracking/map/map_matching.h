@@ -37,7 +37,7 @@ struct Candidate {
 };
 
 // Returns the living points of a part of the map that a camera near this pose may see. The caller holds the
-// map's lock, here and below.
+// map's lock, as for the next function.
 std::vector<Candidate> GatherCandidates(const Map& map, const CameraModel& camera,
                                         const Rigid3& cam_from_world, int part = 0);
 

@@ -21,7 +21,7 @@
 namespace ulf::tracking {
 
 enum class TrackState {
-  kInitializing,  // there was no pose yet
+  kInitializing,  // there is no map or pose yet
   kTracking,
   kLost,
   // The camera is tracked in a part of the map whose place in the main part's world is not known (yet). There
