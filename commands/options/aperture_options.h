@@ -31,8 +31,8 @@ void CheckApertureOptions(const ApertureArgs& args, const std::filesystem::path&
 std::vector<render::Aperture> AperturesAlong(const ApertureArgs& args, const render::CameraPath& path,
                                              const render::RenderScene& scene);
 
-// A wide aperture blends the rings of neighbours in the viewpoint mesh. Throws Error if the viewpoints span
-// no surface, UsageError if the blending field does not use the mesh.
+// A wide aperture blends rings of triangles of the viewpoint mesh (aperture_field.h). Throws Error if the
+// viewpoints span no surface, UsageError if the blending field does not use the mesh.
 void RequireRings(const render::FieldOptions& field, const render::ViewpointMesh& mesh);
 
 // Warns if the widest aperture is no wider than neighbouring viewpoints are apart, and so has hardly an

@@ -65,7 +65,7 @@ struct TrackErrors {
   int earlier_maps = 0;  // number of live poses in other maps, which are not compared
   std::optional<TrajectoryError> live = {}, final = {};
   WrongPoses wrong = {};
-  // Of the poses when the middle row was read; none without a compensated rolling shutter.
+  // The errors of poses when the middle row was read; none without a compensated rolling shutter.
   std::optional<TrajectoryError> middle_row_live = {}, middle_row_final = {};
 };
 inline constexpr double kRelativeErrorStep_s = 1;  // of the relative pose error (RPE)

@@ -17,8 +17,8 @@
 
 namespace ulf::tracking {
 
-// Of normal errors with unit variance in each of two dimensions, 95 % are shorter than kSigmas95, half of
-// them shorter than kMedianLength.
+// Normal errors with unit variance in each of two dimensions are shorter than kSigmas95 in 95 % of cases,
+// shorter than kMedianLength in half of them.
 inline constexpr double kSigmas95 = 2.45;
 inline constexpr double kMedianLength = 1.1774;
 inline constexpr double kMedianOfNormal = 0.6745;  // the same median in one dimension

@@ -1,4 +1,4 @@
-// Wraps OpenGV's minimal solvers: no other file includes it. OpenGV's poses are camera-to-world and its
+// Wraps OpenGV's minimal solvers: no other source includes OpenGV, whose poses are camera-to-world and whose
 // relative poses take the second frame to the first; these functions return cam_from_world, and essential
 // matrices that take the first view to the second. sampling.h draws the samples; docs/measured/tracking.md,
 // "Which solvers, and why", says why these. Rays are unit vectors in the camera frame.

@@ -15,7 +15,7 @@ namespace ulf::tracking {
 struct PoseFit {
   double error_px =
       0;  // median distance from the epipolar lines in most pairs; pixels of the scene's pictures
-  // Of the matches whose depth is determined, the share that lies in front of both cameras.
+  // The share of the matches with a determined depth that lie in front of both cameras.
   double before_share = 1;
 };
 

@@ -34,7 +34,7 @@ struct RefineView {
   cv::Mat gray;
 };
 
-// Where a view shows a point.
+// The place where a view shows a point.
 struct TrackObservation {
   int view = 0;
   int feature = -1;  // index into the view's features; -1: the patch alone was found

@@ -15,8 +15,7 @@
 namespace ulf::tracking {
 
 struct InitializerAttempt {
-  StartProgress progress;  // what is missing
-  // As in RelativePoseResult.
+  StartProgress progress;  // what is missing; the next four are as in RelativePoseResult
   RelativePoseOutcome outcome = RelativePoseOutcome::kTooFewMatches;
   double direction_sigma_deg = 0;
   RelativePoseModel model = RelativePoseModel::kEssential;
