@@ -50,9 +50,9 @@ struct RefineStage {
 struct ReadingOptions {
   int max_side_px = 1600;  // to which the longer side of larger pictures is reduced
   int corners = 1500;      // about the number a view
-  // Drops corners that masks exclude: matches on a standing background before which the subject turned would
-  // contradict all poses.
-  bool masked = true;
+  // Keeps corners that masks exclude. A check of poses drops them: matches on a standing background before
+  // which the subject turned would contradict all poses.
+  bool keeps_masked = true;
 };
 
 // Reads every view and detects its corners. A view that cannot be read is not registered and says why.
