@@ -9,18 +9,17 @@
 
 namespace ulf::commands {
 
-// Adds ulf manual and ulf completion, which --help does not list: they make the files that an installation
-// puts beside the program. They describe all commands and options of `app`, also those that are added later.
+// Adds `ulf manual`, which --help does not list, and `ulf completion`. They make the files that an
+// installation puts beside the program, and describe all commands and options that `app` has when they run.
 void AddAboutCommands(CLI::App& app, ChosenCommand& chosen);
 
-// Returns the output of `ulf --version`, which a report of a fault needs: "ulf 0.1.0" in the first line, then
-// the libraries that it was built with (a Debian release keeps their versions). With `asks_opengl` also the
-// renderer that OpenGL has without a window, for which its driver is loaded (some 0.3 s); if there is none,
-// the line says why.
+// Returns the output of `ulf --version` for bug reports: "ulf 0.1.0" in the first line, then the libraries
+// that it was built with. If `asks_opengl` is set, a third line names the OpenGL renderer that works without
+// a window, or says why there is none; this loads the driver (some 0.3 s).
 std::string VersionText(bool asks_opengl);
 
-// Returns the man page of one command, in the macros of man(7); `tree` is the whole program's, for
-// cross-references (manual.cpp).
+// Returns the man page of one command in the macros of man(7) (manual.cpp). `tree` describes the whole
+// program (CommandTree()), to which the page refers.
 std::string ManPage(const CommandPage& page, const CommandPage& tree, const std::string& version);
 // Writes ulf.1, ulf-capture.1, ulf-export-colmap.1 and so on into an existing folder. Throws Error that names
 // the file that cannot be written.
@@ -30,12 +29,12 @@ void WriteManual(const CommandPage& tree, const std::string& version, const std:
 // value may be one (completion.cpp). `shell` is "bash", "zsh" or "fish"; throws UsageError for any other.
 std::string CompletionScript(const CommandPage& tree, const std::string& shell);
 
-// Describes the fault of the command line that `app` has just failed to parse, with the remedy, if the
-// parser's own words name neither (wrong_usage.cpp). Returns "" if the parser's own words do.
+// Describes the fault of the command line that `app` has just failed to parse, and the remedy
+// (wrong_usage.cpp). Returns "" if the parser's own message does, or if `error` stands for --help.
 std::string WrongUsageInWords(const CLI::App& app, const CLI::ParseError& error);
 
-// Throws UsageError if a file that the parsed command writes is one that it reads, or a part of the light
-// field that it reads: the output would replace its source.
+// Throws UsageError if the parsed command would replace a file that it reads, or a file in a folder that it
+// reads, other than pictures, meshes and films at the folder's top. Exempt is `ulf calibration`.
 void RequireInputsStay(const CLI::App& app);
 
 }  // namespace ulf::commands

@@ -1,5 +1,5 @@
-// The commands and options of the program as values, read from CLI11, from which the manual and the
-// completions are made, so that they cannot differ from --help.
+// Reads the program's commands and options from CLI11 into values. The manual and the shell completions are
+// made from them, so that they agree with --help.
 #pragma once
 
 #include <string>
@@ -10,13 +10,13 @@
 namespace ulf::commands {
 
 struct OptionPage {
-  std::vector<std::string> names;  // "-o", "--output"; of a positional one, "DIR"
-  std::string value;               // as in --help: "TEXT:{high,fast}"; empty: none
-  std::string default_value;       // empty: none, or in its text
-  std::string text;
-  std::vector<std::string> words;  // the named values
+  std::vector<std::string> names;  // "-o", "--output"; "DIR" for a positional argument
+  std::string value;               // as in --help: "TEXT:{high,fast}"; empty for a flag
+  std::string default_value;       // empty: there is none, or `text` tells it
+  std::string text;                // description
+  std::vector<std::string> words;  // named values: "high", "fast"
   bool positional = false, required = false, repeats = false;
-  bool takes_file = false;  // the value may be a path, too: free text, or not all values have names
+  bool takes_file = false;  // The value may be a path: it is free text, or its named values end in FILE.
 };
 
 struct CommandPage {
@@ -29,10 +29,10 @@ struct CommandPage {
   std::string FullName(const std::string& between) const;  // "ulf export colmap" with `between` as separator
 };
 
-// Returns all that --help shows, without hidden parts.
+// Returns the page of the whole program, without what --help hides.
 CommandPage CommandTree(const CLI::App& app);
 
-// Returns the tree's pages, each before those below it.
+// Returns all pages of the tree, each before its subcommands'; they point into `tree`.
 std::vector<const CommandPage*> AllPages(const CommandPage& tree);
 
 }  // namespace ulf::commands

@@ -1,4 +1,4 @@
-// Shows the live picture of a calibration in a window, or in a file that is rewritten every second, and lets
+// Shows the operator of a calibration the live picture with its guidance, in a window or in a file, and lets
 // the Enter key release a photograph.
 #pragma once
 
@@ -8,9 +8,10 @@
 
 namespace ulf::commands {
 
-// Adds them to the options. Throws UsageError for --preview without a device, or with another ending than
-// .png, and Error if the file cannot be written. Closing the window ends the calibration as Ctrl-C does.
-// `progress` must outlive the options.
+// Sets the callbacks of `options` (none for files). The file of --preview is rewritten every second and for
+// each view; without it, a window opens if messages go to a terminal. Closing the window ends the calibration
+// as Ctrl-C does. Throws UsageError for --preview without a device or without the ending .png, Refusal if the
+// file cannot be written. `progress` must outlive `options`.
 void ShowGuide(const CalibrateArgs& args, bool is_device, Progress& progress,
                acquisition::CalibrationCaptureOptions& options);
 

@@ -1,5 +1,5 @@
-// Finishes `ulf capture` when the light field is closed: masks, the map for the next session, merged
-// brackets, the report, pictures, and final messages.
+// Finishes `ulf capture` after the light field is closed: makes masks, merges brackets, keeps the tracker's
+// map for the next session, prints the report, and writes the pictures that were asked for.
 #pragma once
 
 #include <optional>
@@ -18,13 +18,14 @@ namespace ulf::commands {
 // The results of a finished capture.
 struct CaptureRun {
   coverage::CaptureSummary summary;
-  acquisition::FrameRecorderSummary kept;  // recorded frames, if requested
-  std::vector<TimedPose> truth;            // as they were at the start; empty if none
-  std::vector<TimedPose> live;             // live poses of tracked frames
-  std::optional<OpenedFolder> folder;      // of the light field
+  acquisition::FrameRecorderSummary kept;  // frames of --keep-frames
+  std::vector<TimedPose> truth;            // poses of --truth as the capture began; empty without it
+  std::vector<TimedPose> live;             // poses of tracked frames as the tracker gave them
+  std::optional<OpenedFolder> folder;      // the light field's; always set
 };
 
-// Returns the command's exit status.
+// Returns the exit status: kFailed if the folder or device was lost, the disk was full, masks failed, or
+// nothing was recorded although nobody asked to end. `hand` is what PrepareCapture() has set.
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
                  PreparedCaptureCommand& hand, CaptureRun& run);
 

@@ -1,4 +1,4 @@
-// The report of a finished capture: text for people, JSON for programs.
+// Reports a finished capture as text for people and as JSON for programs.
 #pragma once
 
 #include <cstddef>
@@ -13,30 +13,32 @@
 
 namespace ulf::commands {
 
-// `tracked` counts frames that got a pose. The text has complete lines. `dir` is the light field, for
-// commands in the text.
+// Returns complete lines. `tracked` is the number of frames that got a pose; `dir` is the light field's
+// folder, which the text names in commands to type.
 std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked, const std::string& dir);
+// Adds one key for each figure of the summary to the JSON object.
 void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::size_t tracked);
 
-// Says for captures without a view why nothing was recorded, by the commonest reason, and the remedy.
+// Says why a capture recorded no view, by the commonest reason, and names the remedy.
 std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t tracked);
 
-// Returns the commonest reason and its remedy for a light field with views, if most frames were refused and
-// few or none of those in uncovered directions were recorded. Reasons for a camera that does not look at the
-// subject count as one. The text is empty if there is no such reason.
+// Says why a session recorded hardly anything, by the commonest reason, and names the remedy: if at least
+// half of its frames were refused, and less than a fifth of those in uncovered directions recorded. Reasons
+// that say that the camera does not look at the subject count as one. Else, or if the cap is covered: "".
 std::string FewRecordedReason(const coverage::CaptureSummary& summary);
 
-// The errors of a capture's camera centres against true ones after a similarity alignment (`ulf capture
-// --truth`), for all tracked frames with their live poses and for the recorded views with their final poses.
+// The errors of camera centres against true ones after a similarity alignment (`ulf capture --truth`): `live`
+// of all tracked frames with the poses given live, `views` of the recorded views with their final poses; none
+// if CompareTrajectories() returns none.
 struct PoseErrors {
   std::optional<TrajectoryError> live, views;
-  double subject_distance = 0;  // median of the views, in the truth's unit
+  double subject_distance = 0;  // median over the views, in the truth's unit; 0: unknown
 };
 
-// The times of `truth` are by the device's clock.
+// `truth` has times of the device's clock; poses within 2 ms are compared.
 PoseErrors CompareWithTruth(const std::vector<TimedPose>& truth, const std::vector<TimedPose>& live,
                             const LightField& light_field);
-void AddTo(nlohmann::json& json, const PoseErrors& errors);  // in the truth's unit
-std::string ToText(const PoseErrors& errors);                // shares of the subject's distance
+void AddTo(nlohmann::json& json, const PoseErrors& errors);  // in the truth's unit; null if unknown
+std::string ToText(const PoseErrors& errors);                // in per cent of the subject's distance
 
 }  // namespace ulf::commands

@@ -1,5 +1,4 @@
-// Prepares a capture (coverage/session/prepared_capture.h) from the command line, or refuses without having
-// written anything.
+// Prepares a capture (coverage/session/prepared_capture.h) from the arguments of `ulf capture`.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +15,7 @@
 
 namespace ulf::commands {
 
+// The values of the options, which `ulf capture --help` describes; an empty one or 0 was not given.
 struct CaptureArgs {
   std::string uri;
   std::string dir;
@@ -31,12 +31,11 @@ struct CaptureArgs {
   std::optional<int> coverage_width_px;
   acquisition::IntrinsicsArgs intrinsics;
   std::string poses_text = "features";
-  // Markers on which the subject turns, as for --poses markers:; empty: the subject stands still.
   std::string turntable;
   tracking::ReadoutArgs readout;
   tracking::LensUse lens = tracking::LensUse::kCheck;
   int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
-  tracking::PosesSpec poses;
+  tracking::PosesSpec poses;  // what PosesFrom() returns for these arguments
   std::uint64_t frames = 0;
   double max_seconds = 0;
   std::optional<double> speed;
@@ -59,17 +58,19 @@ struct CaptureArgs {
   std::string truth;
 };
 
-// Combines `--poses` and `--turntable`. Throws UsageError if they contradict each other.
+// Combines `poses_text` and `turntable`. Throws UsageError for both, and for a turntable whose world varies.
 tracking::PosesSpec PosesFrom(const CaptureArgs& args);
 
-// Returns the options that do not depend on the device. Throws UsageError.
+// Returns the options that do not depend on the device; `args.poses` must be set. Throws UsageError for
+// values that are impossible or contradict each other.
 coverage::CaptureOptions OptionsFrom(const CaptureArgs& args);
 
 struct PreparedCaptureCommand : coverage::PreparedCapture {
-  std::shared_ptr<coverage::SimulatedOperator> person;  // holds a simulated camera; null otherwise
+  std::shared_ptr<coverage::SimulatedOperator> person;  // of --operator; null without it
 };
 
-// Behaves as coverage::PrepareCapture().
+// Opens the device and calls coverage::PrepareCapture(), whose contract holds: false means stopped before the
+// first frame. `options`, from OptionsFrom(), is completed by what device and folder say; `hand` is set.
 bool PrepareCapture(const CaptureArgs& args, coverage::CaptureOptions* options, PreparedCaptureCommand& hand);
 
 }  // namespace ulf::commands

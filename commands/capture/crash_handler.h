@@ -16,7 +16,8 @@
 
 namespace ulf::commands {
 
-// At most one may exist.
+// Handles the fatal signals of the process while it lives; at most one may exist at a time. `dir` is the
+// light field's folder. The constructor throws Error if its path is too long (4096 bytes).
 class CrashHandler {
  public:
   explicit CrashHandler(const std::filesystem::path& dir);
@@ -25,7 +26,7 @@ class CrashHandler {
   CrashHandler& operator=(const CrashHandler&) = delete;
 };
 
-// Adds the command, which the help does not show.
+// Adds `ulf close-after-death`, which the help does not show.
 void AddCloseAfterCrashCommand(CLI::App& app, ChosenCommand& chosen);
 
 }  // namespace ulf::commands

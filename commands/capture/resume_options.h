@@ -1,6 +1,6 @@
-// Defines what `ulf capture --resume` does with each option of the command by one rule an option. An option
-// is used from now on, or must agree with the light field, or cannot be honoured for this light field; in
-// both latter cases it is refused by name, with both values and the remedy, before anything is written.
+// Defines what `ulf capture --resume` does with each option, by one rule per option. An option is used from
+// now on, or must agree with the light field, or cannot be honoured for some light fields. If it disagrees or
+// cannot be honoured, it is refused before anything is written, in a message with both values and the remedy.
 #pragma once
 
 #include <set>
@@ -25,20 +25,21 @@ enum class OnResume {
 };
 
 struct ResumeRule {
-  std::string_view option;  // without its dashes
+  std::string_view option;  // long name without dashes
   OnResume what;
-  // Returns what follows the option's name in a refusal, its value and why not; empty if it is accepted. Null
-  // if the option is always used.
+  // Returns the text that follows the option's name in a refusal; empty if the option is accepted. Null if
+  // the option is never refused.
   std::string (*refusal)(const CaptureArgs& args, const LightField& light_field) = nullptr;
 };
 
+// Returns the rules of all options, in the order in which they are checked.
 std::span<const ResumeRule> ResumeRules();
 
-// Returns the options on the command line, by the names of the rules.
+// Returns the options that stand on the parsed command line, named as in the rules.
 std::set<std::string> GivenOptions(const CLI::App& command);
 
-// Throws UsageError for the first of `given` that is refused, and Error for a light field that cannot be
-// read. LightFieldWriter::Resume handles a folder without a journal.
+// Throws UsageError for the first of the rules that refuses one of `given`, and Error for a journal that
+// cannot be read. Does nothing without --resume or journal (LightFieldWriter::Resume() refuses later).
 void RequireResumable(const CaptureArgs& args, const std::set<std::string>& given);
 
 }  // namespace ulf::commands

@@ -1,4 +1,4 @@
-// Draws an overview picture: panels with captions below a headline.
+// Draws an overview picture: a headline, and below it a grid of pictures with captions.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,7 +8,7 @@
 namespace ulf::commands {
 
 struct SheetPanel {
-  cv::Mat image;  // CV_8UC3, any size and shape; fitted into its cell, never distorted
+  cv::Mat image;  // CV_8UC3 of any size; scaled into its cell with its aspect ratio kept
   std::string caption;
 };
 
@@ -18,7 +18,7 @@ struct ContactSheetLayout {
   int cell_height_px = 480;
 };
 
-// Returns CV_8UC3. Throws Error if a panel has no image.
+// Returns the sheet, CV_8UC3, with the panels row by row. Throws Error if a panel has no image.
 cv::Mat ComposeSheet(const std::string& headline, const std::vector<SheetPanel>& panels,
                      const ContactSheetLayout& layout = {});
 

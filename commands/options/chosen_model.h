@@ -1,4 +1,5 @@
-// Chooses by evidence what ulf render and ulf view draw.
+// Chooses the proxy, the blending field and the light corrections with which `ulf render` and `ulf view`
+// draw, by name or, for "auto", by evidence (render/quality/choice.h).
 #pragma once
 
 #include <memory>
@@ -18,14 +19,15 @@ struct ChosenModel {
   std::vector<ModelChoice> explained;  // choices of proxy and field, and of the light if it was fitted
 };
 
-// `proxy` and `field` are names of the command line. Light is corrected before anything is compared, because
-// fields that blend few views would otherwise win if photographs differ.
+// `plain` is the scene without light corrections, `proxy` and `field` are names of the command line,
+// `details` the field's other options. Light is corrected before anything is compared, because fields that
+// blend few views would otherwise win if photographs differ. Shows progress unless `options.between` is set.
 ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const render::RenderScene>& plain,
                         const std::string& proxy, const std::string& field,
                         const render::FieldOptions& details, render::RendererKind renderer,
                         render::ChoiceOptions options = {});
 
-// Returns the renderer of the choice; if masks cut the subject out (a turntable's), a CutOutRenderer.
+// Makes the renderer of the choice; a CutOutRenderer if the scene's masks cut the subject out (turntables).
 std::unique_ptr<render::Renderer> RendererOf(const SceneArgs& args, const ChosenModel& chosen,
                                              const render::RenderOptions& options);
 

@@ -1,5 +1,4 @@
-// Exit codes, the function that runs the chosen subcommand, the spelling of options, and the error about
-// them.
+// Defines exit codes, the function that runs the chosen subcommand, and the error about a command line.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +19,7 @@ inline constexpr int kOk = 0;
 inline constexpr int kFailed = 1;      // Error: a file, a device or the data
 inline constexpr int kWrongUsage = 2;  // UsageError, Refusal: the command line
 
-// Runs the subcommand that the command line names, and returns the exit code; parsing sets it.
+// Runs the subcommand that the command line names, and returns the exit code. Parsing sets this function.
 using ChosenCommand = std::function<int()>;
 
 // Spells a parameter of the libraries as an option: "no_subject" is "--no-subject", "output" is "-o".
@@ -31,8 +30,8 @@ inline std::string OptionOf(std::string_view parameter) {
   return option;
 }
 
-// Reports an impossible command line: exit status kWrongUsage. Only commands/ throws it; libraries throw
-// Refusal, which names a parameter, and the program spells it as the option.
+// Says that the command line is impossible (exit status kWrongUsage). The constructor takes the whole
+// message. Only commands/ throws it; libraries throw Refusal, whose parameter is spelled as an option.
 class UsageError : public Refusal {
  public:
   template <typename... Args>

@@ -1,5 +1,4 @@
-// Checks and parses values of options: numbers, named values and colours; formats the lines of keys in a
-// footer.
+// Checks and parses values of options (numbers, names, colours); formats keys for the end of a help text.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,21 +10,21 @@
 
 namespace ulf::commands {
 
-// These validators have short messages instead of CLI11's range of 300 digits.
+// Accept finite numbers above 0, or from 0 on, with shorter messages than CLI11's own validators.
 CLI::Validator Positive();
 CLI::Validator NonNegative();
 
-// Declares named values, as "auto,plane,plane:SHARE,FILE": completion offers those in small letters alone,
-// and files if FILE stands last. Nothing is checked: other values are free text.
+// Lists an option's values for help and shell completion, as in "auto,plane,plane:SHARE,FILE". Completion
+// offers those of lower-case letters, digits and hyphens, and files if FILE is last. Values are not checked.
 CLI::Option* OfferValues(CLI::Option* option, const std::string& values);
 
 inline constexpr char kKnownFields[] = "auto,subdivision,linear,lumigraph,lumigraph-per-pixel,soft,nearest";
 inline constexpr char kKnownProxies[] = "auto,plane,plane:SHARE,plane:fitted,planes,points,mesh,soft,FILE";
 
-// Returns a line for each key, for a footer.
+// Returns a line for each key, each with a line feed before it.
 std::string KeyLines(std::span<const render::KeyHelp> keys);
 
-// Parses "white", "black", or R,G,B from 0 to 255, to B G R from 0 to 1 in display encoding. Throws
+// Parses "white", "black", or "R,G,B" from 0 to 255. Returns B, G, R from 0 to 1 in display encoding. Throws
 // UsageError that names --background.
 cv::Vec3d BackgroundFromText(const std::string& text);
 

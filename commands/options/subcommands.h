@@ -1,6 +1,6 @@
-// Declares the subcommands: each has a file of its name in a room of commands/ that parses, calls one
-// function, and prints. A function adds its subcommand to the program's command line and, if the user chose
-// it, sets `chosen` to the function to run.
+// Declares the functions that add the subcommands. Each subcommand has a file of its name in a folder of
+// commands/ that parses, calls one function, and prints. Its function adds it to the program's command line,
+// so that parsing sets `chosen` to the function to run if the user chose it.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,7 +12,7 @@
 
 namespace ulf::commands {
 
-// Adds all, in the order of the help.
+// Adds all subcommands, in the order of the help.
 void AddCommands(CLI::App& app, ChosenCommand& chosen);
 
 using AddSubcommand = void(CLI::App& app, ChosenCommand& chosen);
@@ -22,7 +22,8 @@ AddSubcommand AddDevicesCommand, AddFeaturesCommand, AddSimulateCommand, AddReco
     AddCaptureCommand, AddInfoCommand, AddSheetCommand, AddReviewCommand, AddTakeBackCommand,
     AddRefineCommand, AddExportCommand, AddMergeCommand;
 
-// Returns a new subcommand and its arguments, for its options; choosing it sets `chosen` to `run` them.
+// Adds a subcommand, described by `text`. Returns it and its arguments, for the caller's options. If the user
+// chooses it, parsing sets `chosen`, which must outlive `app`, to a call of `run` with the arguments.
 template <typename Args>
 std::pair<CLI::App*, std::shared_ptr<Args>> NewSubcommand(CLI::App& app, ChosenCommand& chosen,
                                                           const std::string& name, const std::string& text,

@@ -1,5 +1,5 @@
-// The options of the commands that read frames and track them: intrinsics, the lens while tracking, the
-// shutter's readout, the size of the tracked pictures.
+// The options of the commands that track frames: intrinsics, whether images may change them, the readout time
+// of a rolling shutter, the size of the tracked pictures.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -18,10 +18,10 @@ void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args);
 
 // Adds --readout-ms, the time from the first to the last row of a rolling shutter.
 void AddReadoutOption(CLI::App& command, tracking::ReadoutArgs& args);
-// Does the same for recorded views, without measuring: `readout_s` is in seconds, none for "auto".
+// Does the same for recorded views, whose readout is not measured: `readout_s` is none for "auto".
 void AddReadoutOption(CLI::App& command, std::optional<double>& readout_s);
 
-// Adds --tracking-side, the longer side of the tracked pictures in px.
+// Adds --tracking-side, the longer side to which larger pictures are reduced, px; 0 for "full": not reduced.
 void AddTrackingSideOption(CLI::App& command, int& side_px);
 
 // The values of --intrinsics and --calibration-out.
@@ -32,17 +32,17 @@ struct LensUseArgs {
 
 void AddLensUseOptions(CLI::App& command, LensUseArgs& args);
 
-// Throws UsageError if a file is to be written and no lens is estimated, and Error if it cannot be written.
+// Throws UsageError for a file to write if no lens is estimated, and as RequireOwnCalibration() does.
 void RequireUsable(const LensUseArgs& args);
 
-// Writes the estimated lens to args.calibration_output, if that is given; logs if none was found, and if
-// images still contradict it (`at_end`). `command` is noted in the file: "ulf track".
+// Writes the estimated lens to args.calibration_output, if that is given, with `command` ("ulf track") as its
+// origin. Logs why and writes nothing if `lens` is none, or if `at_end` says that no real lens fits.
 void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,
                     const std::optional<tracking::RefinedLens>& lens,
                     const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command);
 
-// Throws UsageError if the file cannot be written, or exists and is no calibration file of ulf, because
-// results would replace the file of another program.
+// Throws Refusal if the file cannot be written, and UsageError if it exists and is no calibration file of
+// ulf: files of other programs are not replaced.
 void RequireOwnCalibration(const std::string& output);
 
 }  // namespace ulf::commands

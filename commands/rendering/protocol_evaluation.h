@@ -1,4 +1,5 @@
-// Runs `ulf evaluate --protocol`: its options, the evaluation, its table, JSON and pictures.
+// Runs `ulf evaluate --protocol`, which measures renderings as papers do: photographs that a protocol names
+// are left out, rendered from the given views alone, and compared (render/quality/protocol.h).
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,15 +12,17 @@
 namespace ulf::commands {
 
 struct ProtocolArgs {
-  std::string protocol;                    // empty: not requested
-  std::string out;                         // folder to write; empty: nothing is written
-  int geometry_px = 0, geometry_maps = 0;  // 0: the defaults of ulf proxy
-  bool refine = false;
+  std::string protocol;  // "llff", "nerf-synthetic", "every:N", or a file; empty: not requested
+  std::string out;       // new folder for pictures and results; empty: nothing is written
+  // Longer side of photographs for geometry, largest number of depth maps; 0: as in `ulf proxy`.
+  int geometry_px = 0, geometry_maps = 0;
+  bool refine = false;  // refines lens and poses first (refined_split.h)
 };
 
 void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args);
 
-// `fields` are those to choose from by evidence; empty means all.
+// Prints the result as a table, or as one JSON object if `json`, and returns kOk. The best of `fields` is
+// chosen by evidence; empty: of all. Throws UsageError for a proxy that the given views cannot make.
 int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
                 const std::vector<render::FieldOptions>& fields, bool json);
 

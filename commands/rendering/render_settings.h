@@ -1,4 +1,4 @@
-// The arguments of `ulf render`, and the values on which its pictures depend.
+// Defines the arguments of `ulf render`, and lists the values on which its pictures depend.
 #pragma once
 
 #include <map>
@@ -11,6 +11,7 @@
 
 namespace ulf::commands {
 
+// The values of the options, which `ulf render --help` describes; an empty one or 0 was not given.
 struct RenderArgs : SceneArgs {
   std::string path = "orbit";
   std::string field = "auto";
@@ -35,8 +36,8 @@ struct RenderArgs : SceneArgs {
   bool json = false;
 };
 
-// Returns all values on which the pictures of the path depend, for render.json: all pictures of one folder
-// share them.
+// Returns all values on which the pictures of the path depend, as texts by their names. They are stored in
+// render.json, because a folder may only hold pictures that agree in them.
 std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
                                               const render::CameraPath& path);
 

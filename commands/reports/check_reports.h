@@ -1,4 +1,4 @@
-// Runs, stores and reports the checks of a light field: of its poses, of its light, and all known faults.
+// Checks a light field's poses and light, keeps what the checks find in its folder, and reports it.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -13,35 +13,35 @@
 
 namespace ulf::commands {
 
-// The views whose poses the pictures contradict (ulf info --check-poses).
+// The result of checking poses against the pictures (ulf info --check-poses).
 struct PoseReport {
   tracking::PoseCheck check;
   double seconds = 0;           // duration of the check
-  std::set<int> exchanged{};    // contradicted views whose photograph differs from its master
-  std::string lapsed{};         // earlier findings that no longer hold; empty: none
-  std::string not_withdrawn{};  // why they stay in the journal; empty: they do not
+  std::set<int> exchanged{};    // View::id of contradicted views whose photograph differs from its master
+  std::string lapsed{};         // earlier finding that no longer holds; empty: none
+  std::string not_withdrawn{};  // why the earlier finding stays in the folder; empty: it does not
   std::string not_kept{};       // why findings were not stored; empty: they were, or there are none
 };
-// Compares the photographs with the poses, stores the findings in the light field, and replaces those of
-// `light_field` about its poses.
+// Compares the photographs with the poses, stores the findings in the folder, and replaces with them the
+// findings of `light_field` about its poses. `silent` suppresses the progress line.
 PoseReport CheckedPoses(LightField& light_field, bool silent);
 std::string ToText(const PoseReport& report, const LightField& light_field);
 nlohmann::json ToJson(const PoseReport& report, const LightField& light_field);
 
-// Judges the light, at the end of a capture and in ulf info --check-light.
+// Runs CheckLight() (light_check.h) with progress, at the end of a capture and in ulf info --check-light.
 LightCheck CheckLightOf(const LightField& light_field, Progress& progress);
-// Stores the findings in the light field, and replaces those of `light_field` about its light. Logs if it
-// cannot.
+// Stores the findings in the folder, and replaces with them the findings of `light_field` about its light.
+// Warns if they cannot be stored.
 void KeepLight(const LightCheck& check, LightField& light_field);
-// Reports clipped pixels and the lamp (ulf info --check-light).
+// Reports clipped pixels and changes of the light. `source` is SourceOf() the light field.
 std::string ToText(const LightCheck& check, FrameSource source);
 nlohmann::json ToJson(const LightCheck& check);
-// Explains a lamp that changed, with the remedy; empty if none did. `source` is that of the views.
+// Says how the light changed, with the remedy; "" if it did not.
 std::string LampAdvice(const LightCheck& check, FrameSource source);
-// Returns whether a camera took the views, or nothing can be changed any more (imported, replayed).
+// Returns kPhotographs for imported and replayed views, which cannot be taken again; else the kind of camera.
 FrameSource SourceOf(const LightField& light_field);
 
-// Returns all known faults: of the files, and by the checks.
+// Returns an array of all known faults: those of the files, and the findings of the checks.
 nlohmann::json DoubtsJson(const LightField& light_field);
 
 }  // namespace ulf::commands

@@ -13,15 +13,15 @@ namespace ulf::commands {
 
 struct CoverageChange {
   coverage::Cap cap;
-  double before = 0, after = 0;  // shares of the cap
+  double before = 0, after = 0;  // covered shares of the cap, 0 to 1
 };
 
-// Counts as ulf info does: by the bound, or by measured errors if the capture was covered by them. Returns
-// none without a goal or a subject.
+// Measures coverage by the bound, or by measured errors if the capture used them, with the subject, cap and
+// threshold of `before`. Returns none if that has no goal or no subject.
 std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const LightField& after);
 
-// Returns "covered: 98.13 % of 40 x 30 degrees before, 98.10 % after: ..."; shares with as many decimals as
-// distinguish them. `source` is that of the views, which only a camera can take again.
+// Returns one line: "covered: 98.13 % of 40 x 30 degrees before, 98.10 % after: ...". `source` is that of the
+// views, which only a camera can take again; `light_field` is the folder.
 std::string ToText(const CoverageChange& change, FrameSource source, const std::string& light_field);
 
 nlohmann::ordered_json ToJson(const CoverageChange& change);

@@ -1,4 +1,4 @@
-// Reports why the program chose a model, in one form for all commands.
+// Reports in one form for all commands why a model was chosen (core/base/model_choice.h).
 #pragma once
 
 #include <fmt/core.h>
@@ -25,8 +25,8 @@ void AddExplained(Json& report, const std::vector<ModelChoice>& choices) {
   for (const ModelChoice& choice : choices) explained.push_back(Json(ulf::ToJson(choice)));
 }
 
-// Without --explain, logs the line `why` unless it is empty. With --explain, prints all candidates to stderr;
-// with --json, too, prints nothing, because the caller adds them to its report (AddExplained()).
+// Without --explain, logs the line `why` unless it is empty. With --explain, prints all candidates to stderr,
+// or nothing if `json`: then the caller adds them to its report by AddExplained().
 inline void LogExplanation(bool explain, bool json, const std::string& why,
                            const std::vector<ModelChoice>& choices) {
   if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);

@@ -1,5 +1,5 @@
-// Reports the mesh and the depth maps of a light field in a line: their origin, and whether they fit its
-// views as they are now.
+// Reports the mesh and the depth maps of a light field: their origin, and whether they fit its views as they
+// are now. `state` is none if there is no mesh.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,14 +12,14 @@
 
 namespace ulf::commands {
 
-// Returns a line of `ulf info`; without a mesh, it names the command that makes one.
+// Returns one or two lines of `ulf info`, with the command that makes missing or outdated geometry.
 std::string GeometryText(const std::optional<render::GeometryState>& state, const LightField& light_field);
 nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state);  // null without a mesh
 
-// Returns the files that no longer fit after a change ("proxy.ply", "depth"), of those that did `before`.
+// Returns what fitted before a change of the views and no longer does: "proxy.ply", "depth".
 std::vector<std::string> Outdated(const std::optional<render::GeometryState>& before,
                                   const std::optional<render::GeometryState>& after);
-// Returns a line that names them and the remedy; empty if none is outdated. `made_for`: "the poses before".
+// Returns a line that names what is outdated and the remedy, or "". `made_for`: "the poses before".
 std::string OutdatedText(const std::optional<render::GeometryState>& before,
                          const std::optional<render::GeometryState>& after, const std::string& made_for,
                          const LightField& light_field);

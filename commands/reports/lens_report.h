@@ -1,4 +1,4 @@
-// Reports a refined lens for people.
+// Reports a lens that was estimated from the images, for people.
 #pragma once
 
 #include <string>
@@ -8,12 +8,13 @@
 
 namespace ulf::commands {
 
-// `given` is the lens of the light field. If the images support another one whose image points differ by less
-// than half a pixel, nothing needs to be done, and the text says so.
+// Describes the estimate. `given` is the light field's lens, which it replaces if `is_taken_over`. Otherwise
+// the text says that `given` is right if image points differ by less than half a pixel.
 std::string LensFitText(const tracking::LensEstimate& fit, const CameraModel& given, bool is_taken_over);
 
-// If the fitted focal length differs from the former one by more than its deviation explains, says by how
-// much, the former one's origin (`source`; empty: unknown), which of the two is kept, and why. Otherwise "".
+// If the fitted focal length differs from the given one by more than three standard deviations, and image
+// points by more than half a pixel, says by how much, the given one's origin (`source`; empty: unknown),
+// which of the two is kept, and why. Otherwise returns "".
 std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& given,
                           const std::string& source, bool is_taken_over);
 

@@ -1,4 +1,4 @@
-// Reports merging and masking, in their own commands and at the end of a capture, and the memory of a run.
+// Reports merged exposures, masks of turntables, and the memory of a run. Texts are complete lines.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,11 +9,9 @@
 
 namespace ulf::commands {
 
-// Reports merged exposures in complete lines.
+// Texts are complete lines.
 std::string ToText(const render::BracketReport& report);
 nlohmann::json ToJson(const render::BracketReport& report);
-
-// Reports masks of a turntable's light field in one or more lines.
 std::string ToText(const render::TurntableMasks& masks);
 
 // Returns the most memory that this process has had so far, MiB.

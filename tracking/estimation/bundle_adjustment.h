@@ -1,19 +1,19 @@
-// Adjusts poses and points so that together they explain all observations best (Triggs et al. 2000), with
-// Ceres. Image quantities are pixels, poses cam_from_world in any unit.
+// Bundle adjustment: changes poses and points so that together they explain all observations best (Triggs et
+// al. 2000), with Ceres. A camera here is one view; a lens is a CameraModel that cameras share.
 //
-// It minimises the sum of Huber-weighted squared reprojection errors over their sigmas, then drops
-// observations that no longer fit and repeats. Most errors are far below their sigmas, but a patch that is
+// AdjustBundle() minimises the sum of squared reprojection errors over their sigmas under Huber's loss, then
+// drops observations that do not fit and repeats. Most errors are far below their sigmas, but a patch that is
 // seen from the side, or lies over an edge in depth, is off by much more, and by the same in neighbouring
-// views. Where the start is good, Cauchy's loss on the scale of the errors themselves (their median) keeps
+// views. If the start is good, Cauchy's loss on the scale of the errors themselves (`cauchy_scales`) keeps
 // such errors from bending the poses.
 //
-// Gauge: cameras marked fixed stay. With none fixed the first camera is, unless known points hold the world.
-// With a single fixed camera the scale is restored afterwards. The solver has one thread and is therefore
-// repeatable: several threads would add in varying order.
+// Gauge: fixed cameras and known points stay. If there are none, the first camera is fixed; with a single
+// fixed camera and no known point, the scale is restored afterwards. The solver has one thread, so that sums
+// have one order and the result is repeatable.
 //
-// Intrinsics may be free: all cameras of one lens share them. With few free cameras the reduced system is
-// solved dense, with many by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
-// sees the same things, as in a light field (measured: docs/measured/charts/bundle_adjustment.png).
+// With few free cameras the reduced system (points eliminated) is solved dense, with many by conjugate
+// gradients (Agarwal et al. 2010), which is far faster if every view sees the same things, as in a light
+// field (measured: docs/measured/charts/bundle_adjustment.png).
 #pragma once
 
 #include <Eigen/Core>
@@ -34,47 +34,43 @@ namespace ulf::tracking {
 struct BundleObservation {
   int camera = 0;  // indices into the problem
   int point = 0;
-  Eigen::Vector2d img = Eigen::Vector2d::Zero();
+  Eigen::Vector2d img = Eigen::Vector2d::Zero();  // px
   double sigma_px = 1;
-  bool outlier = false;  // set by AdjustBundle: left out of the last solution
+  bool outlier = false;  // left out of the first solution if set before; AdjustBundle() sets it anew
 };
 
-// Describes how a camera with a rolling shutter moved while its rows were read (rolling_shutter.h): an
-// unknown that is held to what is known otherwise.
+// The velocity of a camera while its rows were read (rolling_shutter.h): an unknown held to a prior.
 struct RowsMotion {
   Twist twist = Twist::Zero();
   Twist prior = Twist::Zero(), prior_sigma = Twist::Ones();
 };
 
 struct BundleProblem {
-  std::vector<Rigid3> cam_from_world;
-  std::vector<bool> fixed;  // by camera
-  std::vector<int> lens;    // by camera, index into the camera models; empty: all have the first
-  std::vector<Eigen::Vector3d> points;
-  std::vector<bool> known;  // by point: it stays; points beyond the end are free
+  std::vector<Rigid3> cam_from_world;   // by camera, in any unit
+  std::vector<bool> fixed;              // by camera; cameras beyond the end are free
+  std::vector<int> lens;                // by camera, index into the lenses; empty: all have the first
+  std::vector<Eigen::Vector3d> points;  // in the world
+  std::vector<bool> known;              // by point, says that it stays; points beyond the end are free
   std::vector<BundleObservation> observations;
-  // A rolling shutter's readout time, s, and the motion by camera. Image points of a camera without motion
-  // were taken at once, those of the others are where the sensor saw them. Intrinsics must then be held.
+  // The readout time of a rolling shutter, s, and the motion by camera. Observations of a camera with a
+  // motion are where the sensor saw them, those of other cameras as a global shutter would have. With
+  // motions, no intrinsics may be free.
   double readout_s = 0;
   std::vector<std::optional<RowsMotion>> rows = {};
 };
 
-// The solver of the reduced system (points eliminated).
+// The solver of the reduced system. kBySize: kDense for up to `dense_cameras` free cameras, else kIterative.
 enum class BundleSolver { kBySize, kDense, kSparse, kIterative };
-
-// kBySize solves problems with up to so many free cameras dense. Measured:
-// docs/measured/charts/bundle_adjustment.png.
-inline constexpr int kDenseCameras = 120;
+inline constexpr int kDenseCameras = 120;  // measured: docs/measured/charts/bundle_adjustment.png
 
 struct BundleOptions {
-  int robust_iterations = 5;  // before outliers are dropped
-  int iterations = 10;        // after
+  int robust_iterations = 5;  // of the first solution, before outliers are dropped
+  int iterations = 10;        // of the second solution; 0: there is none
   double huber_sigmas = kSigmas95;
-  // The width of Cauchy's loss, which replaces Huber's, in units of the errors' own scale; 0: Huber's loss
+  // The width of Cauchy's loss, which replaces Huber's, in units of ErrorScale(); 0: Huber's loss.
   double cauchy_scales = 0;
-  double gate_sigmas = kSigmas95;
-  // An observation off by more than so many times the errors' own scale is an outlier, too; 0: no gate.
-  double gate_scales = 0;
+  double gate_sigmas = kSigmas95;  // an observation that is off by more is an outlier
+  double gate_scales = 0;  // so is one that is off by more times ErrorScale(); 0: there is no such gate
   const std::atomic<bool>* stop = nullptr;  // when set, ends early and keeps what was reached
   FreeIntrinsics free = {};                 // of every lens
   BundleSolver solver = BundleSolver::kBySize;
@@ -87,28 +83,29 @@ struct BundleSummary {
   // At least half of the observations agree with the solution. Otherwise the problem is unchanged.
   bool usable = false;
   bool settled = false;           // the last solution converged: more iterations would change little
-  double initial_rms_sigmas = 0;  // root mean square error over sigma
-  double final_rms_sigmas = 0;    // of the observations kept
+  double initial_rms_sigmas = 0;  // root mean square of errors over sigma, without outliers
+  double final_rms_sigmas = 0;
   int outliers = 0;
-  // The camera with the smallest share of kept observations: below one half they contradict its pose; -1:
-  // none.
+  // The camera that keeps the smallest share of its observations (less than one half contradicts its pose),
+  // and that share; -1: there are no observations.
   int least_kept_camera = -1;
   double least_kept = 1;
   int iterations = 0;
-  std::string message;
+  std::string message;  // the solver's, or why the result is not usable
 };
 
+// Adjusts a problem of one lens, whose intrinsics stay as they are.
 BundleSummary AdjustBundle(const CameraModel& camera, BundleProblem& problem,
                            const BundleOptions& options = {});
 
-// Adjusts a problem with several lenses, whose intrinsics change where they are free.
+// Adjusts a problem, and the intrinsics of `lenses` that are free.
 BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& problem,
                            const BundleOptions& options = {});
 
-// Returns one standard deviation of the errors in units of their sigmas, robustly from the median.
+// Returns the standard deviation of the errors over their sigmas, from the median; outliers do not count.
 double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem);
 
-// Error of an observation over its sigma, squared; 1e8 where the point cannot be projected.
+// Returns the square of an observation's error over its sigma; 1e8 if the point cannot be projected.
 double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,
                           const BundleObservation& seen);
 

@@ -1,10 +1,10 @@
-// Measures by how much a frame's focal length differs from that of its map: a zoom that was moved while the
-// camera was followed, or a lens that refocused and breathed.
+// Measures by how much a frame's focal length differs from the map's: a zoom was moved while the camera was
+// followed, or the lens refocused and breathed.
 //
-// One frame's points tell it where they lie at different depths: moving forward magnifies what is near more
+// The points of one frame tell it if they lie at different depths: moving forward magnifies what is near more
 // than what is far, another focal length magnifies all alike. So the focal length is freed beside the pose,
 // with the map's points held. A lens that was wrong from the start has bent the map, and shows hardly
-// anything here (calibration_check.h).
+// anything here (calibration_check.h does).
 #pragma once
 
 #include <optional>
@@ -21,8 +21,8 @@ struct FocalChange {
   double sigma = 0;      // one standard deviation, from the residuals
 };
 
-// `observations` under `cam_from_world`, which is refined beside the focal length. Returns none where fewer
-// than 30 points are given, or where their depths do not tell it.
+// `cam_from_world` is the frame's pose under `camera`, whose focal length is the map's. Returns none with
+// fewer than 30 observations, or if the equations are singular; `sigma` is large if depths hardly tell it.
 std::optional<FocalChange> MeasureFocalChange(const CameraModel& camera,
                                               std::span<const PointObservation> observations,
                                               const Rigid3& cam_from_world);

@@ -1,5 +1,4 @@
-// Selects which of a camera's intrinsics an adjustment may change. The focal lengths change by one common
-// factor.
+// Selects the intrinsics that a bundle adjustment may change. fx and fy change by one common factor.
 #pragma once
 
 namespace ulf::tracking {

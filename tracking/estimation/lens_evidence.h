@@ -1,11 +1,10 @@
-// Estimates a lens from the images it took: frees intrinsics in an adjustment, and tests whether the gain is
-// more than noise.
+// Estimates a lens from the images that it took: frees intrinsics in a bundle adjustment, and tests whether
+// the fit gains more than noise explains.
 //
-// Works on a part of a problem: cameras spread evenly over all, and the points that they share. With the lens
-// freed the robust cost falls; the Bayesian information criterion (Schwarz 1978) says how much it must fall
-// for the additional parameters, after scaling the cost so that most residuals have unit variance. The
-// uncertainty comes from the normal equations with all poses and points eliminated: in a flat scene seen from
-// one side, or after sideways motion alone, it is large.
+// With intrinsics freed the robust cost falls; the Bayesian information criterion (Schwarz 1978) says how
+// much it must fall for the additional parameters, after scaling the cost so that most residuals have unit
+// variance. The uncertainty comes from the normal equations with all poses and points eliminated: in a flat
+// scene seen from one side, or after sideways motion alone, it is large.
 #pragma once
 
 #include <atomic>
@@ -20,55 +19,57 @@ namespace ulf::tracking {
 struct LensEstimate {
   FreeIntrinsics free;
   CameraModel lens;
-  double gain = 0;  // decrease of the criterion (twice a natural logarithm): positive is evidence
-  // One standard deviation of each free number.
+  double gain = 0;  // decrease of the criterion from the given lens: positive is evidence for `lens`
+  // One standard deviation of each free number; infinite if it is undetermined.
   double focal_sigma_px = 0;
-  double principal_point_sigma_px = 0;
+  double principal_point_sigma_px = 0;  // the larger of x and y
   double k1_sigma = 0, k2_sigma = 0;
-  // RMS motion of the cameras' centres by freeing it, after an alignment, as a share of the points' distance.
+  // RMS motion of the camera centres by freeing the lens, after a similarity, over the points' distance.
   double centers_moved = 0;
 };
 
-// The criterion must fall by more than this before another parameter stays free (very strong evidence; Kass
-// and Raftery 1995). Right lenses have shown smaller falls: corners are off by more than noise, and by the
-// same in neighbouring views.
+// The criterion, twice a natural logarithm, must fall by more than this before another parameter stays free
+// (very strong evidence; Kass and Raftery 1995). Right lenses have shown smaller falls: corners are off by
+// more than noise, and by the same in neighbouring views.
 inline constexpr double kStrongEvidence = 10;
 
 struct LensEvidenceOptions {
   int max_cameras = 60;
   int max_points = 3000;
-  int iterations = 30;
+  int iterations = 30;                      // of each adjustment
   const std::atomic<bool>* stop = nullptr;  // when set, fits end early and mean nothing
 };
 
-// Returns the part of a problem that lens fits work on: observations of one lens that are no outliers.
+// Returns the part of a problem from which a lens is estimated: cameras with the lens of index `lens`, spread
+// evenly over all, the points that most of them share, and the observations that are no outliers.
 BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvidenceOptions& options = {});
 
-// Fits the lens with each of `choices` free, from the same start, and compares it with the given lens.
+// Fits the lens with each of `choices` free, from the same start, and compares it with the given lens. Leaves
+// out choices whose adjustment fails. Returns nothing for fewer than 3 cameras or 100 observations.
 std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem& part,
                                   const std::vector<FreeIntrinsics>& choices,
                                   const LensEvidenceOptions& options = {});
 
-// Returns how far the distortion moves the picture's corner, as a share of its distance from the middle: 0.02
-// is a pincushion of two percent.
+// Returns how far k1 and k2 move the image's farthest corner, as a share of its distance from the principal
+// point: 0.02 is a pincushion of two per cent.
 double DistortionAtCorner(const CameraModel& lens);
 
-// Returns whether `fitted` may be a real lens. A map that began under a far too long focal length is bent so
-// that it fits longer and longer ones with more and more pincushion: real lenses have up to three percent.
+// Returns whether `fitted` may be a real lens: it is not 5 % longer than `given` with 3 % more pincushion. A
+// map that began under a far too long focal length fits ever longer ones with more pincushion.
 bool IsPlausible(const CameraModel& fitted, const CameraModel& given);
 
-// One step of the choice frees one parameter more than the last that was kept.
+// A step of ChooseLens(): frees one parameter more than the last trial that was kept.
 struct LensTrial {
   LensEstimate fit;
-  double gain_before = 0;  // of the last that was kept
-  bool moved = false;      // the new parameter differs by more than so many deviations
+  double gain_before = 0;  // of the last trial that was kept
+  bool moved = false;      // the new parameter differs by more than three standard deviations
   bool kept = false;
-  bool plausible = true;  // IsPlausible(); else it is not kept, and nothing is
+  bool plausible = true;  // IsPlausible()
 };
 
 // Returns the lens that the evidence supports: frees focal length, k1, the principal point and k2 one after
-// the other, and keeps each for which the evidence is strong enough. Returns none when the given lens stays,
-// because the images do not contradict it, or because what would explain them is no lens.
+// the other, and keeps each that moved and gained more than kStrongEvidence. Returns none if the given lens
+// stays, because the images do not contradict it, tell too little, or support only what is no plausible lens.
 std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
                                        const LensEvidenceOptions& options = {},
                                        std::vector<LensTrial>* trials = nullptr);

@@ -1,7 +1,7 @@
-// Wraps OpenGV, for all other code. OpenGV's poses are camera-to-world and its relative poses take the second
-// frame to the first; this bridge returns cam_from_world and second_from_first. It has only the solvers that
-// charts chose (docs/measured/tracking.md, "Which solvers, and why"); sampling.h samples. All directions are
-// unit vectors in the camera frame.
+// Wraps OpenGV's minimal solvers: no other source includes OpenGV, whose poses are camera-to-world and whose
+// relative poses take the second frame to the first; these functions return cam_from_world, and essential
+// matrices that take the first view to the second. sampling.h draws the samples; docs/measured/tracking.md,
+// "Which solvers, and why", says why these. Rays are unit vectors in the camera frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,12 +12,12 @@
 
 namespace ulf::tracking {
 
-// Returns up to four poses from three points (Kneip, Scaramuzza and Siegwart 2011).
+// Returns up to four poses cam_from_world from the first three points (Kneip, Scaramuzza and Siegwart 2011).
 std::vector<Rigid3> SolveP3p(std::span<const Eigen::Vector3d> points_in_world,
                              std::span<const Eigen::Vector3d> rays_in_camera);
 
-// Returns essential matrices E with second^T E first = 0 from exactly five pairs of rays (Stewenius, Engels
-// and Nister 2006).
+// Returns up to ten essential matrices E with second^T E first = 0 from the first five pairs of rays
+// (Stewenius, Engels and Nister 2006).
 std::vector<Eigen::Matrix3d> SolveFivePoint(std::span<const Eigen::Vector3d> rays_in_first,
                                             std::span<const Eigen::Vector3d> rays_in_second);
 

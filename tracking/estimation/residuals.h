@@ -1,4 +1,4 @@
-// Implements the reprojection error for Ceres, with analytic derivatives.
+// Cost functions and manifolds for Ceres: the reprojection error in sigmas, with analytic derivatives.
 //
 // A pose block holds quaternion (x y z w) and translation of cam_from_world, a point block a world position.
 // Derivatives by the pose are by a twist applied on the left in the camera frame: they fill the first six of
@@ -37,11 +37,11 @@ class PoseManifold final : public PlusManifold {
   bool PlusJacobian(const double* x, double* jacobian) const override;
 };
 
-using IntrinsicsBlock = std::array<double, 9>;
+using IntrinsicsBlock = std::array<double, 9>;  // fx fy cx cy, coefficients
 IntrinsicsBlock ToBlock(const CameraModel& camera);
 // Returns the camera of the same size and kind of distortion with these numbers.
 CameraModel WithIntrinsics(const CameraModel& camera, const double* block);
-// Returns a camera with the coefficients to be freed: a pinhole becomes radial-tangential with zeros.
+// Returns the camera with room for free coefficients: a pinhole becomes radial-tangential with zeros.
 CameraModel WithRoomFor(const FreeIntrinsics& free, const CameraModel& camera);
 
 // Returns the free directions as columns over the block: relative focal length, principal point (px), k1, k2.
@@ -61,11 +61,11 @@ class IntrinsicsManifold final : public PlusManifold {
   Eigen::Matrix<double, 9, Eigen::Dynamic> directions_;
 };
 
-// Computes the error of a point in a camera. Blocks: pose 7, point 3 and, if free, intrinsics 9.
+// Computes the error of a point in a camera. `Blocks`: 7 (pose), 3 (point) and, if free, 9 (intrinsics).
 template <int... Blocks>
 class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
  public:
-  // `camera` must outlive this; where intrinsics move, its size and kind of distortion stay.
+  // `camera` must outlive this. If intrinsics are free, only its size and kind of distortion are used.
   ReprojectionError(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px)
       : camera_(camera), img_(img), inverse_sigma_(1 / sigma_px) {}
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
@@ -78,8 +78,8 @@ class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
 using ReprojectionCost = ReprojectionError<7, 3>;
 using IntrinsicsReprojectionCost = ReprojectionError<7, 3, 9>;
 
-// Computes the error of a point in a camera that moved by a twist while its rows were read; `time_s`: of the
-// observation's row (RowTime).
+// Computes the error of a point in a camera with a rolling shutter. Blocks: pose 7, point 3, velocity 6.
+// `time_s` is the RowTime() of the observation.
 class RowsReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 6> {
  public:
   RowsReprojectionCost(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px, double time_s)
@@ -92,7 +92,7 @@ class RowsReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 6> {
   double inverse_sigma_, time_s_;
 };
 
-// Holds a twist to what is known of it, in standard deviations.
+// Computes the difference of a velocity from its prior, in standard deviations.
 class TwistPriorCost final : public ceres::SizedCostFunction<6, 6> {
  public:
   TwistPriorCost(const Twist& prior, const Twist& sigma)

@@ -1,10 +1,9 @@
-// Estimates robustly from samples: draws minimal sets, solves, keeps the model of least truncated cost (MSAC,
-// Torr and Zisserman 2000), improves each new best on its inliers (Chum, Matas and Kittler 2003).
+// Estimates a model robustly (RANSAC): draws minimal samples, solves them, keeps that of least truncated cost
+// (MSAC, Torr and Zisserman 2000), and improves each new best on its inliers (Chum, Matas and Kittler 2003).
 //
-// OpenGV's solvers run inside this sampler, because OpenGV's RANSAC scores by counting, never improves a
-// model, and draws eight points where five suffice. Every draw comes from the caller's seed: the same data
-// and seed give the same model. The sampler drops a model as soon as its running cost exceeds the best one's,
-// and visits points in random order so that this happens early.
+// It replaces OpenGV's RANSAC, which scores by counting, never improves a model, and draws eight points where
+// five suffice. Every draw comes from the caller's seed: the same data and seed give the same model. A model
+// is dropped once its running cost exceeds the best one's; points are visited in random order.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +18,7 @@
 namespace ulf::tracking {
 
 struct SamplingOptions {
-  double threshold = 1;  // of the residual, in the residual's unit; beyond it a point costs threshold²
+  double threshold = 1;  // in the residual's unit: a point with a larger residual is an outlier
   int max_iterations = 2000;
   unsigned seed = 1;
 };
@@ -27,9 +26,9 @@ struct SamplingOptions {
 template <typename Model>
 struct SamplingResult {
   Model model;
-  double cost = 0;  // sum over points of min(residual², threshold²)
-  std::vector<int> inliers;
-  int iterations = 0;
+  double cost = 0;           // sum over points of min(residual², threshold²)
+  std::vector<int> inliers;  // indices of points
+  int iterations = 0;        // number of samples drawn
 };
 
 namespace internal {
@@ -38,7 +37,7 @@ inline constexpr double kConfidence = 0.999;  // that at least one sample held i
 // Each new best model is improved at most so often. Guessed: more rounds rarely gain anything.
 inline constexpr int kImprovements = 3;
 
-// `count` distinct numbers below `n`. std distributions differ between libraries; this does not.
+// Fills `sample` with distinct numbers below `n`, unlike std distributions the same with every library.
 inline void DrawSample(std::mt19937& random, int n, std::vector<int>& sample) {
   for (std::size_t i = 0; i < sample.size();) {
     const int drawn = static_cast<int>(random() % static_cast<unsigned>(n));
@@ -58,8 +57,10 @@ inline int IterationsNeeded(double inlier_share, int sample_size, double confide
 
 }  // namespace internal
 
-// solve(sample) -> range of Model; residual2(model, i) -> squared residual of point i (infinity: impossible);
-// improve(model, inliers) -> optional<Model>.
+// Returns the best model for `count` points, which the caller's functions know by their indices; none if no
+// model has at least `sample_size` inliers. solve(sample) returns a range of models that explain the sampled
+// points, residual2(model, i) the squared residual of a point (infinity: impossible), improve(model, inliers)
+// an optional better model.
 template <typename Model, typename Solve, typename Residual2, typename Improve>
 std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size, Solve&& solve,
                                                      Residual2&& residual2, Improve&& improve,
@@ -106,7 +107,7 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
   return best;
 }
 
-// Does the same where one function, fit(indices) -> optional<Model>, solves samples and improves models.
+// Does the same with one function fit(indices), an optional model, in place of solve and improve.
 template <typename Model, typename Fit, typename Residual2>
 std::optional<SamplingResult<Model>> SampleConsensusByFit(int count, int sample_size, Fit&& fit,
                                                           Residual2&& residual2,

@@ -1,4 +1,4 @@
-// Matches descriptors: in a window around where a point is expected, or each against all.
+// Matches features by their descriptors: in a window around where one is expected, or each against all.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,14 +10,14 @@
 
 namespace ulf::tracking {
 
-// Hamming distance of 256 bits below which two descriptors are taken for the same thing: true matches lie
+// Hamming distance of 256 bits up to which two descriptors are taken for the same thing: true matches lie
 // around 30, chance around 128. Guessed.
 inline constexpr int kSureDistance = 50;
 
 struct FeatureMatch {
-  int first = -1;
+  int first = -1;  // indices of features
   int second = -1;
-  int distance = 0;
+  int distance = 0;  // of the descriptors, bits
 };
 
 struct MatchOptions {
@@ -25,7 +25,7 @@ struct MatchOptions {
   double max_ratio = 0.9;            // best distance / second best; above it the match is ambiguous. Guessed
 };
 
-// The candidate with the nearest descriptor so far, and the second distance for the ratio test.
+// The candidate with the nearest descriptor of those offered, and the second best distance (ratio test).
 struct NearestDescriptor {
   int index = -1;
   int distance = std::numeric_limits<int>::max();
@@ -46,9 +46,8 @@ struct NearestDescriptor {
   }
 };
 
-// Matches every feature of `first` against those of `second` around `expected` (by feature of first), on
-// levels within one of its own. Each feature is used at most once. Matches whose patches turned by another
-// angle than most are dropped.
+// Matches every feature of `first` against those of `second` within `radius_px` of `expected` (by feature of
+// `first`), on levels within one of its own. Each feature is used at most once. Applies KeepSameRotation().
 std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSet& second,
                                         std::span<const Eigen::Vector2d> expected, double radius_px,
                                         const MatchOptions& options = {});
@@ -56,8 +55,8 @@ std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSe
 // Returns the indices of all features of a set.
 std::vector<int> AllOf(const FeatureSet& features);
 
-// Matches the chosen features of two sets by their nearest descriptors. Matches whose patches turned by
-// another angle than most are dropped. Each feature of `second` is used at most once.
+// Matches the chosen features (indices) of two sets by their nearest descriptors. Each feature is used at
+// most once. Applies KeepSameRotation().
 std::vector<FeatureMatch> MatchAll(const FeatureSet& first, std::span<const int> chosen_in_first,
                                    const FeatureSet& second, std::span<const int> chosen_in_second,
                                    const MatchOptions& options = {});
@@ -68,7 +67,7 @@ struct Expected {
   double radius_px = 0;
   int lowest_level = 0;
   int highest_level = kPyramidLevels - 1;
-  const Descriptor* descriptor = nullptr;
+  const Descriptor* descriptor = nullptr;  // never null when matched
 };
 
 // Returns each point's feature, or -1. A feature that two points match goes to the nearer descriptor.
@@ -79,11 +78,11 @@ std::vector<int> MatchExpected(std::span<const Expected> expected, const Feature
 // the same descriptor they are two things that look alike. Guessed.
 inline constexpr double kRepetitionApartPx = 10;
 
-// Returns whether another place in the same image looks like this feature, to within `distance` bits. Without
-// a prediction a search confuses the two, as on a wall of tiles.
+// Returns whether another place in the same image has a descriptor within `distance` bits of this feature's,
+// as on a wall of tiles. Without a prediction, matching confuses the two.
 bool IsRepetitive(const FeatureSet& features, int feature, int distance);
 
-// Drops matches whose patches turned by another angle than most did.
+// Drops matches whose patches turned from the first image to the second by another angle than most did.
 void KeepSameRotation(const FeatureSet& first, const FeatureSet& second, std::vector<FeatureMatch>& matches);
 
 }  // namespace ulf::tracking

@@ -1,8 +1,8 @@
 // Measures where an image shows a map point, to a fraction of a pixel: warps the point's reference patch as
-// the pose predicts and aligns it with the image (inverse compositional, Baker and Matthews 2004; as in
-// Forster et al. 2014). Gain and offset are free, so automatic exposure does not matter. All observations of
-// a point are measured against one picture of it; corners that are detected anew in every frame wander by
-// half a pixel.
+// the predicted pose shows it and aligns it with the image (inverse compositional, Baker and Matthews 2004;
+// as in Forster et al. 2014). Gain and offset of the brightness are free, so automatic exposure does not
+// matter. All observations of a point are measured against one picture of it; corners that are detected anew
+// in every frame wander by half a pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,20 +16,20 @@
 
 namespace ulf::tracking {
 
-// The surroundings of a point on a pyramid level of its reference view. Pixel (row, column) of the patch lies
-// at (column, row) - (kSide - 1) / 2 from the point, in that level's pixels.
+// The surroundings of a point on a pyramid level of its reference view, the keyframe that it is cut from.
+// Pixel (row, column) lies at (column, row) - (kSide - 1) / 2 from the point, in that level's pixels.
 struct ReferencePatch {
   static constexpr int kSide = 24;
   std::array<std::uint8_t, kSide * kSide> pixels{};
   int level = 0;
 };
 
-// Returns none where the patch would leave the image.
+// Cuts the patch around an image point. Returns none if it would leave the image.
 std::optional<ReferencePatch> CutPatch(const Pyramid& pyramid, const Eigen::Vector2d& img, int level);
 
-// The columns are the world displacements that move the point's image in its reference view by one
-// reference-level pixel in x and in y, on the surface facing that view. AxesOf() returns none when the point
-// does not project there.
+// The columns are the displacements in the world that move the point's image in its reference view by one
+// pixel of the patch's level in x and in y, on a surface that faces that view. AxesOf() returns none if the
+// point does not project there.
 using PatchAxes = Eigen::Matrix<double, 3, 2>;
 std::optional<PatchAxes> AxesOf(const CameraModel& camera, const Rigid3& reference_from_world,
                                 const Eigen::Vector3d& point_in_world, int level);
@@ -40,13 +40,13 @@ struct PatchAlignmentOptions {
 };
 
 struct PatchAlignment {
-  Eigen::Vector2d img;     // where the point is seen, level 0 pixels
-  int level = 0;           // where it was measured
+  Eigen::Vector2d img;     // of the point, level 0 pixels
+  int level = 0;           // on which it was measured
   double correlation = 0;  // normalised, of the aligned patches
 };
 
-// Starts at `expected_img`. Returns none when the patch cannot be warped, leaves the image, moves too far, or
-// does not look alike in the end.
+// Measures the point, from `expected_img` on; `cam_from_world` predicts the warp. Returns none if the patch
+// cannot be warped, has too little texture, leaves the image, moves too far, does not settle or look alike.
 std::optional<PatchAlignment> AlignPatch(const CameraModel& camera, const ReferencePatch& patch,
                                          const PatchAxes& axes, const Eigen::Vector3d& point_in_world,
                                          const Rigid3& cam_from_world, const Pyramid& pyramid,

@@ -1,4 +1,4 @@
-// Measures an image's sharpness relative to the recent ones, so that blur stands out in any scene.
+// Measures a frame's sharpness relative to the recent frames', so that blur stands out in any scene.
 #pragma once
 
 #include <deque>
@@ -9,18 +9,18 @@ namespace ulf::tracking {
 
 // The pyramid level on which sharpness is measured: finer ones show noise. Guessed.
 inline constexpr int kSharpnessLevel = 2;
-// Reduces an image without a pyramid to that level's size and to at most 2,000 px of width.
+// Reduces a grey image (CV_8UC1) to that level's size, and to at most 2,000 px of width.
 cv::Mat ForSharpness(const cv::Mat& gray);
 
+// Call Step() once for every frame of a sequence.
 class Sharpness {
  public:
-  // Returns the fine detail of this frame divided by the recent frames' median; 1 for the first frame.
-  // `reduced`: grey, on kSharpnessLevel.
+  // Returns the variance of the Laplacian of this frame over its median in the recent frames; 1 for the first
+  // frame, or if they show nothing. `reduced` is what ForSharpness() returns, or that level of a pyramid.
   double Step(const cv::Mat& reduced);
 
  private:
-  // The median is over so many frames, about a second. Fewer adapt to a blurred stretch, more to a scene that
-  // is gone. Guessed.
+  // The median is over so many frames, about a second. Fewer adapt to blur, more to old scenes. Guessed.
   static constexpr std::size_t kRecent = 31;
   std::deque<double> recent_;
 };

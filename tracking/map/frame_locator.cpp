@@ -138,6 +138,7 @@ std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePo
   frame_pose.cam_from_world = refined->cam_from_world;
   frame_pose.center_sigma = refined->center_sigma;
   frame_pose.matches = InliersOf(frame_pose.matches, *refined);
+  if (frame_pose.matches.empty()) return std::nullopt;  // corners of fiducials alone say nothing of the map
   frame_pose.in_view = fine.expected;
   frame_pose.looked_for = looked_for;
   frame_pose.expected = 0;

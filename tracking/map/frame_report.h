@@ -9,23 +9,23 @@
 
 namespace ulf::tracking {
 
-// A frame that should become a keyframe, with the points that it saw. The observations name no keyframe yet.
+// A frame that should become a keyframe, with the map points that it saw.
 struct NewKeyframe {
   Keyframe keyframe;
-  // Joins of parts of the map until the pose was found: a later join has moved the pose's world.
+  // SharedMap::joins when the pose was found. The mapper drops the frame after another join.
   int joins = 0;
   struct Seen {
-    int point;
-    Observation observation;
+    int point;                // MapPoint::id
+    Observation observation;  // its `keyframe` is not set yet
   };
   std::vector<Seen> seen;
 };
 
 struct FrameReport {
-  std::vector<int> expected = {};  // points that the frame's pose should show
-  std::vector<int> found = {};     // points that support the pose
-  // The velocity of an earlier keyframe from the frames before and after it: a central difference, unbiased
-  // by tremor. The mapper drops it when that keyframe is not in the map yet.
+  std::vector<int> expected = {};  // ids of points that the frame's pose should show
+  std::vector<int> found = {};     // ids of points that support the frame's pose
+  // The velocity of the newest keyframe from the frames before and after it: a central difference, unbiased
+  // by tremor. The mapper drops it if that keyframe is not in the map yet.
   struct KeyframeVelocity {
     double time_s = 0;  // of the keyframe
     Twist velocity = Twist::Zero();

@@ -1,9 +1,9 @@
-// Checks the given lens against a map that grows, and says when the images contradict it.
+// Decides from repeated checks of a growing map (calibration_check.h) whether the images contradict the lens,
+// and when checks and searches for a better lens are due.
 //
-// A young map can fit a wrong lens by chance, and the deviations of a few keyframes are too small. So two
-// checks in succession, the later on a map that has grown, must find the lens wrong and agree about it. It
-// then counts as wrong until a check finds it right: what fits a map that a wrong lens bends changes as the
-// map grows.
+// A young map can fit a wrong lens by chance, and the standard deviations of a few keyframes are too small.
+// So two checks in succession, the later on a map that has grown, must find the lens wrong and agree about
+// it. Then it counts as wrong until a check does not find it wrong: what fits a bent map changes.
 #pragma once
 
 #include <optional>
@@ -20,17 +20,16 @@ class LensWatch {
   bool IsDue(int keyframes) const { return keyframes >= next_; }
   // Adds a check of the map; none: there was too little evidence.
   void Note(const std::optional<CalibrationCheck>& check, int keyframes);
-  // Adds a check that needs no second one that agrees, because other evidence contradicts the lens, too.
+  // Adds a check that needs no second one, because other evidence contradicts the lens, too.
   void AddConfirmed(const CalibrationCheck& check, int keyframes);
-  // Returns the last of two checks that agreed that the lens is wrong; none if the lens is not contradicted.
+  // Returns the last check that agreed with the one before that the lens is wrong; none: it counts as right.
   const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
-  void Reset();  // begins anew with another map
-  // Begins anew with another lens under the same map of so many keyframes.
-  void Restart(int keyframes);
+  void Reset();                 // begins anew with another map
+  void Restart(int keyframes);  // begins anew with another lens and the same map, of so many keyframes
 
-  // Returns whether to search for a better lens at this number of keyframes, if the given lens is a guess.
+  // Returns whether to search for a better lens in a map of so many keyframes, if the given lens is a guess.
   bool IsSearchDue(int keyframes) const { return keyframes >= sought_at_; }
-  // Call it after a search for a better lens, with the focal length before and after.
+  // Call it after a search for a better lens, with the focal lengths before and after.
   void SearchDone(int keyframes, double focal_px_before, double focal_px);
 
  private:

@@ -1,19 +1,19 @@
 // Closes loops: the camera has returned to what it saw long ago, and drift has made two copies of it.
 //
-// For every new keyframe the loop closer asks the index for keyframes that look alike and share no points
+// For every new keyframe the loop closer asks the index for old keyframes that look alike and share no points
 // with it. It verifies a candidate as the tracker verifies a lost camera's pose: a similarity from matched
-// points in the seeded sampler (three points, Umeyama 1991), guided matching over the candidate's
-// neighbourhood, refinement, and the share of points found. The result is this camera's pose in the old
-// part's world, and the ratio of the two parts' units. A loop is closed when several keyframes agree, no
-// verified candidate disagrees, and the correction is small enough to be drift over the path between: places
-// that only look alike would need a correction as long as that path. Then a pose graph spreads the error
-// (Strasdat et al. 2010), points follow their keyframes, and points seen from both sides are merged. The
-// caller adjusts the whole map.
+// points in the sampler (three points, Umeyama 1991), guided matching over the candidate's neighbourhood,
+// refinement, and the share of points found. The result is the recent camera's pose as the old points show
+// it, and the ratio of the units that lengths have drifted to on either side. A loop is closed when several
+// keyframes agree, no verified candidate disagrees, and the correction is small enough to be drift over the
+// path between: places that only look alike would need a correction as long as that path. Then a pose graph
+// spreads the error (Strasdat et al. 2010), points follow their keyframes, and points seen from both sides
+// are merged. The caller adjusts the whole map.
 //
-// Keyframes of another part of the map are found and verified in the same way. No path connects two parts, so
-// that the correction is not limited; it moves one part as a whole, never the main one, and joins the parts.
+// Keyframes of another part of the map (map.h) are found and verified in the same way. No path connects two
+// parts, so the correction is not limited; it moves one part as a whole, never the main one.
 //
-// Runs in the mapper's thread: reads without the map's lock, takes it to write.
+// The mapper owns the loop closer; it reads without the map's lock and takes it to write.
 #pragma once
 
 #include <optional>
@@ -28,17 +28,16 @@
 
 namespace ulf::tracking {
 
-// One keyframe's evidence that what it sees belongs to an old part of the map.
+// One keyframe's evidence that it shows what an old keyframe saw.
 struct LoopHypothesis {
-  int recent = -1, old = -1;  // keyframes
-  // Takes the old camera's frame and unit to the recent camera's.
-  Similarity3 recent_from_old;
-  std::vector<std::pair<int, int>> same;  // points: recent id, old id
-  int points = 0;                         // found by guided matching
+  int recent = -1, old = -1;              // ids of keyframes
+  Similarity3 recent_from_old;            // from the old camera's frame and unit to the recent camera's
+  std::vector<std::pair<int, int>> same;  // ids of points that are one: recent, old
+  int points = 0;                         // number of old points found by guided matching
 };
 
 struct ClosedLoop {
-  std::vector<int> recent, old;  // keyframes on either side, which may see each other's points
+  std::vector<int> recent, old;  // ids of keyframes on either side, which may see each other's points
 };
 
 class LoopCloser {
@@ -49,13 +48,13 @@ class LoopCloser {
   LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
              int agreeing = kAgreeing);
 
-  // Called once for every keyframe after its neighbourhood has been adjusted. Returns a loop when it has
-  // corrected the map.
+  // Call it once for every keyframe after its neighbourhood has been adjusted. Returns a loop if it has
+  // closed one, or joined two parts, and corrected the map.
   std::optional<ClosedLoop> Examine(int newest);
-  // Verifies that `recent` sees what `old` saw; none without proof.
+  // Verifies that keyframe `recent` sees what `old` saw; none without proof.
   std::optional<LoopHypothesis> Verify(int recent, int old) const;
-  void Reset();
-  void SetCamera(const CameraModel& camera);  // another lens, the same image size
+  void Reset();                               // forgets what earlier keyframes showed
+  void SetCamera(const CameraModel& camera);  // replaces the lens; the image size must stay
 
  private:
   std::vector<int> Candidates(int newest) const;
@@ -81,8 +80,8 @@ class LoopCloser {
   int last_closed_ = -1;  // keyframe
 };
 
-// Moves keyframes, and points with the keyframe that made them. `cam_from_world`: new pose by keyframe id;
-// its scale takes the keyframe's old unit to the new one. The caller holds the map's lock.
+// Moves keyframes, and points with the keyframe that observed them first. `cam_from_world` has ids and new
+// poses, from the new world to the camera's frame in its old unit. The caller holds the map's lock.
 void MoveMap(Map& map, const std::vector<std::pair<int, Similarity3>>& cam_from_world);
 
 }  // namespace ulf::tracking

@@ -1,5 +1,5 @@
-// Stores a map on disk, so that a resumed capture need not build it again. It is a cache: it can be made from
-// the recorded views, and a file that is damaged, of another version, or of other views is made anew.
+// Stores a map on disk, so that a resumed capture need not build it again. The file is a cache: if it is
+// damaged, of another version, or of other views, the map is made anew from the recorded views.
 //
 // Little-endian, numbers as they are in memory:
 //   8 bytes     "ulfmap\0" and version
@@ -7,9 +7,8 @@
 //   keyframes
 //   points
 //   8 bytes     checksum of everything before it (FNV-1a, 64 bits)
-// The file holds no keyframe images and nothing that follows from the rest (rays, mean directions,
-// descriptors of points). Restored keyframes are pinned: the recorded views' poses are given and must not
-// move.
+// The file holds the main part's points, no keyframe images, and nothing that follows from the rest (rays,
+// mean directions, descriptors of points). Restored keyframes are pinned: recorded views must not move.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +24,7 @@ namespace ulf::tracking {
 
 std::string MapToBytes(const Map& map, std::uint64_t key);
 
-// Fills `map`, which is empty. Returns why the bytes cannot be used, or none; then `map` is usable.
+// Fills `map`, which is empty. Returns none, or why the bytes cannot be used: then drop `map`.
 std::optional<MapRefusal> MapFromBytes(std::string_view bytes, std::uint64_t key, const CameraModel& camera,
                                        Map& map);
 

@@ -1,4 +1,4 @@
-// Compensates a rolling shutter in a map that was made without it.
+// Changes the compensation of a rolling shutter in the keyframes of a map.
 #pragma once
 
 #include <memory>
@@ -12,19 +12,18 @@ namespace ulf::tracking {
 // A keyframe's observation of a point, where its sensor saw it.
 struct RowObservation {
   int point;
-  std::size_t observation;  // of the point
-  Eigen::Vector3d in_cam;
+  std::size_t observation;  // index into MapPoint::observations
+  Eigen::Vector3d in_cam;   // the point in the keyframe's frame
   Eigen::Vector2d seen;
 };
 
 DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>& row_observations);
 
-// Replaces a keyframe's row shift (null: none) and moves its observations. The caller holds the map's lock.
+// Replaces a keyframe's row shift (null: none), moves features and observations. Hold the map's lock.
 void ReplaceRows(const CameraModel& camera, Map& map, int id,
                  const std::vector<RowObservation>& row_observations, std::shared_ptr<const RowShift> rows);
 
-// Replaces the row shift of every keyframe with a known velocity by one of this readout (0: none), and moves
-// its observations. The caller holds the map's lock.
+// Does so for every keyframe with a row shift or a known velocity, with this readout (0: no shift).
 void GiveRows(const CameraModel& camera, Map& map, double readout_s);
 
 }  // namespace ulf::tracking

@@ -1,17 +1,17 @@
-// Owns the map and alone changes it. The tracker hands it a report for every frame: which points the frame
-// should have shown and did show, and the frame itself where it should become a keyframe.
+// Owns the map and alone changes it. The tracker makes the mapper and hands it a report for every frame:
+// which points the frame should have shown and did show, and the frame itself if it should become a keyframe.
 //
 // For a new keyframe the mapper triangulates points with its neighbours, merges points that exist twice,
-// adjusts the neighbourhood, and removes superfluous points and keyframes. When the map has grown by some
-// share, or a loop was closed, it adjusts the whole map in the background. A new keyframe stops that
+// adjusts the neighbourhood, and removes superfluous points and keyframes. When the map has grown by a tenth,
+// or a loop was closed, it adjusts the whole part of the map in the background. A new keyframe stops that
 // adjustment, which is repeated later. So errors of the first two views are corrected early, while that is
 // cheap. After some of these adjustments the lens is checked against the map (lens_watch.h).
 //
-// The mapper works in a thread of its own, or inside Take() where the same frames must give the same bytes.
-// It reads the map without the lock and takes it for every change, so that the tracker waits for microseconds
-// only. It works on one keyframe at a time and refuses others meanwhile: only with that one in the map can
-// the tracker decide whether it needs another. The rest of a report is applied at once, in the caller's
-// thread.
+// The mapper works in a thread of its own, or, if it is synchronous, inside Take(), so that the same frames
+// give the same bytes. It reads the map without the lock and takes it for every change, so that the tracker
+// waits for microseconds only. It works on one keyframe at a time and refuses others meanwhile: only with
+// that one in the map can the tracker decide whether it needs another. The rest of a report is applied at
+// once, in the caller's thread.
 #pragma once
 
 #include <atomic>
@@ -46,7 +46,7 @@ struct AdjustmentEffort {
 
 class Mapper {
  public:
-  // Starts with `map`: empty, or one from a file. Synchronous: works on keyframes inside Take().
+  // Starts with `map`: an empty one, or one from a file.
   Mapper(const CameraModel& camera, Map map, bool synchronous, const MapperOptions& options = {},
          unsigned seed = 1);
   ~Mapper();
@@ -58,37 +58,40 @@ class Mapper {
   const KeyframeIndex& index() const { return index_; }
 
   // Take(), Drain() and WaitUntilIdle() rethrow what was thrown in the mapper's thread. Take() applies a
-  // frame's report. Returns false when it refused the keyframe because it still works on the one before.
+  // frame's report. It returns false if it refused the keyframe because it still works on the one before.
   bool Take(FrameReport report);
-  void Drain();          // returns when all keyframes are in the map and adjusted
-  void WaitUntilIdle();  // the same, but cuts adjustments in the background short
+  void Drain();          // waits until all keyframes are in the map and adjusted
+  void WaitUntilIdle();  // the same, but adjustments in the background are cut short or left out
 
   // Notes the points that a recorded view shows.
   void NoteView(int view_id, std::span<const MapObservation> seen);
-  // Switches the measuring of a rolling shutter, after each adjustment of the whole map, on or off.
+  // Switches the measuring of a rolling shutter, after each adjustment of a whole part, on or off.
   void MeasureReadout(bool measure) { measure_readout_ = measure; }
-  // Gives the keyframes rows of this readout (0: none) and adjusts the map.
+  // Waits until idle, compensates this readout (0: global) in the keyframes, requests an adjustment.
   void SetReadout(double readout_s);
 
-  // The tracker calls the following only while the mapper is idle. Adjusts everything because much has moved:
-  // at once when synchronous, else in the background.
+  // Call the following only while the mapper is idle.
+  // Adjusts the part that the camera is in, because much has moved: at once if synchronous, else in
+  // the background.
   void RequestFullAdjustment();
-  // Begins a part of the map; the first one is the main part. Returns its number.
+  // Begins a part of the map, the first of which is the main part, and returns its number. The median depth
+  // of its points becomes 1; `scale` brings it near that before the adjustment. `color`: the second view.
   int StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
-  void AddSeed(NewKeyframe keyframe);  // with a given pose, which stays
-  // Adjusts the seeds' points and gives them their record; false when there are fewer than `min_points`.
+  // Seeds are keyframes whose poses are given and stay: recorded views from which the map is made anew. In
+  // the end FinishSeeds() adjusts the points and sets find rates; false: fewer than `min_points`.
+  void AddSeed(NewKeyframe keyframe);
   bool FinishSeeds(int min_points);
   void MoveWorld(const Similarity3& given_from_map);  // into the world in which fiducials are given
-  void AdjustAll();  // everything, for the last time: weighs what does not fit less
-  // Returns the lens that the map's images support (ChooseLens()), where they contradict the present one: the
-  // map is adjusted together with it, and the mapper goes on under it. Returns none when the present lens
-  // stays.
+  // Adjusts every part for the last time, with Cauchy's loss: observations that do not fit weigh less.
+  void AdjustAll();
+  // Returns the lens that the map's images support (ChooseLens()) in place of the present one, after
+  // adjusting the map together with it; the mapper goes on under it. Returns none if the present lens stays.
   std::optional<RefinedLens> RefineLens();
-  // Checks the lens at once where frames have another focal length than the map's, because a wrong lens bends
-  // a map so that its frames disagree. Returns true, and sets SharedMap::wrong_lens, when the map contradicts
-  // the lens by more than a zoom by this logarithm of the focal length could have bent it.
+  // Checks the lens at once if frames have another focal length than the map's (`log_ratio` is the logarithm
+  // of their ratio): a moved zoom or a wrong lens, which bends a map, may be the reason. Returns true, and
+  // sets SharedMap::wrong_lens, if the map contradicts the lens by more than such a zoom could have bent it.
   bool ContradictsLensBeyond(double log_ratio);
-  void RemovePart(int part);  // after the last one everything begins anew
+  void RemovePart(int part);  // after the last one the mapper begins anew
   void SetMainPart(int part);
 
  private:

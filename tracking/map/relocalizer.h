@@ -1,10 +1,9 @@
-// Finds keyframes that look like a frame, and a pose from descriptors alone: for a lost camera and for loops.
+// Finds keyframes that look like a frame, and proposes a pose by descriptors: for lost cameras and loops.
 //
 // An index of descriptors ranks the keyframes. It files each descriptor under several keys of randomly drawn
 // bits (locality sensitive hashing, Indyk and Motwani 1998); a feature votes for each keyframe by the rarest
-// key that it shares with it, so that many points alone bring no votes. The frame is then matched with the
-// best ranked keyframes, and P3P in the seeded sampler proposes a pose. The caller verifies the proposal
-// against the whole map.
+// key that it shares with it, so that many points alone bring no votes. The caller matches the frame with the
+// best ranked keyframes (ProposePose()), and verifies the proposed pose against the whole map.
 #pragma once
 
 #include <memory>
@@ -18,6 +17,7 @@
 
 namespace ulf::tracking {
 
+// The mapper owns and fills the index; any thread may query it.
 class KeyframeIndex {
  public:
   explicit KeyframeIndex(unsigned seed);
@@ -29,7 +29,7 @@ class KeyframeIndex {
     int keyframe = -1;
     double votes = 0;
   };
-  // Returns keyframes by falling similarity.
+  // Returns at most `most` keyframes with votes, by falling votes.
   std::vector<Ranked> Query(const FeatureSet& features, int most) const;
 
  private:
@@ -47,16 +47,16 @@ class KeyframeIndex {
   std::unordered_map<int, std::vector<std::array<std::uint32_t, kTables>>> keys_of_ ULF_GUARDED_BY(mutex_);
 };
 
-// Describes what a keyframe shows of the map, copied so that matching needs no lock.
+// What a keyframe shows of the map, copied so that matching needs no lock.
 struct KeyframePoints {
   std::shared_ptr<const FeatureSet> features;
-  std::vector<int> with_points;            // features
-  std::vector<Eigen::Vector3d> positions;  // by feature; only of those with points
+  std::vector<int> with_points;            // indices of features that have points
+  std::vector<Eigen::Vector3d> positions;  // by feature, in the world; set for those with points
 };
-// It is empty for a removed keyframe. Reads the map: the caller holds its lock.
+// Returns an empty value for a removed keyframe. The caller holds the map's lock.
 KeyframePoints PointsOf(const Map& map, int keyframe);
 
-// Returns the pose that matches with one keyframe's points suggest.
+// Returns the pose cam_from_world that matches with one keyframe's points suggest; none if too few agree.
 std::optional<Rigid3> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
                                   const FeatureSet& features, unsigned seed);
 

@@ -1,4 +1,4 @@
-// Holds what tracker and mapper keep of a frame's image, and the two frames that start a map.
+// Defines what tracker and mapper keep of a frame's image, and the two frames that start a map.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,21 +19,21 @@ struct TrackedImage {
   double time_s = 0;
   std::shared_ptr<const Pyramid> pyramid;
   std::shared_ptr<const FeatureSet> features;
-  // The features where a rolling shutter saw them; null: where `features` has them.
+  // The same features where a rolling shutter saw them; null: the shutter is global.
   std::shared_ptr<const FeatureSet> detected = {};
   std::shared_ptr<const FiducialObservation> fiducials = {};  // null: the image shows none
 };
 
 // Two views whose relative pose and points were found from their matches alone (relative_pose.h). The world
-// is the first view's camera, the translation has unit length.
+// is the first view's camera; the translation has length 1.
 struct TwoViewStart {
   TrackedImage first, second;
   Rigid3 second_from_first;
   std::vector<FeatureMatch> matches;    // those that gave a point
   std::vector<Eigen::Vector3d> points;  // by match
-  // The matches' velocities in the image, px/s: after the first view and before the second; NaN: unknown.
+  // By match, its velocity in the image, px/s, after the first view and before the second; NaN: unknown.
   std::vector<Eigen::Vector2d> first_flow, second_flow;
-  // The cameras' velocities that explain the flow (RowMotion::InitializeFrom).
+  // The cameras' velocities that explain the flow (RowMotion::InitializeFrom()); none: unknown.
   std::optional<Twist> first_velocity, second_velocity;
 };
 

@@ -363,8 +363,8 @@ double ReducedBy(const RefineScene& scene, const RefineInput& input) {
 PoseCheck CheckPoses(const RefineInput& input,
                      const std::function<void(double share, const std::string& stage)>& progress) {
   const RefineStage reading{progress, 0, 0.6}, matching{progress, 0.6, 1};
-  const RefineScene scene =
-      ReadScene(input, {.max_side_px = kCheckMaxSidePx, .corners = kCheckCorners, .masked = false}, reading);
+  const RefineScene scene = ReadScene(
+      input, {.max_side_px = kCheckMaxSidePx, .corners = kCheckCorners, .keeps_masked = false}, reading);
   const std::vector<std::pair<int, int>> near = ChoosePairs(scene, kNearPairs);
   matching.Show(0, "comparing photographs with their poses");
   std::vector<UnguidedPair> pairs(near.size());

@@ -19,11 +19,11 @@
 namespace ulf::tracking {
 
 struct RefinedView {
-  Rigid3 cam_from_world;  // the start pose where it is not registered
+  Rigid3 cam_from_world;  // the start pose if the view is not registered
   bool registered = false;
-  std::string why;     // why it is not registered
-  int points = 0;      // that it shows
-  double quality = 1;  // of a view that was not recorded: as Track::quality
+  std::string why;     // the view is not registered
+  int points = 0;      // number of points that it shows
+  double quality = 1;  // Track::quality of a located photograph; 1 for a recorded view
   // The camera's pose when its middle row was read, relative to cam_from_world; none with a global shutter.
   std::optional<Rigid3> middle_row_from_picture = {};
 };
@@ -33,33 +33,33 @@ struct RefineResult {
   // The points under the new poses, with the views that show them; a track names a view by its index.
   std::vector<ScenePoint> points;
   std::vector<CameraModel> lenses;                  // changed with RefineOptions::intrinsics only
-  std::map<int, LensEstimate> lens_fits;            // the lenses that the evidence supports, by lens
-  std::vector<std::vector<LensTrial>> lens_trials;  // the steps of each choice, by lens
+  std::map<int, LensEstimate> lens_fits;            // by lens, the one that the evidence supports
+  std::vector<std::vector<LensTrial>> lens_trials;  // by lens, the steps of the choice
   std::vector<CalibrationCheck> checks;             // of the given lenses that have enough views
-  int registered = 0;                               // views
-  int groups = 0;  // groups of views that share points; only the start poses say how groups lie to each other
-  std::size_t adjusted_points = 0, adjusted_observations = 0;  // that the last adjustment kept
-  // one standard deviation of the matches' distances from the start poses' epipolar lines
+  int registered = 0;                               // number of views
+  int groups = 0;  // of views that share points; only the start poses say how groups lie to each other
+  std::size_t adjusted_points = 0, adjusted_observations = 0;  // numbers that the last adjustment kept
+  // One standard deviation of the matches' distances from the start poses' epipolar lines.
   double start_error_px = 0;
-  // Reprojection errors of the same observations, px; the points are fitted to each set of poses.
+  // Reprojection errors of the same observations; the points are fitted to the poses before and after.
   double rms_before_px = 0, rms_after_px = 0;
   double median_before_px = 0, median_after_px = 0;
   double rms_after_sigmas = 0;  // in standard deviations of the observations
   bool settled = false;         // lens and last adjustment converged: more iterations would change little
-  int contradicted = -1;        // the view most of whose points contradict its pose; -1: none
-  // How far the registered views' centres moved, and by how much the views turned.
+  int contradicted = -1;        // index of a view most of whose points contradict its pose; -1: none
+  // How far the registered recorded views' centres moved, and by how much the views turned.
   double moved_median = 0, moved_max = 0;
   double turned_median_deg = 0, turned_max_deg = 0;
-  int moved_most = -1;  // the view that moved farthest
-  // One standard deviation of the registered views' centres; infinite where something can move freely. Not
-  // computed for very many views, nor for several groups.
+  int moved_most = -1;  // index of the view that moved farthest
+  // One standard deviation of the registered views' centres; infinite if something can move freely. None for
+  // more than 200 views or several groups.
   std::optional<double> center_sigma_median, center_sigma_max;
-  int least_sure = -1;  // the view with the largest deviation
+  int least_sure = -1;  // index of the view with the largest deviation
 };
 
 struct RefineScene;
 
-// Adds views, counts, errors, moves and certainty to `result`, whose lenses and groups are there.
+// Returns `result`, which has lenses and groups, with views, counts, errors, moves and certainty.
 RefineResult Summarise(const RefineScene& scene, RefineResult result);
 
 }  // namespace ulf::tracking

@@ -15,12 +15,12 @@ namespace ulf::tracking {
 
 struct LightFieldErrors {
   std::string truth_name;
-  std::optional<TrajectoryError> recorded, before, after;
-  double distance = 0;  // median of the true cameras from the middle of the refined points
+  std::optional<TrajectoryError> recorded, before, after;  // recorded: none if it would be the same as before
+  double distance = 0;  // median distance of the true cameras from the middle of the refined points
 };
 
-// Pairs views with truth by their devices' times, to half of the time between two true poses and at most
-// `most_apart_s` (half a frame at 30 Hz). Throws Error where no three views have a true pose.
+// Pairs views with the truth by the device's times, within half of the time between two true poses and
+// `most_apart_s` (half a frame at 30 Hz). Throws Error for fewer than three pairs, or pairs on a line.
 LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& result,
                                   const std::vector<TimedPose>& truth, const std::string& truth_name,
                                   double most_apart_s = 1.0 / 60);

@@ -1,5 +1,5 @@
-// Measures all points that views of known pose share, each in every view that shows it: the points of a model
-// for other programs. Poses stay as they are.
+// Measures all points that views of known pose share, each in every view that shows it, for other programs
+// that need them. Poses stay as they are.
 //
 //   1. detect corners in every view
 //   2. choose pairs of views by the poses, and match along epipolar lines
@@ -19,24 +19,24 @@
 namespace ulf::tracking {
 
 struct TriangulationOptions {
-  int features = 0;        // corners a view; 0: by the number of views
-  int max_side_px = 1600;  // larger pictures are reduced
+  int features = 0;        // number of corners a view; 0: chosen by the number of views
+  int max_side_px = 1600;  // to which the longer side of larger pictures is reduced
   std::function<void(double share, const std::string& stage)> progress = {};
 };
 
 struct TriangulationResult {
-  std::vector<ScenePoint> points;  // a track names a view by its index; pixels are the input's
-  double pose_error_px = 0;        // one standard deviation of the matches' distances from the epipolar lines
-  std::vector<std::string> unread;  // views that could not be read, and why
+  std::vector<ScenePoint> points;   // a track names a view by its index; pixels are the input's
+  double pose_error_px = 0;         // MeasurePoseErrorPx(); 0: unknown
+  std::vector<std::string> unread;  // messages about views that could not be read
 };
 
-// Reads every view; one that cannot be read is named in the result and takes no part.
+// Reads every view; one that cannot be read takes no part.
 TriangulationResult TriangulateViews(const RefineInput& input, const TriangulationOptions& options = {});
 
-// Replaces the scene's tracks by all that the matches give.
+// Replaces the scene's tracks by all that the matches give, in steps 3 to 5.
 void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scene);
 
-// Returns the tracks as points of a light field with these cameras.
+// Returns the tracks as points in pixels of the given cameras, by lens; tracks name views by index.
 std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<CameraModel>& cameras);
 
 }  // namespace ulf::tracking

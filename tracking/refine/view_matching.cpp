@@ -102,7 +102,8 @@ RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, c
       lens = view.lens;
       try {
         const int index = static_cast<int>(i);
-        ReadView(input.read(index), options.masked || !input.read_mask ? cv::Mat() : input.read_mask(index),
+        ReadView(input.read(index),
+                 options.keeps_masked || !input.read_mask ? cv::Mat() : input.read_mask(index),
                  options.corners, scene.LensOf(view), *extractor, first, view);
       } catch (const std::exception& error) {
         view.registered = false;

@@ -1,4 +1,5 @@
-// Reads recorded views and matches pairs of them: the first steps of refining and of triangulating.
+// Reads recorded views and matches pairs of them: the first steps of refining and of triangulating. Defines
+// the thresholds that both use.
 #pragma once
 
 #include <functional>
@@ -12,7 +13,7 @@
 
 namespace ulf::tracking {
 
-// Poses that are off by more do not show where to search for a match. Guessed.
+// Poses that are off by more do not tell where to search for a match. Guessed.
 inline constexpr double kGuidingErrorPx = 2.5;
 // Fewer matches of a pair may all be wrong. Guessed.
 inline constexpr int kMinPairMatches = 15;
@@ -33,7 +34,7 @@ inline constexpr int kGuidedIterations = 10, kUnguidedIterations = 60, kRepeated
 // docs/measured/tracking.md, "Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
 inline constexpr double kSettledCauchyScales = 2, kSettledGateScales = 4;
 
-// A part of the work and its share of the progress.
+// A part of the work, which takes the progress from one share of the whole (0 to 1) to another.
 struct RefineStage {
   const std::function<void(double share, const std::string& stage)>& progress;
   double from = 0, to = 1;
@@ -47,18 +48,18 @@ struct RefineStage {
 };
 
 struct ReadingOptions {
-  int max_side_px = 1600;  // larger pictures are reduced
-  int corners = 1500;      // a view, about
-  // Drops corners that masks exclude: matches on a standing background before which the subject turned would
-  // contradict all poses.
-  bool masked = true;
+  int max_side_px = 1600;  // to which the longer side of larger pictures is reduced
+  int corners = 1500;      // about the number a view
+  // Keeps corners that masks exclude. A check of poses drops them: matches on a standing background before
+  // which the subject turned would contradict all poses.
+  bool keeps_masked = true;
 };
 
-// Reads every view and describes its corners. A view that cannot be read is not registered and says why.
+// Reads every view and detects its corners. A view that cannot be read is not registered and says why.
 RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, const RefineStage& stage);
 
-// Matches along epipolar lines where the poses are good to a few pixels (kGuidingErrorPx); else moves the
-// relative poses first (MatchAroundPose).
+// Matches pairs of views whose poses are off by `error_px`: along epipolar lines if that is below
+// kGuidingErrorPx, else by MatchAroundPose(). Pairs with fewer than kMinPairMatches matches get none.
 std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
                                     double error_px, const RefineStage& stage);
 

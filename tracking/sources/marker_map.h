@@ -1,10 +1,10 @@
 // Learns the places of markers of known size while they are seen, by a small bundle adjustment.
 //
-// World: the first marker's frame, metres. A frame that shows a marker without a place beside one with a
-// place proposes one; several proposals that agree make it known. From then on the map keeps frames that are
-// spread over the views (keyframes) and refines marker and camera poses together over all their corners:
-// Gauss-Newton on cameras and markers in turn, each with the other held. That converges because every camera
-// sees several corners.
+// The world is the first marker's frame, in metres. A frame that shows a marker without a place beside one
+// with a place proposes a place; several proposals that agree make it known. From then on the map keeps
+// frames that are spread over the views (keyframes) and refines marker and camera poses over all their
+// corners: Gauss-Newton on cameras and markers in turn, each with the other held. That converges because
+// every camera sees several corners.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,9 +20,10 @@ namespace ulf::tracking {
 
 class MarkerMap {
  public:
+  // `side_m` is the side of every marker's black square.
   MarkerMap(const CameraModel& camera, double side_m) : camera_(camera), side_m_(side_m) {}
 
-  bool Knows(int id) const { return world_from_marker_.contains(id); }
+  bool Knows(int id) const { return world_from_marker_.contains(id); }  // whether marker `id` has a place
   int Size() const { return static_cast<int>(world_from_marker_.size()); }
   // Makes this marker's frame the world.
   void Begin(int id) {
@@ -31,7 +32,7 @@ class MarkerMap {
   }
   // Returns the known markers' corners with their positions in the world.
   std::vector<PointObservation> Corners(const std::map<int, MarkerImage>& seen, double sigma_px) const;
-  // Adds a frame with a known pose. `cam_from_new`: poses of markers without a place that are not ambiguous.
+  // Adds a frame with a known pose. `cam_from_new`: unambiguous poses of markers without a place.
   void Add(const Rigid3& cam_from_world, const std::map<int, MarkerImage>& seen,
            const std::map<int, Rigid3>& cam_from_new);
   int First() const { return first_; }  // the marker whose frame is the world; -1: none yet

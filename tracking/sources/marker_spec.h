@@ -6,8 +6,8 @@
 //   marker:80:DICT_APRILTAG_36h11:3     the marker with number 3, its black square 80 mm wide
 //   marker:80:DICT_APRILTAG_36h11       several of that size, whose arrangement is learnt while tracking
 //
-// Frame: metres, origin at the board's upper left corner, or in the middle of a single marker; x to the
-// right, y down, z into the sheet. Of several markers the first one seen well is the world.
+// The frame of a board or marker is in metres, the origin is the board's upper left corner or the marker's
+// middle; x points right, y down, z into the sheet. Of several markers the first one seen well is the world.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,13 +21,13 @@ namespace ulf::tracking {
 struct MarkerSpec {
   enum class Kind { kBoard, kOne, kSeveral };
   Kind kind = Kind::kBoard;
-  Board board;        // of a board
-  double side_m = 0;  // of single markers
-  int id = 0;         // of one
-  std::string dictionary;
+  Board board;             // for kBoard
+  double side_m = 0;       // of the black square, for kOne and kSeveral
+  int id = 0;              // number in the dictionary, for kOne
+  std::string dictionary;  // of OpenCV, as "DICT_5X5_100"
 
   static MarkerSpec Parse(const std::string& text);  // throws Refusal
-  std::string Text() const;
+  std::string Text() const;                          // as Parse() takes it
   // Returns the middle of the board, in its own frame; zero for single markers.
   Eigen::Vector3d Middle() const;
 };

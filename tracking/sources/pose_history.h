@@ -1,4 +1,4 @@
-// Poses with times, as a robot or a motion-capture system sends them, and interpolation between two: the
+// Keeps poses with times, as a robot or a motion-capture system sends them, and interpolates between two: the
 // position on the line, the orientation on the shortest arc. In a gap there is no pose.
 #pragma once
 
@@ -11,22 +11,23 @@
 
 namespace ulf::tracking {
 
-enum class PoseLookup { kFound, kBefore, kAfter, kGap };  // kAfter: the moment is after the newest pose
+// kBefore and kAfter: the moment is before the oldest pose, or after the newest.
+enum class PoseLookup { kFound, kBefore, kAfter, kGap };
 
-// Returns a pose from the numbers tx ty tz qx qy qz qw; none where they are not finite or hold no rotation.
+// Returns a pose from the numbers tx ty tz qx qy qz qw; none unless finite, with a quaternion of length 1.
 std::optional<Rigid3> PoseFromNumbers(std::span<const double, 7> numbers);
 
 class PoseHistory {
  public:
-  // No pose lies between two that are farther apart than `max_gap_s`. The latest `most` poses are kept.
+  // Between two poses that are farther apart than `max_gap_s` is a gap. Keeps the latest `most` poses.
   explicit PoseHistory(double max_gap_s, std::size_t most = std::size_t(-1))
       : max_gap_s_(max_gap_s), most_(most) {}
 
   // Poses may come in any order; a second pose of one time replaces the first.
   void Add(double time_s, const Rigid3& world_from_body);
-  PoseLookup At(double time_s, Rigid3* world_from_body) const;
+  PoseLookup At(double time_s, Rigid3* world_from_body) const;  // sets the pose for kFound
   bool empty() const { return poses_.empty(); }
-  double NewestS() const { return poses_.empty() ? 0 : poses_.rbegin()->first; }
+  double NewestS() const { return poses_.empty() ? 0 : poses_.rbegin()->first; }  // time of the newest pose
 
  private:
   double max_gap_s_;

@@ -1,21 +1,19 @@
 // Receives poses that another program sends over a socket of this computer: a robot's controller, a
 // motion-capture bridge. The sender writes lines of text (docs/tracking.md describes them for senders):
 //
-//   time tx ty tz qx qy qz qw      the tool in the world, as in a TUM file; any order, any rate
+//   time tx ty tz qx qy qz qw      the tool's pose in the world, as in a TUM file; in any order, at any rate
 //   sync T                         T: the sender's clock now; the answer is `sync T H`, H: our clock
 //   offset S                       our clock minus the sender's, as the sender measured it
 //   # ...                          a comment
 //
-// Listens on 127.0.0.1 only, to one sender at a time, which may leave and return. Lines that cannot be read
-// are counted and reported; they end nothing.
+// The stream listens on 127.0.0.1 only, to one sender at a time, which may leave and return. Lines that
+// cannot be read are counted, and the first is reported. One thread receives, another asks for poses.
 //
-// Clocks of the times that are sent:
+// `time` is by one of these clocks, in seconds:
 //   own       the sender's. `offset` gives the difference to ours, or the arrival times do (clock_offset.h:
 //             the least delay)
-//   host      this computer's, seconds since the epoch
+//   host      this computer's, since the epoch
 //   device    the camera's
-//
-// One thread receives; another asks for the frames' poses.
 #pragma once
 
 #include <cstdint>
@@ -48,36 +46,37 @@ struct SentOffset {
 struct SentComment {};  // also an empty line
 using SentLine = std::variant<SentComment, SentPose, SentSync, SentOffset>;
 
-// `line`: without its end. Returns none for a line of another form, or with a number that is not finite.
+// Parses a line without its end. Returns none for another form, or a number that is not finite.
 std::optional<SentLine> ReadSentLine(const std::string& line);
 
 struct PoseStreamOptions {
   int port = 0;  // 0: any that is free
   SenderClock clock = SenderClock::kOwn;
-  double max_gap_s = 0.2;
+  double max_gap_s = 0.2;           // between poses that are farther apart there is none
   double wait_s = 0.25;             // how long a frame waits for a pose of its time
-  double connect_s = 10;            // how long the first frame waits for a sender
+  double connect_s = 10;            // how long the first frame waits for the first pose
   double offset_s = 0;              // added to a frame's time before it is looked up
-  std::function<bool()> stop = {};  // asked while waiting
+  std::function<bool()> stop = {};  // returns true to end waiting
 };
 
 class PoseStream {
  public:
-  // Throws Error when it cannot listen on the port.
+  // Throws Error if it cannot listen on the port.
   explicit PoseStream(const PoseStreamOptions& options);
   ~PoseStream();
   PoseStream(const PoseStream&) = delete;
   PoseStream& operator=(const PoseStream&) = delete;
 
   int Port() const { return port_; }
-  // Returns the tool's pose at a frame's time. Waits for it; after a wait in vain it waits again only when
-  // another line has come.
+  // Returns the tool's pose at a frame's time by the camera's clock; `host_time_s` is the same by ours, since
+  // the epoch. Waits for a pose of that time while a sender is connected; after a wait in vain, not again
+  // until another pose has come. Returns none if there is none.
   std::optional<Rigid3> WorldFromTool(double device_time_s, double host_time_s);
 
   struct Counts {
     std::uint64_t poses = 0, malformed = 0, out_of_order = 0, connections = 0, refused = 0;
-    std::uint64_t found = 0, before = 0, in_gap = 0, not_in_time = 0;  // frames
-    std::string first_malformed;                                       // with its line's number
+    std::uint64_t found = 0, before = 0, in_gap = 0, not_in_time = 0;  // of frames, by what became of them
+    std::string first_malformed;                                       // the line, with its number
     std::optional<double> offset_s;                                    // our clock minus the sender's
   };
   Counts Statistics() const;

@@ -20,9 +20,9 @@ namespace ulf::tracking {
 
 struct PoseSourceOptions {
   TrackerOptions tracker = {};
-  std::optional<Subject> subject = {};  // for poses that are given: motion is measured at its distance
-  bool metric = false;                  // known poses are in metres
-  std::function<bool()> stop = {};      // asked while waiting for poses from outside
+  std::optional<Subject> subject = {};  // for given poses: Track::speed_px is computed at its distance
+  bool metric = false;                  // the frames' own poses are in metres
+  std::function<bool()> stop = {};      // PoseStreamOptions::stop
 };
 
 // The forms that Parse() accepts, for a program's help.
@@ -36,24 +36,25 @@ inline constexpr const char* kPosesValues =
 
 class PosesSpec {
  public:
-  // Throws Refusal that names the accepted forms.
+  // Throws Refusal that names the accepted forms, and Error for a hand_eye file that cannot be read.
   static PosesSpec Parse(const std::string& text);
   const std::string& Text() const { return text_; }
   // Returns whether the poses come with the frames or from outside, so that there are no tracked points.
   bool AreGiven() const { return kind_ == Kind::kKnown || kind_ == Kind::kFile || kind_ == Kind::kStream; }
   bool ComeWithFrames() const { return kind_ == Kind::kKnown; }
-  // Returns whether the world is known before the first frame, so that the user can name a subject in it.
+  // Returns whether the user can name a subject before the first frame, in a world that is defined.
   bool DefineWorld() const { return kind_ != Kind::kFeatures; }
   // Returns whether the world is the marker that is seen first, which differs between sessions.
   bool WorldVaries() const {
     return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
   }
-  // Throws Refusal for LensUse::kRefine where the poses do not come from a map of features alone.
+  // Throws Refusal for LensUse::kRefine unless the poses come from a map of features alone.
   void RequireFor(LensUse lens) const;
   // Returns whether the source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
-  // Returns what markers:SPEC and features+markers:SPEC name.
+  // Returns SPEC of markers:SPEC and features+markers:SPEC.
   const MarkerSpec& markers() const { return markers_; }
+  // Makes the source; throws as the functions of pose_sources.h do.
   std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;
 
  private:

@@ -1,9 +1,7 @@
-// Finds two views from which a map can start.
+// Finds two views from which a map can start (relative_pose.h).
 //
-// The initializer keeps a reference frame and matches every further frame with it. When too few match, the
-// current frame becomes the reference. A refusal is a value with a reason; a camera that only turns never
-// starts a map. Rays are unit vectors in their camera, image points pixels, the first view's camera is the
-// world and the translation has unit length.
+// The initializer keeps a reference frame and matches every further frame with it. When too few features
+// match, the current frame becomes the reference. A camera that only turns never starts a map.
 #pragma once
 
 #include <optional>
@@ -17,21 +15,21 @@
 namespace ulf::tracking {
 
 struct InitializerAttempt {
-  StartProgress progress;
+  StartProgress progress;  // what is missing; the next four are as in RelativePoseResult
   RelativePoseOutcome outcome = RelativePoseOutcome::kTooFewMatches;
   double direction_sigma_deg = 0;
   RelativePoseModel model = RelativePoseModel::kEssential;
   MotionEvidence evidence;
-  double median_motion_px = 0;  // since the frame before
-  std::optional<TwoViewStart> start;
+  double median_motion_px = 0;        // of the matched features since they were last seen
+  std::optional<TwoViewStart> start;  // set for kFound alone
 };
 
 class Initializer {
  public:
   Initializer(const CameraModel& camera, unsigned seed) : camera_(camera), seed_(seed) {}
   InitializerAttempt Step(const TrackedImage& image);
-  void Restart() { reference_.reset(); }
-  // Replaces the lens by another of the same image size.
+  void Restart() { reference_.reset(); }  // makes the next frame the reference
+  // Replaces the lens by another of the same image size, and restarts.
   void SetCamera(const CameraModel& camera) {
     camera_ = camera;
     Restart();

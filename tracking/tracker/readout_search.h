@@ -1,7 +1,7 @@
-// Decides whether the camera has a rolling shutter, from what the mapper measures as the map grows, and
-// reports it. On request it compensates: the mapper gives the keyframes their rows, adjusts the map and
-// measures again until the readout no longer changes. A readout that was given stays; the search says when
-// images contradict it.
+// Decides whether the camera has a rolling shutter, from what the mapper measures as the map grows
+// (readout_estimator.h), and reports it. On request it has the shutter compensated: the mapper removes the
+// shift from the keyframes, adjusts the map and measures again until the readout no longer changes. A readout
+// that was given stays; the search says when images contradict it.
 #pragma once
 
 #include <optional>
@@ -16,22 +16,23 @@ namespace ulf::tracking {
 enum class ReadoutUse {
   kCompensate,  // a readout that is found is compensated in frames and in the map
   kReport,      // a readout that is found is reported only
-  kGiven        // the readout of `rows` was given and stays
+  kGiven        // the readout was given and stays
 };
 
 class ReadoutSearch {
  public:
+  // `rows` has the given readout for kGiven; otherwise the search sets it when it finds one.
   ReadoutSearch(RowMotion& rows, Mapper& mapper, ReadoutUse use);
 
-  void Step();     // call it between frames
+  void Step();     // call it before every frame
   void Restart();  // call it after the lens was replaced
   // Returns the readout that was found or given; none if the shutter is global as far as is known.
   const std::optional<Readout>& found() const { return found_; }
-  // Returns the size, s, of a readout that may be there and is not compensated: what was measured, if that is
-  // likely, and a usual one before anything was measured.
+  // Returns the magnitude, s, of a readout that may be there and is not compensated: what was measured, if
+  // that is likely, or a usual one before anything was measured; 0: none.
   double Suspected() const;
-  // Call it for a map of an earlier session, which would have found a rolling shutter: none is suspected
-  // until one is measured.
+  // Makes Suspected() return 0 until a readout is measured. Call it for a map of an earlier session, which
+  // would have found a rolling shutter.
   void AssumeGlobalShutter() { last_ = ReadoutEstimate{}; }
 
  private:
@@ -45,9 +46,9 @@ class ReadoutSearch {
   ReadoutUse use_;
   std::optional<Readout> found_;
   std::optional<ReadoutEstimate> last_;
-  int judged_ = 0;   // measurements
-  int certain_ = 0;  // measurements in a row that said that the shutter rolls
-  int applied_ = 0;  // readouts
+  int judged_ = 0;   // number of measurements
+  int certain_ = 0;  // number of measurements in a row that found one, or contradict the given one
+  int applied_ = 0;  // number of readouts
 };
 
 }  // namespace ulf::tracking

@@ -3,8 +3,8 @@
 //
 // A frame's rows show its velocity relative to the map, tremor included, but a map that is stretched along
 // the columns shows a wrong velocity. Velocities between frames miss the tremor, but are right on average. So
-// the rows' velocity is used, minus the recent mean of its difference to the velocity between the frames
-// before and after.
+// the velocity that the rows show is used, minus the recent mean of its difference from the velocity between
+// the frames before and after.
 #pragma once
 
 #include <optional>
@@ -18,24 +18,26 @@ namespace ulf::tracking {
 
 class RowMotion {
  public:
+  // `readout_s` is the time from the first row to the last; 0: the shutter is global.
   RowMotion(const CameraModel& camera, double readout_s) : camera_(camera), readout_s_(readout_s) {}
 
   double readout_s() const { return readout_s_; }
   bool rolls() const { return readout_s_ != 0; }
   void SetReadout(double readout_s) { readout_s_ = readout_s; }
   void SetCamera(const CameraModel& camera) { camera_ = camera; }  // another lens, the same image size
-  void Forget();                                                   // the next frame follows no other
-  void Scale(double scale);  // the unit of length changes by this factor
+  void Forget();             // call it when the next frame does not follow the last one
+  void Scale(double scale);  // multiplies lengths, after the map's unit has changed
 
-  // Estimates the velocities of a start's two views from their features' motion in the image and, with a
-  // rolling shutter, removes the rows' motion from the views.
+  // Sets the velocities of a start's two views from their features' motion in the image and, with a rolling
+  // shutter, removes its shift from the views.
   void InitializeFrom(TwoViewStart& start);
-  // Removes the rows' motion under the last velocity from a frame that is expected at `predicted`.
+  // Removes the shift under the last velocity from a frame whose pose is expected to be `predicted`; the
+  // points give depths. Does nothing without a last velocity or points.
   void RemoveExpectedShift(TrackedImage& image, const Rigid3& predicted,
                            std::span<const Eigen::Vector3d> points_in_world) const;
-  // Refines the pose of a located frame with its rows' velocity, sets the image's pose, and removes the rows'
-  // motion from image and matches. `between`: the velocity since the frame before, where that is known.
-  // `with_corners`: the map's world is the one in which the frame's fiducials are given.
+  // Refines the middle row's pose and the velocity of a located frame, sets FramePose::picture_from_cam, and
+  // removes the shift from image and matches. `between` is the velocity since the frame before, if known;
+  // `with_corners` says that the map's world is the one in which the frame's fiducials are given.
   void RefineWithRows(TrackedImage& image, FramePose& frame_pose, const std::optional<Twist>& between,
                       bool with_corners);
 

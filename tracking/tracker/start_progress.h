@@ -1,5 +1,5 @@
-// Tells the operator why a map has not started yet: how much parallax there is, how much is needed, and what
-// prevents the start. Angles are degrees, medians over the matched features.
+// Tells the operator why a map has not started yet: what prevents the start, how much parallax there is
+// (median over the matched features), and how much is needed.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace ulf::tracking {
 enum class StartObstacle {
   kNone,                // the map has started
   kFirstView,           // this frame is the reference for later ones
-  kTooFewFeatures,      // in this image: hardly any texture, darkness, or out of focus
-  kTooFewMatches,       // with the reference: blur, noise, or a jump
+  kTooFewFeatures,      // this image shows hardly any corners: no texture, darkness, out of focus
+  kTooFewMatches,       // too few features match the reference: blur, noise, or a jump
   kRotationOnly,        // the camera only turned, or stood still
   kLowParallax,         // the camera moved, but not far enough for a certain direction
   kAmbiguousPlane,      // the scene is flat, and two motions explain it
@@ -27,10 +27,8 @@ inline constexpr int kFewestFeatures = 80;
 struct StartProgress {
   StartObstacle obstacle = StartObstacle::kFirstView;
   double parallax_deg = 0;
-  // The parallax that suffices at this frame's noise, as far as is known: at least the smallest that is
-  // accepted.
-  double parallax_needed_deg = 0;
-  int matches = 0;  // where features are too few: their number
+  double parallax_needed_deg = 0;  // that suffices at this frame's noise, as far as is known
+  int matches = 0;                 // for kTooFewFeatures the number of features
   int matches_needed = 0;
 };
 
@@ -43,7 +41,7 @@ struct MapStart {
 // Returns the obstacle and, for a camera in the hand, what to do: a sentence without a full stop.
 std::string Advice(StartObstacle obstacle, FrameSource source);
 
-// Adds how much of the parallax or of the matches there is.
+// Returns the same, and how much of the parallax or of the matches there is.
 std::string InWords(const StartProgress& start, FrameSource source);
 
 }  // namespace ulf::tracking

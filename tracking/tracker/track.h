@@ -1,7 +1,7 @@
-// Defines the tracker's result for one frame, and messages about it.
+// Defines a pose source's result for one frame (pose_source.h), and messages about it.
 //
-// Poses are cam_from_world (x right, y down, z forward). The world and its unit are those of the source of
-// the poses: see pose_source.h. Image quantities are pixels of the images as they come.
+// Poses are cam_from_world (x right, y down, z forward). The world and its unit are those of the source
+// (docs/tracking.md). Image quantities are pixels of the images as they come.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@
 namespace ulf::tracking {
 
 enum class TrackState {
-  kInitializing,
+  kInitializing,  // there is no map or pose yet
   kTracking,
   kLost,
   // The camera is tracked in a part of the map whose place in the main part's world is not known (yet). There
@@ -32,9 +32,9 @@ enum class TrackState {
 struct Track {
   TrackState state = TrackState::kInitializing;
   bool skipped = false;  // the frame was incomplete or empty: nothing was tried, the state stays
-  // The map in whose world the pose is. A map that is lost within its first frames is discarded for another,
-  // and a part of the map that was tracked for longer takes the place of the main part, unless views are
-  // recorded in that.
+  // The map (or part of the map) in whose world the pose is. A map that is lost within its first frames is
+  // discarded for another, and a part of the map that was tracked for longer takes the place of the main
+  // part, unless views are recorded in that.
   int map_id = 0;
   bool relocalized = false;  // the camera was lost, and this frame found it again
   // The pose; none unless kTracking. Under a rolling shutter every row has a pose of its own: this is the one
@@ -43,25 +43,24 @@ struct Track {
   std::optional<Rigid3> cam_from_world;
   // The same pose for PoseSource::PoseOf(): set whenever cam_from_world is, and while kApart.
   std::optional<Anchored> anchor;
-  // While there is no pose: the camera's rotation, where it is known although the position is not. It is
-  // relative to the world of the last pose or, before a map has started, to the first frame's camera.
+  // Without a pose, the camera's rotation cam_from_world, if it is known although the position is not. The
+  // world is that of the last pose or, before a map has started, the first frame's camera.
   std::optional<Eigen::Quaterniond> turn;
-  // The camera's own pose when the middle row was read, relative to cam_from_world. It is set where a rolling
+  // The camera's own pose when the middle row was read, relative to cam_from_world. It is set if a rolling
   // shutter is compensated; else the two are the same.
   std::optional<Rigid3> middle_row_from_picture;
-  // The camera's velocity while the rows were read, in the middle row's frame; set where
-  // middle_row_from_picture is.
+  // The velocity while the rows were read, in the middle row's frame; set with middle_row_from_picture.
   std::optional<Twist> twist;
-  // From 0 to 1: one half where PictureSigma() and lens_error_share are a hundredth of `distance` together.
+  // From 0 to 1: one half if PictureSigma() and lens_error_share together make a hundredth of `distance`.
   double quality = 0;
   int matched_points = 0;       // map points that support the pose
   std::optional<int> features;  // corners detected in the image; none: the source detects none
   // Predicted standard deviation of the camera's centre, world units, from matches and the map's error.
   std::optional<double> center_sigma;
-  // Under a rolling shutter, how far cam_from_world is from the poses of the rows, world units.
+  // How far the centre is from those of a rolling shutter's rows, world units.
   double rows_sigma = 0;
   double distance = 0;  // median distance of the points that support the pose, world units; 0: unknown
-  // Returns the predicted error of the centre, with that of the rows; none where center_sigma is none.
+  // Returns center_sigma and rows_sigma together; none if center_sigma is none.
   std::optional<double> PictureSigma() const;
   std::optional<StartProgress> start;  // while initializing, and for the frame that started the map
   double sharpness = 1;                // fine detail over the recent frames' median: well below 1 is blurred
@@ -71,20 +70,19 @@ struct Track {
   // The share of the distance by which the wrong lens displaces poses. Only `quality` counts it: a view under
   // a wrong lens is worth recording, because `ulf refine` finds the lens.
   double lens_error_share = 0;
-  // Set where a zoom was moved: the focal length that the image was taken with, over the lens's. The pose is
-  // right, but whoever uses the image needs a lens of its own for it.
+  // If a zoom was moved, the focal length with which the image was taken over the lens's. The pose is right,
+  // but whoever uses the image needs another lens for it.
   std::optional<double> focal_ratio;
   int lens_revision = 0;  // how often the tracker has replaced the given lens (LensUse::kRefine)
-  // Changes when much of the map has moved, after a closed loop for example: ask PoseOf() for all poses
-  // again.
+  // Changes when much of the map has moved (a closed loop): ask PoseOf() for all poses again.
   int map_revision = 0;
-  // The map points that support the pose, for NoteView(); null where there are none.
+  // The map points that support the pose, for NoteView(); null if there are none.
   std::shared_ptr<const std::vector<MapObservation>> seen = {};
-  double cpu_s = 0;   // processor time of tracking, without mapping even where that ran inside Step()
+  double cpu_s = 0;   // processor time of tracking, without mapping even if that ran inside Step()
   StageTimes stages;  // processor time by stage; the sum is a little less
 };
 
-// A map point that the last frame shows.
+// A point that supports the last frame's pose.
 struct VisiblePoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   Eigen::Vector2d img = Eigen::Vector2d::Zero();  // pixel centres at integer + 0.5
@@ -94,13 +92,12 @@ struct VisiblePoint {
 // A map point that the last frame should show.
 struct ExpectedPoint {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
-  double find_rate = 0;    // share of the earlier frames that should show it in which it was found
-  int times_expected = 0;  // earlier frames that should show it
+  double find_rate = 0;    // as in Candidate (map_matching.h), from the earlier frames
+  int times_expected = 0;  // number of earlier frames that should have shown it
   bool found = false;      // in this frame, where the pose projects it
 };
 
-// Returns a frame's outcome for the operator's line of progress: what is the matter and, where a camera is in
-// the hand, what to do.
+// Returns a frame's outcome for the operator's line of progress: what is the matter and what to do.
 std::string InWords(const Track& track, FrameSource source);
 
 // Returns how far the zoom was moved (Track::focal_ratio), and what to do.

@@ -1,16 +1,15 @@
 // The tracker computes camera poses from frames, in real time, without markers.
 //
-// Frames and units: the world is the first keyframe's camera until MoveWorld(). Its unit is the median depth
-// of the first two-view map, so that the scale is arbitrary. Poses are cam_from_world, times are seconds,
-// image quantities are pixels of the images as they come, angles are degrees where the name says so. Larger
-// images are reduced to a working size inside (working_size.h).
+// The world is the first keyframe's camera until MoveWorld(). Its unit is the median depth of the first
+// two-view map, so that the scale is arbitrary. Poses are cam_from_world, image quantities pixels of the
+// images as they come. Larger images are reduced to a working size inside (working_size.h).
 //
-// Method: ORB features are spread over the image. Two views start the map (homography or essential matrix,
-// and a parallax test; rotation alone never starts it). Every frame is matched against the map under a motion
-// model, and its pose is refined robustly. Keyframes go to the mapper, which triangulates, merges and adjusts
-// in a second thread. Descriptors, P3P and guided verification find a lost camera again. (Klein and Murray
-// 2007 for the two threads; Mur-Artal, Montiel and Tardos 2015 for one descriptor through all stages; Forster
-// et al. 2014 for aligning patches.)
+// Method: features with ORB descriptors are spread over the image. Two views start the map (homography or
+// essential matrix, and a parallax test; rotation alone never starts it). Every frame is matched against the
+// map under a motion model, and its pose is refined robustly. Keyframes go to the mapper, which triangulates,
+// merges and adjusts in a second thread. Descriptors, P3P and guided verification find a lost camera again.
+// (Klein and Murray 2007 for the two threads; Mur-Artal, Montiel and Tardos 2015 for one descriptor through
+// all stages; Forster et al. 2014 for aligning patches.)
 #pragma once
 
 #include <memory>
@@ -32,22 +31,23 @@ struct TrackerCore;
 
 class Tracker final : public PoseSource {
  public:
-  // Throws Error when the camera's intrinsics are out of range.
+  // Throws Error if the camera's intrinsics are out of range.
   explicit Tracker(const CameraModel& camera, const TrackerOptions& options = {});
   ~Tracker() override;
   Tracker(Tracker&&) noexcept;
   Tracker& operator=(Tracker&&) noexcept;
 
   Track Step(const Frame& frame) override { return Step(frame, std::nullopt); }
-  // `fiducials`: what the frame shows of a given world. Keyframes keep it until the map is moved there; from
-  // then on it takes part in poses and map, and a lost tracker searches at its pose.
+  // `fiducials` is what the frame shows of a given world (a board's), in pixels of the frame. Keyframes keep
+  // it. In a map moved into that world it takes part, and a lost tracker searches at its pose.
   Track Step(const Frame& frame, const std::optional<FiducialObservation>& fiducials);
 
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near) const override {
     return Locate(photograph.image, camera, near);
   }
-  // Throws Error when the photograph's size is not its camera's. Returns none, too, while a zoom is moved.
+  // Throws Error if the photograph's size is not its camera's. Returns none without a map or with a moved
+  // zoom.
   std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near = {},
                               const std::optional<FiducialObservation>& fiducials = {}) const;
@@ -61,8 +61,8 @@ class Tracker final : public PoseSource {
 
   // An anchor of a discarded map (Track::map_id) keeps its pose in that map's world.
   Rigid3 PoseOf(const Anchored& anchor) const override;
-  // PoseOf() the track's anchor or, where the lens was replaced since, a pose solved again from the points
-  // that the frame showed. It lies in the world of MapNow().
+  // Returns PoseOf() the track's anchor or, if the lens was replaced since, a pose solved again from the
+  // points that the frame showed. It lies in the world of MapNow().
   std::optional<Rigid3> PoseNow(const Track& track) const override;
   int MapNow(const Track& track) const override;
 

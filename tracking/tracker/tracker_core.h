@@ -1,6 +1,5 @@
-// Holds the parts of a tracker and processes frames with them: private to tracker*.cpp. Tracker converts to
-// the pixels of the images as they come; in here pixels are those of the working size, except in frames and
-// photographs.
+// Holds the parts of a tracker and processes frames with them: private to tracker*.cpp. Pixels are those of
+// the working size (working_size.h), except in frames, photographs and their fiducials.
 #pragma once
 
 #include <memory>
@@ -40,12 +39,12 @@ inline constexpr double kBeginPartAfterS = 1;
 struct LastFrame {
   double time_s = 0;
   Anchored anchor;
-  std::optional<Rigid3> velocity;  // this camera from the frame before
-  std::unordered_map<int, Eigen::Vector2d> img_of_point;
+  std::optional<Rigid3> velocity;  // the motion from the frame before: this camera from that camera
+  std::unordered_map<int, Eigen::Vector2d> img_of_point;  // by id
   std::vector<VisiblePoint> visible;
   std::vector<ExpectedPoint> expected;
   std::optional<Twist> between;  // the velocity since the frame before
-  int joins = 0;  // of the map's parts, as of then: a later one has moved the world of `visible`
+  int joins = 0;                 // SharedMap::joins then: a later join has moved the world of `visible`
 };
 
 inline MapperOptions MappingOf(const TrackerOptions& options) {
@@ -63,7 +62,7 @@ inline ReadoutUse UseOf(const TrackerOptions& options) {
 }
 
 struct TrackerCore {
-  // Starts with `map`: empty, or one from a file.
+  // Starts with `map`, for example from a file; none: with an empty one.
   TrackerCore(const CameraModel& camera_in, const TrackerOptions& options_in, std::optional<Map> map = {})
       : size(camera_in, options_in.max_side_px),
         camera(size.working()),
@@ -98,7 +97,7 @@ struct TrackerCore {
     Anchored anchor;
     double keyframe_time_s;
   };
-  std::optional<BeforeKeyframe> before_keyframe;  // the frame before, where the last frame became a keyframe
+  std::optional<BeforeKeyframe> before_keyframe;  // the frame before the last, if the last became a keyframe
   MapDriftEstimate map_drift;
   double world_information = 0;  // 1 / sigma^2 of the given world's place, from keyframes that showed it
   int revision = 0;              // of the map, when the last frame was tracked
@@ -108,14 +107,14 @@ struct TrackerCore {
   int frame = 0;
   int last_keyframe_frame = -1;
   double last_keyframe_s = 0;
-  int frames_tracked = 0;  // since the part in work was begun
-  int part = 0;            // of the map, in work: where the last frame was tracked
-  std::unordered_map<int, int> frames_of_part;
+  int frames_tracked = 0;                       // number since the part in work was begun
+  int part = 0;                                 // the part in work: where the last frame was tracked
+  std::unordered_map<int, int> frames_of_part;  // number of tracked frames by part
   std::optional<double> lost_since_s;
   int keyframes_left_out = 0;
   std::optional<RefinedLens> refined_lens;      // of working pixels
   int lens_revision = 0;                        // how often the lens was replaced
-  std::optional<MapStart> map_start;            // of the map there is
+  std::optional<MapStart> map_start;            // of the present map
   std::optional<CalibrationCheck> calibration;  // of the last Finish()
   double mapping_cpu_s = 0;                     // of mapping inside Step()
 

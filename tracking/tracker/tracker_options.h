@@ -9,14 +9,14 @@
 
 namespace ulf::tracking {
 
-// Describes what is known of a rolling shutter. Readout times run from the first row to the last; negative
-// ones from the last row to the first.
+// What is known of a rolling shutter. Readout times run from the first row to the last; if they are negative,
+// the last row is read first.
 struct ReadoutArgs {
   std::optional<double> readout_s = {};  // 0: a global shutter; none: the tracker measures it
   bool compensate_found = true;  // a readout that the tracker finds is compensated, else only reported
 };
 
-// Describes what becomes of the given lens where the map's images contradict it.
+// What becomes of the given lens if the map's images contradict it.
 enum class LensUse {
   kFixed,  // it is not checked
   kCheck,  // the tracker reports the contradiction
@@ -28,7 +28,7 @@ enum class LensUse {
 struct TrackerOptions {
   bool deterministic = false;  // mapping runs inside Step(): the same frames give the same bytes
   unsigned seed = 1;           // of every random draw
-  // Corners a frame, twice as many while the map starts. Measured: docs/measured/charts/tracking.png.
+  // Number of corners a frame, doubled while a map starts. Measured: docs/measured/charts/tracking.png.
   int features = 850;
   // Images with a longer side are reduced to it; 0: they are tracked as they come. Measured:
   // docs/measured/charts/tracking_side.png.
@@ -39,7 +39,7 @@ struct TrackerOptions {
   ReadoutArgs readout = {};
   LensUse lens = LensUse::kCheck;
   // The given lens is no calibration (a focal length from Exif data, a data sheet, a guess). With
-  // LensUse::kRefine it is then replaced as soon as the map determines a better one, contradicted or not.
+  // LensUse::kRefine it is replaced as soon as the map determines a better one, contradicted or not.
   bool lens_is_guess = false;
   // A camera that stays lost begins another part of the map; else it stays lost until it is back.
   bool begin_parts = true;

@@ -1,11 +1,11 @@
 // Tracks a camera's rotation while its position is not known: before a map has started, and while it is lost.
 //
 // Features count as directions, that is as points at infinity. Keyframes have known rotations; a frame is
-// matched with the one that looks nearest to where it is expected, and turned until most directions fit. A
-// shift of the camera looks like a turn by as much parallax as it makes, and what one keyframe hides adds up
-// over the next ones. Measured: swaying by 20 cm before walls 2.6 to 3.4 m away, rotations are off by 0.6 to
-// 4 degrees when the map starts, by up to 7 before one flat wall, where it starts late
-// (docs/measured/tracking.md, "A hand that turns on the spot"). They do not determine the position.
+// matched with the keyframe that looks most nearly where the frame is expected to look, and turned until most
+// directions fit. A shift of the camera looks like a turn by as much parallax as it makes, and such errors
+// add up from keyframe to keyframe. Measured: swaying by 20 cm before walls 2.6 to 3.4 m away, rotations are
+// off by 0.6 to 4 degrees when the map starts, by up to 7 before one flat wall, where it starts late
+// (docs/measured/tracking.md, "A hand that turns on the spot").
 #pragma once
 
 #include <Eigen/Geometry>
@@ -27,7 +27,8 @@ class TurnTracker {
   // Starts from a frame whose rotation is known.
   void Begin(std::shared_ptr<const FeatureSet> features, const Eigen::Quaterniond& cam_from_world);
   bool HasBegun() const { return !keyframes_.empty(); }
-  // Returns none where too few directions fit.
+  // Returns the rotation cam_from_world of the next frame; none if too few directions fit. A frame with
+  // enough features begins with the identity.
   std::optional<Eigen::Quaterniond> Step(const std::shared_ptr<const FeatureSet>& features);
 
  private:

@@ -2,9 +2,9 @@
 // (focal_change.h).
 //
 // A growing map adopts what a moved zoom shows and soon agrees with it. So a frame that disagrees becomes no
-// keyframe. Where the frames continue to disagree the zoom counts as moved, and the frames' focal length
-// follows it until the zoom is back, so that poses stay right. A map that a wrong lens has bent disagrees a
-// little all the time: what counts is the difference from the frames before.
+// keyframe. If frames continue to disagree the zoom counts as moved, and the focal length with which frames
+// are tracked follows it until it is back, so that poses stay right. A map that a wrong lens has bent
+// disagrees a little all the time: what counts is the difference from the frames before.
 #pragma once
 
 #include <deque>
@@ -16,14 +16,14 @@ namespace ulf::tracking {
 
 class ZoomWatch {
  public:
-  // Call it after each frame that has a pose. `change`: the frame's focal length over that with which it was
-  // tracked; none: unknown. `other`: one standard deviation (a logarithm, too) of what else may look like it,
-  // an error of the map or a rolling shutter.
+  // Call it after each frame that has a pose. `change` is the frame's focal length over that with which it
+  // was tracked; none: unknown. `other` is one standard deviation, also of a logarithm, of what may look like
+  // a zoom: an error of the map or a rolling shutter.
   void Step(double time_s, const std::optional<FocalChange>& change, double other);
   // Returns whether the last frame should not become a keyframe.
   bool Disagrees() const { return since_disagreed_ < kLastFrames || IsMoved(); }
   bool IsMoved() const { return log_ratio_ != 0; }
-  // Returns the logarithm of the focal length for tracking frames over the lens's; 0: the lens's own.
+  // Returns the logarithm of the focal length for tracking frames over the lens's; 0: it is not moved.
   double log_ratio() const { return log_ratio_; }
   void Forget();  // call it when the map or the lens is replaced
 
