@@ -22,6 +22,11 @@ option(ULF_WARNINGS_AS_ERRORS "Fail on any warning" ON)
 target_compile_options(ulf_flags INTERFACE $<BUILD_INTERFACE:-pthread> $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wno-psabi>
   $<$<BOOL:${ULF_WARNINGS_AS_ERRORS}>:$<BUILD_INTERFACE:-Werror>>)
 
+# Below a gigabyte GCC frees no memory: a batch takes a fifth more of it and up to a tenth less time.
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  target_compile_options(ulf_flags INTERFACE $<BUILD_INTERFACE:--param=ggc-min-heapsize=1000000>)
+endif()
+
 # Clang alone checks what core/base/mutex.h says of locks. The cache knows a precompiled header by its content, so no
 # time goes into it.
 if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
