@@ -12,7 +12,7 @@ namespace {
 
 // Bytes of a packet between programs on this computer. With its headers it fits in 8 KiB, the block that the
 // kernel allocates; a larger packet takes 16 KiB of the receive buffer. Measured: at 9000 bytes one stream in
-// ten began with a loss (docs/architecture.md).
+// ten began with a loss.
 constexpr int kLocalPacketSize = 7800;
 
 // Finds the largest packets that arrive, by test packets, which not every camera sends. Where none arrives,

@@ -17,7 +17,7 @@ namespace {
 constexpr int kRealtimePriority = 10;
 constexpr int kHighPriorityNice = -10;
 // Bounds of the receive buffer, which holds two frames. Measured: with less, small frames lose packets even
-// on loopback (docs/architecture.md). The upper bound is guessed.
+// on loopback. The upper bound is guessed.
 constexpr std::size_t kLeastSocketBuffer = 2 << 20, kMostSocketBuffer = 256 << 20;
 // Frames that the library may fill at once: as many as fit in this memory, within bounds. Guessed.
 constexpr std::size_t kPoolBytes = 64 << 20, kLeastBuffers = 4, kMostBuffers = 24;

@@ -95,7 +95,7 @@ class ReplayDevice : public Device {
   const RecordingHeader header_;
   std::shared_ptr<const FlatField> flat_field_, still_flat_field_;
   bool running_ = false, asked_ = false;
-  DeviceState state_ = DeviceState::kStreaming;
+  DeviceState state_ = DeviceState::kConnected;
   DeviceStatistics statistics_;
 };
 

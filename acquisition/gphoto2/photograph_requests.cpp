@@ -144,6 +144,7 @@ void PhotographRequests::Clear() {
 void PhotographRequests::GiveUpBracket(bool camera_is_gone) {
   shutter_bracket_.GiveUp(camera_is_gone);
   camera_bracket_.GiveUp(camera_is_gone);
+  exposures_wanted_ = false;
 }
 
 }  // namespace ulf::acquisition

@@ -59,7 +59,8 @@ class PhotographRequests {
   void ReleaseNoMore() { still_wanted_ = false; }
   // Drops the request for the present photograph, as if it had come.
   void Clear();
-  // Call it before the thread ends: restores what a bracket has changed on the camera, or reports it.
+  // Call it before the thread ends: drops the rest of a bracket, and restores what it has changed on the
+  // camera, or reports it.
   void GiveUpBracket(bool camera_is_gone);
 
  private:

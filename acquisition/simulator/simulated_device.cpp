@@ -98,7 +98,7 @@ class SimulatedDevice : public Device {
   void Stop() override { started_ = false; }
 
   std::optional<Frame> Next(std::chrono::milliseconds timeout) override {
-    if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
+    if (State() != DeviceState::kStreaming) return std::nullopt;
     if (const FaultSpan* out = ActiveSpan(faults_.disconnects)) {
       lost_ = true;
       BeginAbsence(uri_.Text(), {Clock::now() + DurationOf(out->for_s), FrameAfter(*out)});
@@ -111,6 +111,7 @@ class SimulatedDevice : public Device {
 
   DeviceState State() const override {
     if (lost_) return DeviceState::kLost;
+    if (!started_) return DeviceState::kConnected;
     const bool over = Now() >= camera_.options().duration_s;
     return over ? DeviceState::kEnded : DeviceState::kStreaming;
   }

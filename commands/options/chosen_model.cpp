@@ -21,7 +21,7 @@ ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const rende
       shown = compared;
       progress->Show(share);
     };
-  const auto proxies = render::ProxiesToTry(*plain, proxy, details, args.dir, renderer);
+  const auto proxies = render::ProxiesToTry(*plain, proxy, details, args.dir, renderer, options);
   ChosenModel chosen{plain, {}, {}};
   const auto light = LightOf(args, *plain, MeshForLight(args, *plain, proxies));
   if (light) chosen.scene = render::WithLight(*plain, *light);

@@ -122,7 +122,8 @@ std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
   if (args.proxies.empty()) return render::EveryProxyOf(args.dir, scene.subject);
   std::vector<std::shared_ptr<const render::Proxy>> proxies;
   for (const std::string& name : args.proxies)
-    proxies.push_back(render::ProxyByName(scene, name, field, args.dir, RendererFromName(args.renderer)));
+    proxies.push_back(render::ProxyByName(scene, name, field, args.dir, RendererFromName(args.renderer),
+                                          {.gpu_memory_mb = args.gpu_memory_mb}));
   return proxies;
 }
 

@@ -319,8 +319,9 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   for (const std::string& name : proxy_names) {
     if (name == "plane") {
       proxies.push_back(std::make_shared<render::PlaneProxy>(given_scene->subject));
-      proxies.push_back(render::FitPlane(
-          *given_scene, fields.empty() ? render::EveryField().front() : fields.front(), renderer));
+      proxies.push_back(render::FitPlane(*given_scene,
+                                         fields.empty() ? render::EveryField().front() : fields.front(),
+                                         renderer, {.gpu_memory_mb = scene_args.gpu_memory_mb}));
     }
     if (name == render::kPlanesProxy &&
         (proxy_names.size() == 1 || render::FindPlanes(given).why_none.empty()))

@@ -123,7 +123,8 @@ class GlDepth {
   unsigned buffer_ = 0;
 };
 
-// An image to draw into, with a depth buffer if Resize() gets one.
+// An image to draw into, with a depth buffer if Resize() gets one. A Resize() to the present size changes
+// nothing, and ignores another depth buffer.
 class GlTarget {
  public:
   explicit GlTarget(unsigned format) : format_(format) {}  // GL_RGBA32F and so on

@@ -333,8 +333,11 @@ std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptio
     std::vector<std::shared_ptr<const Proxy>> planes;
     for (const double share : shares) planes.push_back(std::make_shared<PlaneProxy>(scene.subject, share));
     const int every = std::max(2, static_cast<int>(scene.views.size()) / choice.views_left_out);
-    const EvaluateSummary summary =
-        Evaluate(small, {.every = every, .fields = {field}, .proxies = planes, .renderer = renderer});
+    const EvaluateSummary summary = Evaluate(small, {.every = every,
+                                                     .fields = {field},
+                                                     .proxies = planes,
+                                                     .renderer = renderer,
+                                                     .gpu_memory_mb = choice.gpu_memory_mb});
     for (std::size_t i = 0; i < shares.size(); ++i) tried[shares[i]] = summary.results[i].all.psnr_db;
   };
   // Rounds as the plane's name does, so that the name gives the same plane.
@@ -359,9 +362,9 @@ std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptio
 
 std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::string& proxy,
                                          const FieldOptions& field, const std::filesystem::path& light_field,
-                                         RendererKind renderer) {
+                                         RendererKind renderer, const ChoiceOptions& options) {
   if (proxy != kFittedPlane) return ProxyFromName(proxy, scene.subject, light_field);
-  auto plane = FitPlane(scene, FieldThatServes(field, scene.mesh), renderer);
+  auto plane = FitPlane(scene, FieldThatServes(field, scene.mesh), renderer, options);
   spdlog::info("{} {}: {}", Parameter("proxy"), kFittedPlane, plane->Name());
   return plane;
 }
@@ -369,10 +372,11 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
 std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
                                                        const FieldOptions& field,
                                                        const std::filesystem::path& light_field,
-                                                       RendererKind renderer) {
-  if (proxy != kAuto) return {ProxyByName(scene, proxy, field, light_field, renderer)};
+                                                       RendererKind renderer, const ChoiceOptions& options) {
+  if (proxy != kAuto) return {ProxyByName(scene, proxy, field, light_field, renderer, options)};
   auto proxies = EveryProxyOf(light_field, scene.subject);
-  if (proxies.size() == 1) proxies.push_back(ProxyByName(scene, kFittedPlane, field, light_field, renderer));
+  if (proxies.size() == 1)
+    proxies.push_back(ProxyByName(scene, kFittedPlane, field, light_field, renderer, options));
   return proxies;
 }
 

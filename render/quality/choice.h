@@ -92,22 +92,23 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                         const ChoiceOptions& options = {});
 
 // Fits the plane that faces the virtual camera, at the share of the subject's distance at which left-out
-// views are shown best (`choice` says how many, and how large). With too few views to leave some out it is
-// the plane through the subject.
+// views are shown best (`choice` says how many, how large, and in how much memory). With too few views to
+// leave some out it is the plane through the subject.
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
                                       RendererKind renderer, const ChoiceOptions& choice = {});
 
 // Makes a proxy by its name on the command line: those of ProxyFromName(), and kFittedPlane.
 std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::string& proxy,
                                          const FieldOptions& field, const std::filesystem::path& light_field,
-                                         RendererKind renderer);
+                                         RendererKind renderer, const ChoiceOptions& options = {});
 
 // Returns the proxies of `proxy`, a name of the command line: that one; for "auto" the plane and the light
 // field's own planes, points and mesh, and if it has none of these, also a fitted plane.
 std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
                                                        const FieldOptions& field,
                                                        const std::filesystem::path& light_field,
-                                                       RendererKind renderer);
+                                                       RendererKind renderer,
+                                                       const ChoiceOptions& options = {});
 
 // Chooses by names of the command line among these proxies. "auto" compares subdivision (of `details`'
 // level), linear, lumigraph weights and, over depth maps, the soft field, narrow and wide. Subdivision comes

@@ -197,17 +197,10 @@ std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shar
 }
 
 std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::vector<int>& left_out) {
-  auto rest = std::make_shared<RenderScene>();
-  rest->subject = scene.subject;
-  rest->up_in_world = scene.up_in_world;
-  rest->store = scene.store;
-  rest->knows_exposures = scene.knows_exposures;
-  rest->knows_colors = scene.knows_colors;
-  rest->is_cut_out = scene.is_cut_out;
+  auto rest = std::make_shared<RenderScene>(scene);
+  rest->views.clear();
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     if (std::ranges::count(left_out, static_cast<int>(i)) == 0) rest->views.push_back(scene.views[i]);
-  rest->proxy = scene.proxy;
-  rest->mesh_in_plane = scene.mesh_in_plane;
   rest->MakeMesh();
   return rest;
 }

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
-#include <nlohmann/json.hpp>
 
 namespace ulf::render {
 
@@ -46,6 +46,13 @@ std::size_t WebBytes::Add(std::span<const std::uint32_t> values) {
   return AddRaw(values.data(), values.size_bytes());
 }
 std::size_t WebBytes::Add(std::string_view bytes) { return AddRaw(bytes.data(), bytes.size()); }
+
+void WebArrays::AddIndices(const char* name, const std::vector<std::uint32_t>& indices) {
+  if (std::ranges::all_of(indices, [](std::uint32_t index) { return index <= 0xFFFF; }))
+    Add(name, std::vector<std::uint16_t>(indices.begin(), indices.end()));
+  else
+    Add(name, indices);
+}
 
 std::string WebFileText(const nlohmann::ordered_json& header, std::string_view bytes) {
   return fmt::format("{}{}{}{}{}", kBegin, header.dump(-1, ' ', true), kBetween, Base64(bytes), kEnd);

@@ -9,10 +9,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <vector>
 
 namespace ulf::render {
 
@@ -31,6 +33,26 @@ class WebBytes {
  private:
   std::size_t AddRaw(const void* data, std::size_t size);
   std::string bytes_;
+};
+
+// Arrays and their places in a file, as the page reads them: name to [type, first byte, count].
+class WebArrays {
+ public:
+  template <typename Number>
+  void Add(const char* name, const std::vector<Number>& values) {
+    const char* type = std::is_same_v<Number, float>           ? "f32"
+                       : std::is_same_v<Number, std::uint16_t> ? "u16"
+                                                               : "u32";
+    places_[name] = {type, bytes_.Add(std::span<const Number>(values)), values.size()};
+  }
+  // Adds the indices with 16 bits each, or with 32 if one of them needs more.
+  void AddIndices(const char* name, const std::vector<std::uint32_t>& indices);
+  const std::string& bytes() const { return bytes_.bytes(); }
+  const nlohmann::ordered_json& places() const { return places_; }
+
+ private:
+  WebBytes bytes_;
+  nlohmann::ordered_json places_ = nlohmann::ordered_json::object();
 };
 
 // Returns the script of a data file.

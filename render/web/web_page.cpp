@@ -43,24 +43,6 @@ struct NamedFile {
   std::string name, text;
 };
 
-// Arrays and their places in a file, as the page reads them: name to [type, first byte, count].
-class Arrays {
- public:
-  template <typename Number>
-  void Add(const char* name, const std::vector<Number>& values) {
-    const char* type = std::is_same_v<Number, float>           ? "f32"
-                       : std::is_same_v<Number, std::uint16_t> ? "u16"
-                                                               : "u32";
-    places_[name] = {type, bytes_.Add(std::span<const Number>(values)), values.size()};
-  }
-  const std::string& bytes() const { return bytes_.bytes(); }
-  const Json& places() const { return places_; }
-
- private:
-  WebBytes bytes_;
-  Json places_ = Json::object();
-};
-
 template <typename Vector>
 Json JsonOf(const Vector& vector) {
   return {vector.x(), vector.y(), vector.z()};
@@ -81,9 +63,9 @@ std::vector<std::uint32_t> Indices(const std::vector<Triangle>& triangles) {
 }
 
 // Everything is relative to the subject's centre, because browsers draw in 32 bits.
-Arrays FieldArrays(const RenderScene& scene, const std::vector<WebPicture>& pictures) {
+WebArrays FieldArrays(const RenderScene& scene, const std::vector<WebPicture>& pictures) {
   const Vector3d& center = scene.subject.center_in_world;
-  Arrays arrays;
+  WebArrays arrays;
   std::vector<float>
       cameras;  // per view: fx fy cx cy of a picture of size 1, width, height, cam_from_world by rows
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
@@ -119,7 +101,7 @@ Arrays FieldArrays(const RenderScene& scene, const std::vector<WebPicture>& pict
   }
   first_weight.push_back(static_cast<std::uint32_t>(weight.size()));
   arrays.Add("firstWeight", first_weight);
-  arrays.Add("weightVertex", std::vector<std::uint16_t>(weight_vertex.begin(), weight_vertex.end()));
+  arrays.AddIndices("weightVertex", weight_vertex);
   arrays.Add("weight", weight);
 
   std::vector<std::uint32_t> first_view, views;
@@ -149,14 +131,11 @@ Geometry GeometryFile(const TriangleMesh& mesh, const Vector3d& center, bool coa
   for (const Eigen::Vector3f& vertex : mesh.vertices)
     for (const float value : Eigen::Vector3f((vertex - box.min()).cwiseQuotient(size) * kMost))
       places.push_back(static_cast<std::uint16_t>(std::lround(value)));
-  Arrays arrays;
+  WebArrays arrays;
   arrays.Add("places", places);
   std::vector<std::uint32_t> corners;
   for (const auto& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
-  if (mesh.vertices.size() <= 65536)
-    arrays.Add("corners", std::vector<std::uint16_t>(corners.begin(), corners.end()));
-  else
-    arrays.Add("corners", corners);
+  arrays.AddIndices("corners", corners);
   const Json frame{{"low", JsonOf(Vector3d(box.min().cast<double>() - center))},
                    {"step", JsonOf(Vector3d(size.cast<double>() / kMost))}};
   const Json header{
@@ -383,7 +362,7 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
   Json list = Json::array();
   for (const NamedFile& file : later) list.push_back({file.name, file.text.size()});
   header["files"] = list;
-  const Arrays field = FieldArrays(scene, pictures.views);
+  const WebArrays field = FieldArrays(scene, pictures.views);
   header["arrays"] = field.places();
   files.push_back({"data/scene.js", WebFileText(header, field.bytes())});
   files.push_back({"data/geometry.js", geometry.first.file});

@@ -165,7 +165,7 @@ std::string DngBytes(const DngCamera& camera, const DngLight& light) {
   main.Whole(259, kShort, {1});
   main.Whole(262, kShort, {is_linear ? 34892U : 32803U});
   main.Text(271, "Acme");
-  main.Text(272, "Acme Studio 1");
+  main.Text(272, camera.model);
   main.Whole(274, kShort, {whole(camera.orientation)});
   main.Whole(277, kShort, {whole(samples)});
   const std::uint16_t places_tag = camera.tile > 0 ? 324 : 273;
@@ -187,7 +187,7 @@ std::string DngBytes(const DngCamera& camera, const DngLight& light) {
   main.Whole(34665, kLong, {0});
   main.Whole(50706, kByte, {1, 4, 0, 0});
   main.Whole(50707, kByte, {1, 1, 0, 0});
-  main.Text(50708, "Acme Studio 1");
+  main.Text(50708, camera.model);
   if (!is_linear) main.Whole(50711, kShort, {whole(camera.mosaic_layout)});
   if (camera.blacks)
     main.Whole(50714, kLong,

@@ -29,7 +29,7 @@ struct DngCamera {
   std::array<double, 9> matrix{0.8139, -0.2171, -0.0663, -0.8747, 1.6541, 0.2295, -0.1925, 0.2008, 0.8093};
   double exposure_s = 1 / 60.0, f_number = 5.6, focal_mm = 35;
   int iso = 400, focal_35mm = 52, orientation = 1;
-  std::string lens = "Acme 35mm f/2";
+  std::string model = "Acme Studio 1", lens = "Acme 35mm f/2";
   // What the file says of white where it is not `neutral`: a white balance that the camera found for itself.
   std::optional<std::array<double, 3>> told_neutral = {};
 };

@@ -94,7 +94,7 @@ void RequireMatchingPictures(const LightField& light_field) {
       light_field.root.string(), ViewNumbers(check.others), ShellWord(light_field.root.string()));
 }
 
-// Uses the white balance of the first readable raw file.
+// Uses for each camera the white balance of its first readable raw file.
 void LockAsBefore(const LightField& light_field, LockedWhiteBalance& white_balance) {
   for (const View& view : light_field.views) {
     if (!IsRawFile(view.master_path)) continue;
@@ -102,7 +102,6 @@ void LockAsBefore(const LightField& light_field, LockedWhiteBalance& white_balan
       RawFacts facts = ReadRawFacts((light_field.root / view.master_path).string());
       facts.white_balance = view.raw_white_balance.value_or(facts.white_balance);
       white_balance.WhiteBalanceFor(facts);
-      return;
     } catch (const Error&) {
       continue;
     }

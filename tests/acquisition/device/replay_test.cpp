@@ -147,6 +147,7 @@ TEST(ReplayFolder, IsNotLiveAndRestartsFromTheStart) {
   EXPECT_EQ(device->Info().bus, "files");
   EXPECT_FALSE(device->Camera());
   EXPECT_FALSE(device->Next(0ms)) << "not started";
+  EXPECT_EQ(device->State(), DeviceState::kConnected);
   device->Start();
   EXPECT_EQ(NumberOf(device->Next(0ms).value()), 0);
   EXPECT_EQ(device->State(), DeviceState::kStreaming);

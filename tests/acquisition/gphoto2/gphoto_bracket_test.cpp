@@ -69,6 +69,23 @@ TEST_F(GphotoTest, StoppingABracketRestoresTheShutter) {
   EXPECT_EQ(camera_->Property(kPtpExposure), 80u);
 }
 
+TEST_F(GphotoTest, StoppedBracketIsForgottenAtTheNextStart) {
+  PtpipCameraOptions options;
+  options.shutter_lag_s = 0.3;
+  Begin(NumberedPhotograph, options);
+  auto device = Open("?shutter=1/125");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  ASSERT_EQ(device->RequestExposures({-2, 2, -1, 1}), StillRequest::kAsked);
+  ASSERT_TRUE(Until(*device, [&] { return camera_->ReleasesAsked() == 1; }));
+  device->Stop();
+  device->Start();
+  ASSERT_EQ(device->RequestStill(), StillRequest::kAsked) << "no bracket is being taken";
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_FALSE(still->asked_stops);
+}
+
 // As the exposures of 1/125 s, two stops apart, come in the camera's own order.
 std::vector<PtpipFile> BracketedPhotograph(int number) {
   const std::uint32_t of_second[] = {125, 500, 30};

@@ -476,6 +476,7 @@ TEST(SimulatedDevice, GivesFramesUntilItsDurationIsOver) {
   ASSERT_TRUE(device->Camera());
   EXPECT_EQ(device->Camera()->width, 160);
   EXPECT_FALSE(device->Next(std::chrono::milliseconds(1))) << "not started";
+  EXPECT_EQ(device->State(), DeviceState::kConnected);
   device->Start();
   std::vector<std::uint64_t> ids;
   while (const auto frame = device->Next(std::chrono::milliseconds(100))) {
@@ -486,6 +487,8 @@ TEST(SimulatedDevice, GivesFramesUntilItsDurationIsOver) {
   EXPECT_THAT(ids, ::testing::ElementsAre(0, 1, 2, 3, 4));
   EXPECT_EQ(device->State(), DeviceState::kEnded);
   EXPECT_EQ(device->Statistics().delivered, 5u);
+  device->Stop();
+  EXPECT_EQ(device->State(), DeviceState::kConnected);
 }
 
 TEST(SimulatedDevice, WrongOptionsAreNamed) {

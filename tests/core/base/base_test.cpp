@@ -80,6 +80,8 @@ TEST(Texts, NumbersNamesAndCommandsAreWrittenForPeople) {
   EXPECT_EQ(ShellWord("my vase"), "\"my vase\"");
   EXPECT_EQ(ShellWord("5$"), "\"5\\$\"");
   EXPECT_EQ(ShellWord(""), "\"\"");
+  EXPECT_EQ(ShellWord("wow!"), "'wow!'");
+  EXPECT_EQ(ShellWord("it's $5!"), R"('it'\''s $5!')");
   const Error error("{} is missing", "journal.jsonl");
   EXPECT_STREQ(error.what(), "journal.jsonl is missing");
 }

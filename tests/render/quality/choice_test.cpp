@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 
 #include "render/fields/field_options.h"
@@ -32,6 +33,33 @@ TEST(Choice, AFittedPlaneLiesWhereThePhotographsShowIt) {
   }
   const auto few = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
   EXPECT_EQ(FitPlane(*few, {}, RendererKind::kReference)->Name(), "plane");
+}
+
+// Counts how often it is read.
+class CountedPhotograph : public Photograph {
+ public:
+  CountedPhotograph(std::shared_ptr<const Photograph> real, std::atomic<int>& reads)
+      : Photograph(real->size(), real->linear()), real_(std::move(real)), reads_(reads) {}
+  cv::Mat Level(int level) const override {
+    ++reads_;
+    return real_->Level(level);
+  }
+
+ private:
+  std::shared_ptr<const Photograph> real_;
+  std::atomic<int>& reads_;
+};
+
+TEST(Choice, APlaneIsFittedWithinTheMemoryGiven) {
+  const auto reads = [](double gpu_memory_mb) {
+    std::atomic<int> count = 0;
+    RenderScene scene = *test::MakeScene({.viewpoints = test::GridViewpoints(6, 5, 0.15, 2.0)});
+    for (SceneView& view : scene.views)
+      view.photograph = std::make_shared<CountedPhotograph>(view.photograph, count);
+    FitPlane(scene, {.kind = FieldKind::kLinear}, RendererKind::kGl, {.gpu_memory_mb = gpu_memory_mb});
+    return count.load();
+  };
+  EXPECT_GT(reads(0.05), 2 * reads(0)) << "each photograph is read again and again";
 }
 
 // The true surface is worth its triangles where there is relief, and not where all is in the plane.

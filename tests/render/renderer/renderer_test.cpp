@@ -499,6 +499,19 @@ TEST(GlRenderer, OneBatchOfTrianglesFinishesAtOnce) {
   EXPECT_FALSE(finishes_at_once(spec, {.kind = FieldKind::kSubdivision}));
 }
 
+TEST(RenderScene, KeepsAllElseWithoutSomeViews) {
+  const auto scene =
+      test::MakeScene({.viewpoints = test::GridViewpoints(4, 3, 0.2, 2.0), .width = 4, .height = 4});
+  scene->in_metres = scene->is_cut_out = scene->mesh_in_plane = true;
+  scene->knows_colors = false;
+  const auto rest = Without(*scene, {0, 5});
+  ASSERT_EQ(rest->views.size(), 10u);
+  EXPECT_EQ(rest->views[4].id, scene->views[6].id);
+  EXPECT_LT(rest->mesh.vertices.size(), scene->mesh.vertices.size());
+  EXPECT_TRUE(rest->in_metres && rest->is_cut_out && rest->mesh_in_plane && !rest->knows_colors);
+  EXPECT_EQ(rest->proxy, scene->proxy);
+}
+
 TEST(PyramidLevel, FollowsTheFootprint) {
   const auto scene =
       test::MakeScene({.viewpoints = {{0, 0, 2}}, .width = 256, .height = 256, .focal_px = 200});

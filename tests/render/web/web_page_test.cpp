@@ -68,6 +68,14 @@ TEST(WebFile, ArraysBeginAtWholeNumbers) {
             WebFileSize(JsonText(header).size(), bytes.bytes().size()));
 }
 
+TEST(WebFile, IndicesTakeTheBitsThatTheyNeed) {
+  WebArrays arrays;
+  arrays.AddIndices("few", {0, 0xFFFF});
+  arrays.AddIndices("many", {0, 0x10000});
+  EXPECT_EQ(JsonText(arrays.places()), R"({"few":["u16",0,2],"many":["u32",4,2]})");
+  EXPECT_EQ(arrays.bytes(), std::string("\0\0\xff\xff\0\0\0\0\0\0\1\0", 12));
+}
+
 // A title may hold what would end a script or its string.
 TEST(WebFile, HeadersAreWordsOfAScript) {
   const std::string text = WebFileText({{"title", "a\"b\n\u2028</script>"}}, "");

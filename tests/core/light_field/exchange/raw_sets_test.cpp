@@ -89,6 +89,13 @@ class RawSetTest : public ::testing::Test {
     Import(set_.path(), folder_ / "lf", options);
     return ReadLightField(folder_ / "lf");
   }
+  static Frame Still(const std::string& raw) {
+    Frame still;
+    still.kind = FrameKind::kStill;
+    still.raw = EncodedImage{".dng", std::make_shared<const std::string>(raw)};
+    still.image = {DecodeRaw(raw, "a.dng", RawQuality::kQuick).light, Transfer::kLinear};
+    return still;
+  }
   static double WorstError(const Image& image, const cv::Rect& crop) {
     const cv::Mat truth = LightOf(Waves, crop), light = LinearFloat(image);
     if (truth.size() != light.size()) return 1e9;
@@ -254,24 +261,17 @@ TEST_F(RawSetTest, AllUseTheWhiteBalanceOfTheFirst) {
   Put("b.dng", other_dng);
   PutTransforms({"a.dng", "b.dng"});
   const LightField taken = Taken();
-  auto frame = [&](const std::string& bytes) {
-    Frame still;
-    still.kind = FrameKind::kStill;
-    still.raw = EncodedImage{".dng", std::make_shared<const std::string>(bytes)};
-    still.image = {DecodeRaw(bytes, "a.dng", RawQuality::kQuick).light, Transfer::kLinear};
-    return still;
-  };
   CaptureHeader header;
   header.camera = taken.cameras[0];
   {
     auto writer = LightFieldWriter::Create(folder_ / "captured", header);
-    writer.AddView(frame(StudioDng()), {});
-    writer.AddView(frame(other_dng), {});
+    writer.AddView(Still(StudioDng()), {});
+    writer.AddView(Still(other_dng), {});
     writer.Close(1);
   }
   {
     auto writer = LightFieldWriter::Resume(folder_ / "captured");
-    const Frame third = frame(other_dng);
+    const Frame third = Still(other_dng);
     const LightFieldWriter::NewView later{third, {}, writer.Files(third, MakePictures::kLater)};
     for (const View& view : writer.AddViews({&later, 1})) WritePictureFromMaster(folder_ / "captured", view);
     writer.Close(1);
@@ -291,6 +291,24 @@ TEST_F(RawSetTest, AllUseTheWhiteBalanceOfTheFirst) {
     const PictureCheck check = CheckPictures(*light_field);
     EXPECT_TRUE(check.others.empty() && check.damaged.empty() && check.damaged_masters.empty());
   }
+}
+
+TEST_F(RawSetTest, ResumedCaptureKeepsEachCamerasBalance) {
+  DngCamera second = StudioCamera();
+  second.model = "Acme Studio 2";
+  const std::string second_dng = DngBytes(second, Waves);
+  second.told_neutral = {0.6, 1, 0.5};
+  CaptureHeader header;
+  header.camera = {.width = 300, .height = 208, .fx = 280, .fy = 280, .cx = 150, .cy = 104};
+  {
+    auto writer = LightFieldWriter::Create(folder_ / "lf", header);
+    writer.AddView(Still(StudioDng()), {});
+    writer.AddView(Still(second_dng), {});
+    writer.Close(1);
+  }
+  const View view = LightFieldWriter::Resume(folder_ / "lf").AddView(Still(DngBytes(second, Waves)), {});
+  ASSERT_TRUE(view.raw_white_balance);
+  EXPECT_EQ(*view.raw_white_balance, RawFactsOf(second_dng, "b.dng").white_balance);
 }
 
 TEST(RawWhiteBalance, FactorsThatNoSensorHasAreRefused) {
