@@ -26,12 +26,13 @@ namespace ulf {
 
 // A damaged line, or consecutive damaged lines, and what may have been lost with them.
 struct DamagedLine {
-  int number = 0;       // of the first line, from 1
-  int last = 0;         // the last one's number
-  int lines = 1;        // number of damaged lines among them
-  std::string reason;   // message with the line number
-  std::set<int> views;  // views that it may have recorded
-  std::set<int> poses;  // views whose poses it may have corrected, and no later line did
+  int number = 0;        // of the first line, from 1
+  int last = 0;          // the last one's number
+  int lines = 1;         // number of damaged lines among them
+  bool is_json = false;  // complete, but refused for its content; otherwise neighbours are one entry
+  std::string reason;    // message with the line number
+  std::set<int> views;   // views that it may have recorded
+  std::set<int> poses;   // views whose poses it may have corrected, and no later line did
   bool IsWhole() const { return lines == last - number + 1; }  // otherwise it stands for many places
   std::string Words() const;  // "line 7: damaged; the line is left out; view 6 is in doubt"
 };
