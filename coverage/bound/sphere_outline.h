@@ -18,10 +18,10 @@ std::optional<std::vector<Eigen::Vector2d>> SphereOutline(const CameraModel& cam
                                                           const Rigid3& cam_from_world,
                                                           const Subject& subject, int corners = 64);
 
-// The middle of the image, `share` of its width and height.
+// The middle of the image, kRectangleShare of its width and height.
 struct SafetyRectangle {
   Eigen::Vector2d low, high;
-  static SafetyRectangle Of(const CameraModel& camera, double share = 0.8);
+  static SafetyRectangle Of(const CameraModel& camera);
   bool Holds(const std::vector<Eigen::Vector2d>& outline) const;
 };
 

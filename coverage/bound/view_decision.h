@@ -60,15 +60,12 @@ std::string InWords(const std::string& name);  // of a reason by its name; a nam
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius);
 
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
-struct DecisionLimits {
-  double rectangle_share = kRectangleShare;  // of the picture's width and height (thesis, section 3.2)
-  double max_pose_error_px = 1;              // PoseErrorPx; derived there
-  double max_error_share = 0.01;             // the same without a subject, of the distance of what is seen
-  double min_sharpness = 0.5;                // of the recent frames' median
-  double max_motion_blur_px = 2;             // during the exposure, coverage image pixels
-  double max_clipped_share = 0.3;            // of the sphere's image; highlights may clip, surfaces may not
-  double min_brightest = 0.08;               // display-encoded, of the brightest tenth of the sphere's image
-};
+inline constexpr double kMostPoseErrorPx = 1;   // PoseErrorPx; derived there
+inline constexpr double kLeastSharpness = 0.5;  // of the recent frames' median
+inline constexpr double kMostClippedShare =
+    0.3;  // of the sphere's image; highlights may clip, surfaces may not
+inline constexpr double kLeastBrightest =
+    0.08;  // display-encoded, of the brightest tenth of the sphere's image
 
 struct Decision {
   Reason reason = Reason::kTracking;
@@ -87,18 +84,17 @@ struct FrameToDecide {
 
 // Returns whether the subject is clipped or black, so that the frame is not recorded and its sharpness is
 // unknown.
-bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
+bool IsBadlyExposed(const SubjectLight& light);
 
 // Returns whether a frame shows the whole subject from a known pose: all other reasons not to record it are
 // the bound's or the image's. `map`: null while there is no subject.
-bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
+bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map);
 
 // `map`: null while there is no subject.
-Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
+Decision Decide(const FrameToDecide& input, const CoverageMap* map);
 
 // Returns the decision without a subject. `shown_already`: by recorded views (posed_photographs.h). The
 // exposure is judged on the whole image.
-Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already,
-                              const DecisionLimits& limits = {});
+Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already);
 
 }  // namespace ulf::coverage

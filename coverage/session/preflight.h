@@ -51,7 +51,6 @@ struct PreflightInput {
   bool has_pose = true;                          // of the present frame
   // The pose error of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;
-  DecisionLimits limits = {};
 };
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);

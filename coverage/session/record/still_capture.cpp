@@ -65,13 +65,8 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
 }
 
 StillCapture::StillCapture(acquisition::Device& device, const CameraModel& camera,
-                           const tracking::PoseSource& poses, const DecisionLimits& limits,
-                           int coverage_width_px)
-    : device_(device),
-      camera_(camera),
-      poses_(poses),
-      limits_(limits),
-      coverage_width_px_(coverage_width_px) {}
+                           const tracking::PoseSource& poses, int coverage_width_px)
+    : device_(device), camera_(camera), poses_(poses), coverage_width_px_(coverage_width_px) {}
 
 void StillCapture::Follow(const Frame& live, const tracking::Track& track) {
   if (!track.cam_from_world) return;
@@ -160,7 +155,7 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
                              .camera = camera_,
                              .frame_period_s = 1,
                              .coverage_width_px = coverage_width_px_},
-                            map, limits_);
+                            map);
   ++(verdict.decision.reason == Reason::kRecorded ? counts_.recorded : counts_.not_needed);
   return verdict;
 }

@@ -55,7 +55,7 @@ class StillCapture {
  public:
   // `camera`: of photographs.
   StillCapture(acquisition::Device& device, const CameraModel& camera, const tracking::PoseSource& poses,
-               const DecisionLimits& limits, int coverage_width_px);
+               int coverage_width_px);
 
   const CameraModel& camera() const { return camera_; }
   const StillCounts& counts() const { return counts_; }
@@ -84,7 +84,6 @@ class StillCapture {
   acquisition::Device& device_;
   const CameraModel camera_;
   const tracking::PoseSource& poses_;
-  const DecisionLimits limits_;
   const int coverage_width_px_;
   std::deque<LivePose> live_;
   std::deque<Unmeasured> unmeasured_;

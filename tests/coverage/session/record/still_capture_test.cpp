@@ -424,7 +424,7 @@ TEST(ShutterLag, IsMeasuredFromPosesAndUsedNext) {
   const CoverageMap map(Subject{{0, 0, 0}, 0.2}, {});
   RememberingPoses poses;
   const auto device = OpenDevice("sim:studio?width=32&height=24");
-  StillCapture stills(*device, camera, poses, {}, 640);
+  StillCapture stills(*device, camera, poses, 640);
   double now_s = 0;
   const auto live_until = [&](double to_s) {
     for (; now_s < to_s; now_s += 1 / 15.0) {
