@@ -38,7 +38,6 @@ struct CalibrationCaptureOptions {
   std::function<void(const std::string&)> say = [](const std::string&) {};
   std::function<bool()> release = [] { return false; };
   std::function<bool()> stop = [] { return false; };
-  double still_timeout_s = 30;  // from the request for a photograph to its arrival; guessed
 };
 
 // Collects views until they suffice, the device ends, or `stop`. Photographs are asked for where live frames

@@ -62,10 +62,8 @@ double PoseErrorPx(double center_sigma, double focal_px, double distance, double
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
 inline constexpr double kMostPoseErrorPx = 1;   // PoseErrorPx; derived there
 inline constexpr double kLeastSharpness = 0.5;  // of the recent frames' median
-inline constexpr double kMostClippedShare =
-    0.3;  // of the sphere's image; highlights may clip, surfaces may not
-inline constexpr double kLeastBrightest =
-    0.08;  // display-encoded, of the brightest tenth of the sphere's image
+// Of the sphere's image. Highlights may clip, surfaces may not; the brightest tenth is display-encoded.
+inline constexpr double kMostClippedShare = 0.3, kLeastBrightest = 0.08;
 
 struct Decision {
   Reason reason = Reason::kTracking;
