@@ -174,6 +174,12 @@ struct NewCamera {
   std::string calibration_source;
 };
 
+// The width of the coverage image, pixels, to which thresholds refer.
+inline constexpr int kCoverageWidthPx = 640;
+// The width of the image of the subject's sphere, for a subject that is found automatically, as a share of
+// the picture's width.
+inline constexpr double kSubjectSize = 0.28;
+
 // The device and the choices with which a capture begins.
 struct CaptureFacts {
   std::string device_uri;
@@ -181,7 +187,7 @@ struct CaptureFacts {
   std::optional<SensorWindow> window;  // the part of the sensor in the views; none: unknown, or photographs
   std::string units = "arbitrary";     // or "metres"
   std::optional<double> threshold_px;  // the capture's threshold, px of the coverage image
-  int coverage_width_px = 640;
+  int coverage_width_px = kCoverageWidthPx;
 };
 
 // The values of the journal's header, noted when a capture begins.
@@ -250,9 +256,9 @@ void PlaceSubject(const Subject& subject, LightField& light_field);
 // nearly parallel.
 std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 
-// Returns this point, with a radius of `width_share` of the median image width at the median distance; none
-// if the axes are nearly parallel or meet behind the cameras.
-std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
+// Returns this point, with a radius of kSubjectSize of the median image width at the median distance; none if
+// the axes are nearly parallel or meet behind the cameras.
+std::optional<Subject> SubjectFromAxes(const LightField& light_field);
 
 // Names the files of a view and of its other exposures (`ulf capture`, bracket). docs/light_field.md
 // describes them.

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "core/light_field/light_field.h"
+
 namespace ulf::coverage {
 
 // The threshold of the bound by the name of a quality, pixels of the coverage image (docs/coverage_bound.md).
@@ -12,13 +14,12 @@ inline double ThresholdOf(const std::string& quality) {
   return quality == "fast" ? kFastThresholdPx : kHighThresholdPx;
 }
 
-// The width of the coverage image, pixels, to which thresholds refer.
-inline constexpr int kCoverageWidthPx = 640;
+// These belong to the light field, too.
+using ulf::kCoverageWidthPx, ulf::kSubjectSize;
 
-// The width of the image of the subject's sphere as a share of the picture's width: for a subject that is
-// found automatically, and at most. The second is the safety rectangle's share of width and height (thesis,
-// section 3.2).
-inline constexpr double kSubjectSize = 0.28, kRectangleShare = 0.8;
+// The safety rectangle's share of width and height, and at most that of the subject's sphere (thesis, section
+// 3.2).
+inline constexpr double kRectangleShare = 0.8;
 
 // The share of a cap that counts as all of it.
 inline constexpr double kUntilShare = 0.98;
