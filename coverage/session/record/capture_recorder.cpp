@@ -155,6 +155,7 @@ Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track,
 void CaptureRecorder::TakeStill(const Frame& still) {
   if (still.asked_stops) {
     const auto track = stills_ ? stills_->Find(still) : std::nullopt;
+    if (stills_) stills_->NoteArrived(still, track.has_value());
     if (!bracket_ || !bracket_->TakeStill(still, track)) record_.spool().KeepUnposed(still);
     return;
   }
@@ -163,6 +164,7 @@ void CaptureRecorder::TakeStill(const Frame& still) {
     Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));
   else
     record_.spool().KeepUnposed(still, zoom_moved_ ? "it was taken with the zoom moved" : "");
+  if (stills_) stills_->Note(still, verdict);
 }
 
 }  // namespace ulf::coverage

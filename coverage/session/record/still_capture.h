@@ -49,6 +49,7 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
 struct StillVerdict {
   Decision decision;                     // kRecorded: to be recorded; anything else: to be kept in unposed/
   std::optional<tracking::Track> track;  // where it was taken; none when that was not found
+  std::optional<double> distance;        // from there to the subject, if there is one
 };
 
 class StillCapture {
@@ -64,9 +65,13 @@ class StillCapture {
   void Follow(const Frame& live, const tracking::Track& track);
   // Requests a photograph; ignored while one is on its way.
   void RequestStill();
-  StillVerdict Judge(const Frame& still, const CoverageMap* map);
-  // Returns where the photograph was taken; none when that was not found. It then counts as arrived.
-  std::optional<tracking::Track> Find(const Frame& still);
+  StillVerdict Judge(const Frame& still, const CoverageMap* map) const;
+  // Returns where the photograph was taken; none when that was not found.
+  std::optional<tracking::Track> Find(const Frame& still) const;
+  // Call it once for every photograph that arrived. Note() also takes what Judge() said of it, after it was
+  // recorded or kept: the photograph's lag is measured later.
+  void NoteArrived(const Frame& still, bool is_found);
+  void Note(const Frame& still, const StillVerdict& verdict);
 
  private:
   // A photograph whose lag is measured later.
@@ -79,7 +84,7 @@ class StillCapture {
   void MeasureLags();
   std::optional<Rigid3> LivePoseAt(double time_s) const;
   double SpeedPxPerS() const;
-  bool HasExpectedSize(const Frame& still);
+  bool HasExpectedSize(const Frame& still) const;
 
   acquisition::Device& device_;
   const CameraModel camera_;

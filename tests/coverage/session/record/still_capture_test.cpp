@@ -443,7 +443,12 @@ TEST(ShutterLag, IsMeasuredFromPosesAndUsedNext) {
     still.requested_s = requested_s;
     still.device_time_s = requested_s + told_lag_s;
     still.known_cam_from_world = HandAt(requested_s + kLagS);
-    stills.Judge(still, &map);
+    const std::uint64_t arrived = stills.counts().arrived;
+    const StillVerdict verdict = std::as_const(stills).Judge(still, &map);
+    EXPECT_EQ(stills.counts().arrived, arrived) << "judging changes nothing";
+    stills.Note(still, verdict);
+    EXPECT_EQ(stills.counts().arrived, arrived + 1);
+    EXPECT_EQ(stills.counts().recorded + stills.counts().not_needed, arrived + 1);
     // To within half the time between two live frames.
     return std::asin(poses.looked_for->OriginInSource().x()) / 0.3;
   };
