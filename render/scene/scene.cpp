@@ -40,9 +40,8 @@ void ReportExposures(const LightField& light_field, const ExposureScales& scales
   if (!scales.unmatched.empty())
     spdlog::warn(
         "{}: nothing says how {} (the first is {}) had been exposed, and too few points are shared with "
-        "others: shown as "
-        "if of the median exposure; if too bright or too dark, measure points with ulf refine, or give {} "
-        "fit",
+        "others: shown as if of the median exposure; if too bright or too dark, measure points with ulf "
+        "refine, or give {} fit",
         light_field.root.string(), Counted(scales.unmatched.size(), "view"), scales.unmatched.front(),
         Parameter("light"));
 }
@@ -132,8 +131,8 @@ Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& g
   throw Refusal(
       light_field.root.string(), "",
       "the light field names no subject, and its optical axes do not meet in front of the cameras (they are "
-      "nearly "
-      "parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is down)",
+      "nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is "
+      "down)",
       fmt::format("give its place with {} x,y,z,radius", Parameter("subject")));
 }
 

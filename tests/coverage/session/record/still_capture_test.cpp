@@ -17,6 +17,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <utility>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/opening/open_device.h"
