@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "core/base/error.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "coverage/bound/guidance.h"
@@ -40,6 +41,8 @@ int main(int argc, char** argv) {
                   next.toward->z());
 
     const ulf::LightField light_field = ulf::ReadLightField(session.dir);
+    if (light_field.views.size() < 2)
+      throw ulf::Error("{}: holds fewer than two views; let the camera go on for longer", session.dir);
     const ulf::Rigid3 between =
         Interpolated(light_field.views.at(0).cam_from_world, light_field.views.at(1).cam_from_world, 0.5);
     const auto renderer = ulf::render::MakeRenderer(ulf::render::LoadScene(light_field, {}),

@@ -37,6 +37,7 @@ class Streaming {
   Device& device_;
 };
 
+constexpr double kStillTimeout_s = 30;   // from the request for a photograph to its arrival; guessed
 constexpr milliseconds kFrameWait(200);  // before the loop looks at `stop` again; guessed
 
 // Returns the next frame; none if it is incomplete, or did not come in time.
@@ -75,7 +76,7 @@ void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::stri
 struct PendingStills {
   int count = 0;
   Clock::time_point last;
-  bool Overdue(double timeout_s) const { return count > 0 && SecondsSince(last) > timeout_s; }
+  bool Overdue() const { return count > 0 && SecondsSince(last) > kStillTimeout_s; }
 };
 
 // Notices early that another board is held before the camera than was said.
@@ -181,7 +182,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
         collected.end = ViewsEnd::kDeviceEnded;
         break;
       }
-      if (pending.Overdue(options.still_timeout_s)) {
+      if (pending.Overdue()) {
         collected.end = ViewsEnd::kNoPhotograph;
         break;
       }
@@ -213,7 +214,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
       if (!guide) guide.emplace(board, gray.cols, gray.rows, options.least_views);
       // Ignores live frames until the requested photograph arrives, because the board must stay until then.
       if (stills && pending.count > 0) {
-        if (pending.Overdue(options.still_timeout_s)) {
+        if (pending.Overdue()) {
           collected.end = ViewsEnd::kNoPhotograph;
           break;
         }
@@ -273,9 +274,9 @@ std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCap
          device.State() != DeviceState::kEnded) {
     if (stills && pending.count == 0 && device.RequestStill() == StillRequest::kAsked)
       pending = {1, Clock::now()};
-    if (pending.Overdue(options.still_timeout_s))
+    if (pending.Overdue())
       throw Error("{}: a photograph did not arrive within {:g} s; check the camera, and set it to JPEG",
-                  device.Info().uri, options.still_timeout_s);
+                  device.Info().uri, kStillTimeout_s);
     auto frame = NextComplete(device);
     if (!frame && !stills) RequireLiveFrames(device);
     options.show({static_cast<double>(frames.size()) / count, Counted(frames.size(), "frame")});

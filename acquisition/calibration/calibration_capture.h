@@ -39,7 +39,6 @@ struct CalibrationCaptureOptions {
   std::function<void(const std::string&)> say = [](const std::string&) {};
   std::function<bool()> release = [] { return false; };
   std::function<bool()> stop = [] { return false; };  // true ends the collecting
-  double still_timeout_s = 30;  // from the request for a photograph to its arrival; guessed
 };
 
 // Starts the device, collects views until they suffice, the device ends, or `stop` says so, and stops the

@@ -188,14 +188,12 @@ class FolderSource : public ReplaySource {
   cv::Mat Read(const fs::path& file) {
     if (IsRawFile(file)) return ReadImageFile(file.string());
     StoredPicture picture = ReadPicture(file.string());
-    const auto say = [&](const std::vector<std::string>& lines, spdlog::level::level_enum level) {
-      for (const std::string& line : lines)
-        if (said_.emplace(WithoutNumbers(line), line).second)
-          spdlog::log(level, "{}: {}", file.string(), line);
+    const auto say = [&](const std::string& line, spdlog::level::level_enum level) {
+      if (said_.emplace(WithoutNumbers(line), line).second) spdlog::log(level, "{}: {}", file.string(), line);
     };
-    say(picture.notes, spdlog::level::info);
-    say(picture.remarks, spdlog::level::info);
-    say(picture.warnings, spdlog::level::warn);
+    for (const PictureNote& note : picture.notes) say(note.Words(), spdlog::level::info);
+    for (const std::string& remark : picture.remarks) say(remark, spdlog::level::info);
+    for (const std::string& warning : picture.warnings) say(warning, spdlog::level::warn);
     return picture.pixels;
   }
   static std::string KindOf(const cv::Mat& pixels) {

@@ -176,14 +176,14 @@ std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri) {
   return known;
 }
 
-Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot) {
+Image Expose(const cv::Mat& radiance, const SensorShot& shot) {
   CV_Assert(radiance.type() == CV_32FC4);
   const PixelFormat& format = PixelsOf(shot.format);
-  const double read_share = options.read_noise_electrons / options.full_well_electrons;
-  const Electrons electrons{static_cast<float>(shot.exposure_s / options.reference_exposure_s),
-                            static_cast<float>(1 / options.full_well_electrons),
+  const double read_share = kReadNoiseElectrons / kFullWellElectrons;
+  const Electrons electrons{static_cast<float>(shot.exposure_s / kReferenceExposure_s),
+                            static_cast<float>(1 / kFullWellElectrons),
                             static_cast<float>(read_share * read_share),
-                            static_cast<float>(((1 << format.bits) - 1) * shot.gain), options.noise};
+                            static_cast<float>(((1 << format.bits) - 1) * shot.gain), shot.noise};
   Image image;
   image.transfer = Transfer::kLinear;
   image.mosaic = format.mosaic;

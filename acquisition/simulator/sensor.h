@@ -45,23 +45,21 @@ const PixelFormat& PixelsOf(SensorFormat format);
 // Returns the format that a URI asks for, or none. Throws Refusal that lists the formats.
 std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri);
 
-struct SensorOptions {
-  double reference_exposure_s = 0.005;  // radiance 1 fills the well in this time
-  double full_well_electrons = 10000;   // give full scale at gain 1
-  double read_noise_electrons = 8;
-  bool noise = true;
-};
+inline constexpr double kReferenceExposure_s = 0.005;  // radiance 1 fills the well in this time
+inline constexpr double kFullWellElectrons = 10000;    // full scale at gain 1
+inline constexpr double kReadNoiseElectrons = 8;
 
 struct SensorShot {
   double exposure_s = 0.005;
   double gain = 1;  // linear
   SensorFormat format = SensorFormat::kRgb8;
   std::uint64_t noise_seed = 0;
+  bool noise = true;
 };
 
 // Converts radiance, CV_32FC4 of linear B, G, R, to an image. The same seed gives the same noise. Values of
 // more than 8 bits are scaled to 16 bits (pixel_format.h).
-Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot);
+Image Expose(const cv::Mat& radiance, const SensorShot& shot);
 
 // The colour response of a simulated sensor: the lamp's colour, and channels whose filters overlap.
 //

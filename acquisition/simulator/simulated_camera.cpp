@@ -194,8 +194,7 @@ double SimulatedCamera::MeteredExposure(double open_s) const {
     const cv::Scalar mean = cv::mean(meter_->Radiance(hand_->CamFromWorld(at_s), SwayAngle(at_s)));
     log_mean += std::log(0.114 * mean[0] + 0.587 * mean[1] + 0.299 * mean[2]) / kLooks;
   }
-  return std::clamp(SensorOptions{}.reference_exposure_s * kMiddle / std::exp(log_mean), kShortest_s,
-                    kLongest_s);
+  return std::clamp(kReferenceExposure_s * kMiddle / std::exp(log_mean), kShortest_s, kLongest_s);
 }
 
 Frame SimulatedCamera::Capture(std::uint64_t index) const {
@@ -274,9 +273,8 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
       Eigen::Vector3d(shot.light[0], shot.light[1], shot.light[2]).asDiagonal();
   if (camera_from_scene != Eigen::Matrix3d::Identity()) radiance = InColors(radiance, camera_from_scene);
   Frame frame;
-  frame.image =
-      Expose(radiance, {.noise = options_.noise},
-             {shot.exposure_s, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
+  frame.image = Expose(radiance, {shot.exposure_s, shot.gain, shot.format,
+                                  options_.seed * 0x9E3779B97F4A7C15u + shot.id, options_.noise});
   frame.id = shot.id;
   frame.device_time_s = middle_s;
   if (faults.auto_exposure != AutoExposure::kUntold) frame.exposure_s = shot.exposure_s;
@@ -286,7 +284,7 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
 }
 
 double SimulatedCamera::LightScale() const {
-  return options_.exposure_s / SensorOptions{}.reference_exposure_s * std::pow(10, options_.gain_db / 20);
+  return options_.exposure_s / kReferenceExposure_s * std::pow(10, options_.gain_db / 20);
 }
 
 cv::Mat SimulatedCamera::CleanLinear(const Rigid3& cam_from_world) const {

@@ -99,11 +99,11 @@ Image RenderChart(const ChartSceneOptions& options, std::uint64_t frame) {
       radiance.at<cv::Vec4f>(y, x) = {static_cast<float>(light[2]), static_cast<float>(light[1]),
                                       static_cast<float>(light[0]), 0};
     }
-  return Expose(radiance, {.noise = options.noise},
-                {.exposure_s = SensorOptions{}.reference_exposure_s,
-                 .gain = 1,
-                 .format = options.format,
-                 .noise_seed = options.seed * 1000003 + frame});
+  return Expose(radiance, {.exposure_s = kReferenceExposure_s,
+                           .gain = 1,
+                           .format = options.format,
+                           .noise_seed = options.seed * 1000003 + frame,
+                           .noise = options.noise});
 }
 
 std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri) {

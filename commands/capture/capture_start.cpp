@@ -100,11 +100,11 @@ coverage::CaptureOptions OptionsFrom(const CaptureArgs& args) {
   if (args.coverage_width_px) options.coverage_width_px = *args.coverage_width_px;
   if (options.coverage_width_px < 16)
     throw UsageError("--coverage-width {} is not the width of an image", options.coverage_width_px);
-  if (!(args.subject_size > 0 && args.subject_size <= options.limits.rectangle_share))
+  if (!(args.subject_size > 0 && args.subject_size <= coverage::kRectangleShare))
     throw UsageError(
         "--subject-size {}: the sphere's share of the image's width, above 0 and at most {} (the safety "
         "rectangle)",
-        args.subject_size, options.limits.rectangle_share);
+        args.subject_size, coverage::kRectangleShare);
   options.subject_size = args.subject_size;
   options.deterministic = args.deterministic;
   options.begins_on_request = !args.headless;

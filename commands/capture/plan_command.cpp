@@ -105,7 +105,7 @@ double SphereImagePx(const coverage::CriterionSetup& setup) {
 }
 
 void RequireItFits(const PlanArgs& args, const coverage::CriterionSetup& setup) {
-  const double widest = coverage::DecisionLimits{}.rectangle_share * args.coverage_width_px;
+  const double widest = coverage::kRectangleShare * args.coverage_width_px;
   if (SphereImagePx(setup) <= widest) return;
   const double fits_from = setup.radius * std::hypot(1.0, 2 * setup.focal_px / widest);
   throw UsageError(

@@ -103,7 +103,7 @@ std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field) 
   return SolveNormal(normal, right_side);
 }
 
-std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {
+std::optional<Subject> SubjectFromAxes(const LightField& light_field) {
   const auto meeting = ConvergenceOfAxes(light_field);
   if (!meeting) return std::nullopt;
   const Eigen::Vector3d& center = *meeting;
@@ -116,7 +116,7 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
     const CameraModel& camera = light_field.CameraOf(view);
     const auto img = camera.ImgFromCam(center_in_cam);
     views_of_center += img && camera.Contains(*img);
-    half_angles.push_back(std::atan(0.5 * width_share * camera.width / camera.fx));
+    half_angles.push_back(std::atan(0.5 * kSubjectSize * camera.width / camera.fx));
   }
   if (2 * views_of_center < light_field.views.size()) return std::nullopt;  // a walk past many things
   return Subject{center, Median(distances) * std::sin(Median(half_angles))};

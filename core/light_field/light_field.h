@@ -173,6 +173,12 @@ struct NewCamera {
   std::string calibration_source;
 };
 
+// The width of the coverage image, pixels, to which thresholds refer.
+inline constexpr int kCoverageWidthPx = 640;
+// The width of the image of the subject's sphere, for a subject that is found automatically, as a share of
+// the picture's width.
+inline constexpr double kSubjectSize = 0.28;
+
 // The device and the choices with which a capture begins.
 struct CaptureFacts {
   std::string device_uri;
@@ -180,7 +186,7 @@ struct CaptureFacts {
   std::optional<SensorWindow> window;  // the part of the sensor in the views; none: unknown, or photographs
   std::string units = "arbitrary";     // or "metres"
   std::optional<double> threshold_px;  // largest bound at which a direction counts as covered
-  int coverage_width_px = 640;  // width of the coverage image, in whose pixels bounds and threshold are
+  int coverage_width_px = kCoverageWidthPx;  // in this image's pixels bounds and threshold are
 };
 
 // The values of the journal's header, noted when a capture begins.
@@ -249,10 +255,10 @@ void PlaceSubject(const Subject& subject, LightField& light_field);
 // than two views, or if the axes are nearly parallel.
 std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 
-// Returns a sphere around this point whose image is `width_share` of the pictures' width wide (by medians of
-// distance and field of view); none if there is no such point, if it is behind a camera, or if fewer than
+// Returns a sphere around this point whose image has the share kSubjectSize of the pictures' width (by medians
+// of distance and field of view); none if there is no such point, if it is behind a camera, or if fewer than
 // half of the photographs show it.
-std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
+std::optional<Subject> SubjectFromAxes(const LightField& light_field);
 
 // Names of files of a view and its other exposures, which a bracket takes (docs/light_field.md).
 

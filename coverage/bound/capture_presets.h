@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "core/light_field/light_field.h"
+
 namespace ulf::coverage {
 
 // The thresholds of the bound for a capture's qualities "high" and "fast", pixels of the coverage image
@@ -13,13 +15,12 @@ inline double ThresholdOf(const std::string& quality) {
   return quality == "fast" ? kFastThresholdPx : kHighThresholdPx;
 }
 
-// The width of the coverage image, pixels, to which thresholds refer.
-inline constexpr int kCoverageWidthPx = 640;
+// These belong to the light field, too.
+using ulf::kCoverageWidthPx, ulf::kSubjectSize;
 
-// kSubjectSize is how wide the sphere of a subject that is found automatically appears, as a share of the
-// picture's width. kRectangleShare is the share of the picture's width and height that the safety rectangle
-// has, in which the sphere's image must stay (thesis, section 3.2).
-inline constexpr double kSubjectSize = 0.28, kRectangleShare = 0.8;
+// The share of the picture's width and height that the safety rectangle has, in which the sphere's image must
+// stay (thesis, section 3.2).
+inline constexpr double kRectangleShare = 0.8;
 
 // The share of a cap that counts as all of it.
 inline constexpr double kUntilShare = 0.98;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coverage/bound/capture_presets.h"
+
 namespace ulf::coverage {
 
 using Eigen::Vector2d;
@@ -28,9 +30,9 @@ std::optional<std::vector<Vector2d>> SphereOutline(const CameraModel& camera, co
   return outline;
 }
 
-SafetyRectangle SafetyRectangle::Of(const CameraModel& camera, double share) {
+SafetyRectangle SafetyRectangle::Of(const CameraModel& camera) {
   const Vector2d size(camera.width, camera.height);
-  return {0.5 * (1 - share) * size, 0.5 * (1 + share) * size};
+  return {0.5 * (1 - kRectangleShare) * size, 0.5 * (1 + kRectangleShare) * size};
 }
 
 bool SafetyRectangle::Holds(const std::vector<Vector2d>& outline) const {

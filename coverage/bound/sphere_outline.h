@@ -19,10 +19,10 @@ std::optional<std::vector<Eigen::Vector2d>> SphereOutline(const CameraModel& cam
                                                           const Rigid3& cam_from_world,
                                                           const Subject& subject, int corners = 64);
 
-// The rectangle in the middle of the image that has `share` of its width and height; pixels.
+// The rectangle in the middle of the image that has kRectangleShare of its width and height; pixels.
 struct SafetyRectangle {
   Eigen::Vector2d low, high;  // the upper left and the lower right corner
-  static SafetyRectangle Of(const CameraModel& camera, double share = 0.8);
+  static SafetyRectangle Of(const CameraModel& camera);
   bool Holds(const std::vector<Eigen::Vector2d>& outline) const;
 };
 

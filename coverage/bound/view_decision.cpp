@@ -35,6 +35,10 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"bracket", "other exposures being taken"},
 }};
 
+// Guessed.
+constexpr double kMostMotionBlurPx = 2;   // during the exposure, coverage image pixels
+constexpr double kMostErrorShare = 0.01;  // of a pose without a subject, of the distance of what is seen
+
 bool IsTracked(const tracking::Track& track) {
   return track.state == tracking::TrackState::kTracking && !track.skipped && track.cam_from_world;
 }
@@ -46,20 +50,19 @@ double MotionBlurPx(const FrameToDecide& input) {
 }
 
 // Returns what is wrong with the image of an open viewpoint; kRecorded: nothing.
-Reason ImageReason(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
-                   const DecisionLimits& limits) {
+Reason ImageReason(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline) {
   const auto light = LightInside(input.frame.image, outline);
-  if (light && IsBadlyExposed(*light, limits)) return Reason::kExposure;
+  if (light && IsBadlyExposed(*light)) return Reason::kExposure;
   if (!input.exposure_settled) return Reason::kUnsettled;
-  if (MotionBlurPx(input) > limits.max_motion_blur_px) return Reason::kSpeed;
-  if (input.track.sharpness < limits.min_sharpness) return Reason::kBlur;
+  if (MotionBlurPx(input) > kMostMotionBlurPx) return Reason::kSpeed;
+  if (input.track.sharpness < kLeastSharpness) return Reason::kBlur;
   return Reason::kRecorded;
 }
 
 }  // namespace
 
-bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits) {
-  return light.clipped_share > limits.max_clipped_share || light.brightest_tenth < limits.min_brightest;
+bool IsBadlyExposed(const SubjectLight& light) {
+  return light.clipped_share > kMostClippedShare || light.brightest_tenth < kLeastBrightest;
 }
 
 const char* Name(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].name; }
@@ -82,8 +85,7 @@ struct SubjectInView {
   std::vector<Eigen::Vector2d> outline = {};
 };
 
-SubjectInView LookForSubject(const FrameToDecide& input, const CoverageMap* map,
-                             const DecisionLimits& limits) {
+SubjectInView LookForSubject(const FrameToDecide& input, const CoverageMap* map) {
   const tracking::Track& track = input.track;
   if (!IsTracked(track) || !map) return {Reason::kTracking};
   if (track.focal_ratio) return {Reason::kZoomed};
@@ -93,23 +95,22 @@ SubjectInView LookForSubject(const FrameToDecide& input, const CoverageMap* map,
   if (center_in_cam.norm() <= subject.radius) return {Reason::kInsideSphere};
   const double focal_px = CriterionView::From(input.camera, cam_from_world, input.coverage_width_px).fx;
   const auto sigma = track.PictureSigma();
-  if (sigma && PoseErrorPx(*sigma, focal_px, center_in_cam.norm(), subject.radius) > limits.max_pose_error_px)
+  if (sigma && PoseErrorPx(*sigma, focal_px, center_in_cam.norm(), subject.radius) > kMostPoseErrorPx)
     return {Reason::kTracking};
   if (center_in_cam.z() <= 0) return {Reason::kBehind};
   auto outline = SphereOutline(input.camera, cam_from_world, subject);
-  if (!outline || !SafetyRectangle::Of(input.camera, limits.rectangle_share).Holds(*outline))
-    return {Reason::kOutsideRectangle};
+  if (!outline || !SafetyRectangle::Of(input.camera).Holds(*outline)) return {Reason::kOutsideRectangle};
   return {Reason::kRecorded, std::move(*outline)};
 }
 
 }  // namespace
 
-bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
-  return LookForSubject(input, map, limits).reason == Reason::kRecorded;
+bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map) {
+  return LookForSubject(input, map).reason == Reason::kRecorded;
 }
 
-Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
-  const SubjectInView found = LookForSubject(input, map, limits);
+Decision Decide(const FrameToDecide& input, const CoverageMap* map) {
+  const SubjectInView found = LookForSubject(input, map);
   if (found.reason != Reason::kRecorded) return {found.reason, {}};
   const CriterionView candidate =
       CriterionView::From(input.camera, *input.track.cam_from_world, input.coverage_width_px);
@@ -118,18 +119,17 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
   const Eigen::Vector3d direction = (candidate.center_in_world - map->subject().center_in_world).normalized();
   if (bound_px && *bound_px <= map->ThresholdAt(direction)) return {Reason::kCovered, bound_px};
-  return {ImageReason(input, found.outline, limits), bound_px};
+  return {ImageReason(input, found.outline), bound_px};
 }
 
-Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {
+Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already) {
   const tracking::Track& track = input.track;
   if (!IsTracked(track)) return {};
   if (track.focal_ratio) return {Reason::kZoomed, {}};
-  if (const auto sigma = track.PictureSigma(); sigma && *sigma > limits.max_error_share * track.distance)
-    return {};
+  if (const auto sigma = track.PictureSigma(); sigma && *sigma > kMostErrorShare * track.distance) return {};
   if (shown_already) return {Reason::kCovered, {}};
   const double width = input.camera.width, height = input.camera.height;
-  return {ImageReason(input, {{0, 0}, {width, height}}, limits), {}};
+  return {ImageReason(input, {{0, 0}, {width, height}}), {}};
 }
 
 }  // namespace ulf::coverage

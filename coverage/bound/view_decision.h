@@ -55,15 +55,11 @@ std::string InWords(const std::string& name);  // the same, of a Name(); an unkn
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius);
 
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
-struct DecisionLimits {
-  double rectangle_share = kRectangleShare;  // of the picture's width and height (thesis, section 3.2)
-  double max_pose_error_px = 1;              // of PoseErrorPx(): up to there the bound holds
-  double max_error_share = 0.01;             // without a subject: the centre's sigma over Track::distance
-  double min_sharpness = 0.5;                // of Track::sharpness
-  double max_motion_blur_px = 2;             // the motion during the exposure, coverage image pixels
-  double max_clipped_share = 0.3;            // of the sphere's image; highlights may clip, surfaces may not
-  double min_brightest = 0.08;               // of SubjectLight::brightest_tenth
-};
+inline constexpr double kMostPoseErrorPx = 1;   // of PoseErrorPx(): up to there the bound holds
+inline constexpr double kLeastSharpness = 0.5;  // of Track::sharpness
+inline constexpr double kMostClippedShare =
+    0.3;  // of the sphere's image; highlights may clip, surfaces may not
+inline constexpr double kLeastBrightest = 0.08;  // of SubjectLight::brightest_tenth
 
 struct Decision {
   Reason reason = Reason::kTracking;
@@ -82,18 +78,17 @@ struct FrameToDecide {
 
 // Returns whether the subject is clipped or black, so that the frame is not recorded and its sharpness tells
 // nothing.
-bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
+bool IsBadlyExposed(const SubjectLight& light);
 
 // Returns whether a frame shows the whole subject from a known pose: all other reasons not to record it are
 // the bound's or the image's. `map`: null while there is no subject, and the answer is no.
-bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
+bool ShowsWholeSubject(const FrameToDecide& input, const CoverageMap* map);
 
 // Decides where the capture has a subject. `map`: null before it is found, and the reason is kTracking.
-Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits = {});
+Decision Decide(const FrameToDecide& input, const CoverageMap* map);
 
 // Decides where the capture has no subject. `shown_already`: recorded views show what the frame shows
 // (posed_photographs.h). The exposure is judged within the ellipse that fills the image.
-Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already,
-                              const DecisionLimits& limits = {});
+Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already);
 
 }  // namespace ulf::coverage

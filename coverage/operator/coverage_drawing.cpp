@@ -401,13 +401,12 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
 }
 
 cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3& cam_from_world,
-                    const CoverageMap& map, double rectangle_share) {
+                    const CoverageMap& map) {
   CaptureState state;
   state.camera = camera;
   state.tracking = tracking::TrackState::kTracking;
   state.cam_from_world = cam_from_world;
   state.subject = map.subject();
-  state.rectangle_share = rectangle_share;
   state.coverage = std::make_shared<const CoverageMap>(OnFineGrid(map));
   cv::Mat image = live.clone();
   {

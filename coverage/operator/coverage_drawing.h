@@ -35,6 +35,6 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
 // Draws the overlay (overlay.h) on a copy of `live`, which `camera` took from `cam_from_world`. The safety
 // rectangle is white while it holds the sphere, red otherwise.
 cv::Mat DrawOverlay(const cv::Mat& live, const CameraModel& camera, const Rigid3& cam_from_world,
-                    const CoverageMap& map, double rectangle_share = 0.8);
+                    const CoverageMap& map);
 
 }  // namespace ulf::coverage

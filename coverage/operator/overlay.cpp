@@ -241,7 +241,7 @@ void AddPictureOfThen(const CaptureState& state, const Palette& palette, render:
     overlay.push_back(render::Polyline{line, 5, {0, 0, 0, 110}});
     overlay.push_back(render::Polyline{line, 3, color});
   }
-  const SafetyRectangle rectangle = SafetyRectangle::Of(state.camera, state.rectangle_share);
+  const SafetyRectangle rectangle = SafetyRectangle::Of(state.camera);
   const Vector3d there = turned.ReferenceAxis();
   const auto img = there.z() > 0 ? state.camera.ImgFromCam(there) : std::nullopt;
   if (img && state.camera.Contains(*img)) {

@@ -141,14 +141,14 @@ std::optional<ShownSphere> ShownSphere::Of(const CaptureState& state, double rea
 std::optional<bool> IsSubjectInRectangle(const CaptureState& state) {
   if (!state.cam_from_world || !state.subject) return std::nullopt;
   const auto outline = SphereOutline(state.camera, *state.cam_from_world, *state.subject);
-  return outline && SafetyRectangle::Of(state.camera, state.rectangle_share).Holds(*outline);
+  return outline && SafetyRectangle::Of(state.camera).Holds(*outline);
 }
 
 ShownPicture ShownPicture::Of(const CaptureState& state) {
   ShownPicture shown;
   shown.camera = state.camera;
   if (!state.cam_from_world) return shown;
-  shown.rectangle = SafetyRectangle::Of(state.camera, state.rectangle_share);
+  shown.rectangle = SafetyRectangle::Of(state.camera);
   shown.held = IsSubjectInRectangle(state).value_or(true);
   shown.sphere = ShownSphere::Of(state);
   if (shown.held) return shown;

@@ -98,26 +98,23 @@ std::vector<CaptureRequest> CaptureRequests::Take() {
 RequestLines::RequestLines(const std::string& path, std::function<void(const std::string&)> take)
     : take_(std::move(take)) {
   // Without O_NONBLOCK, open() waits until another program writes to the fifo.
-  descriptor_ = path == "-" ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  descriptor_ =
+      FileDescriptor(path == "-" ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   struct stat about {};
-  if (descriptor_ < 0 || fstat(descriptor_, &about) != 0 || S_ISDIR(about.st_mode))
+  if (!descriptor_.IsOpen() || fstat(descriptor_.Number(), &about) != 0 || S_ISDIR(about.st_mode))
     throw Refusal(
         Parameter("requests"), path,
-        fmt::format("cannot be read: {}", descriptor_ < 0 ? std::strerror(errno) : "it is a folder"),
+        fmt::format("cannot be read: {}", descriptor_.IsOpen() ? "it is a folder" : std::strerror(errno)),
         "give - for standard input, or a fifo (mkfifo)");
   others_may_write_ = S_ISFIFO(about.st_mode) && path != "-";
 }
 
-RequestLines::~RequestLines() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
 // Returns false when there is nothing more at the moment.
 bool RequestLines::ReadMore() {
-  pollfd ready{descriptor_, POLLIN, 0};
-  if (descriptor_ < 0 || poll(&ready, 1, 0) <= 0) return false;
+  pollfd ready{descriptor_.Number(), POLLIN, 0};
+  if (!descriptor_.IsOpen() || poll(&ready, 1, 0) <= 0) return false;
   std::array<char, 4096> bytes;
-  const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
+  const ssize_t count = read(descriptor_.Number(), bytes.data(), bytes.size());
   if (count > 0) {
     text_.append(bytes.data(), static_cast<std::size_t>(count));
     return true;
@@ -125,8 +122,7 @@ bool RequestLines::ReadMore() {
   const bool none_now = count < 0 && (errno == EAGAIN || errno == EINTR);
   if (none_now || (count == 0 && others_may_write_)) return false;
   if (!text_.empty()) text_ += '\n';  // the last line may lack its end
-  close(descriptor_);
-  descriptor_ = -1;
+  descriptor_ = FileDescriptor();
   return false;
 }
 

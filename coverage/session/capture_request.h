@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 #include "core/light_field/light_field.h"
 
@@ -68,9 +69,6 @@ class RequestLines {
   // `path`: "-" is standard input. Throws Refusal when it cannot be read. `take` gets each line and throws
   // Refusal, in words, for one that is no request.
   RequestLines(const std::string& path, std::function<void(const std::string&)> take);
-  ~RequestLines();
-  RequestLines(const RequestLines&) = delete;
-  RequestLines& operator=(const RequestLines&) = delete;
 
   // Hands over the complete lines that have arrived; reports the error of a refused one to `say`.
   void Take(const std::function<void(const std::string&)>& say);
@@ -78,7 +76,7 @@ class RequestLines {
  private:
   bool ReadMore();
 
-  int descriptor_ = -1;
+  FileDescriptor descriptor_;
   bool others_may_write_ = false;  // a fifo: its end is only the end of the last writer
   std::string text_;
   std::function<void(const std::string&)> take_;

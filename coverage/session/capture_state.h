@@ -69,7 +69,6 @@ struct CaptureState {
   std::optional<Subject> subject;
   std::optional<Subject> proposed_subject;      // a sphere that fits better (subject_proposal.h)
   bool subject_moved = false;                   // the subject's points no longer agree with the others
-  double rectangle_share = kRectangleShare;     // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
   std::vector<int> view_ids;                    // ascending, in the order of coverage->views()
   // The newest view of this session; null before. It is not in view_ids once it has been taken back.

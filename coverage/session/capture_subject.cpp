@@ -216,11 +216,11 @@ void CaptureSubject::Find(const FindSubject& asked, const std::optional<Rigid3>&
   const double share = asked.width_share.value_or(options_.subject_size);
   if (!cam_from_world)
     return say_("the subject stays as it was: the camera's position is not known at the moment");
-  if (!(share > 0 && share <= options_.limits.rectangle_share))
+  if (!(share > 0 && share <= kRectangleShare))
     return say_(
         fmt::format("the subject stays as it was: its sphere cannot be {:g} of the picture's width, the "
                     "safety rectangle is {:g}",
-                    share, options_.limits.rectangle_share));
+                    share, kRectangleShare));
   const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   if (!depth)
     return say_(

@@ -58,7 +58,6 @@ PreflightItem Exposure(const PreflightInput& input) {
 PreflightItem Light(const PreflightInput& input) {
   if (!input.picture.light) return {"light", {}, "not measured yet"};
   const SubjectLight& light = *input.picture.light;
-  const DecisionLimits& limits = input.limits;
   const bool is_of_subject = input.picture.is_of_subject;
   const char* where = is_of_subject ? "the subject's circle" : "the middle of the picture";
   // By Decide(), which looks at the same circle. To begin is allowed: where the subject is bright in other
@@ -73,12 +72,11 @@ PreflightItem Light(const PreflightInput& input) {
                 consequence,
             holds};
   };
-  if (light.brightest_hundredth < limits.min_brightest)
+  if (light.brightest_hundredth < kLeastBrightest)
     return too_dark("99 hundredths", light.brightest_hundredth, true);
-  if (light.brightest_tenth < limits.min_brightest)
-    return too_dark("nine tenths", light.brightest_tenth, false);
+  if (light.brightest_tenth < kLeastBrightest) return too_dark("nine tenths", light.brightest_tenth, false);
   const bool is_white = light.clipped_share > kUselessClippedShare;
-  if (light.clipped_share > limits.max_clipped_share)
+  if (light.clipped_share > kMostClippedShare)
     return {"light", false,
             AndToDo(input.source,
                     fmt::format("too bright: {:.0f} % of {} are clipped", 100 * light.clipped_share, where),
@@ -195,11 +193,11 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
     items.push_back({kTracking, true, input.prediction ? "poses are given" : "the camera's pose is known"});
     return items;
   }
-  const bool healthy = *input.pose_error_px <= input.limits.max_pose_error_px;
+  const bool healthy = *input.pose_error_px <= kMostPoseErrorPx;
   items.push_back({kTracking, healthy,
                    AndToDo(input.source,
                            fmt::format("pose error moves the subject by {:.2g} px (limit {:g} px)",
-                                       *input.pose_error_px, input.limits.max_pose_error_px),
+                                       *input.pose_error_px, kMostPoseErrorPx),
                            healthy ? "" : ": move slowly, sideways, with more texture in view")});
   return items;
 }

@@ -50,7 +50,6 @@ struct PreflightInput {
   bool has_pose = true;                          // of the present frame
   // PoseErrorPx() of a view taken now; none: the pose is given, or there is no subject yet.
   std::optional<double> pose_error_px;
-  DecisionLimits limits = {};
 };
 
 // Returns the items in the order in which the display lists them.

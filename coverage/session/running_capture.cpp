@@ -84,7 +84,7 @@ void RunningCapture::LookForMistakes(const Frame& frame) {
                               subject_.IsPlaced() ? record_.subject() : std::nullopt);
   MistakeSigns signs{.held = device_.Held(),
                      .fine_detail = picture_.fine_detail,
-                     .badly_exposed = picture_.light && IsBadlyExposed(*picture_.light, options_.limits),
+                     .badly_exposed = picture_.light && IsBadlyExposed(*picture_.light),
                      .subject_turns = options_.turntable.has_value()};
   // Another lens takes the contradicted one's place.
   if (!options_.LensMayChange()) signs.lens_contradicted = lens_.contradicted();
@@ -124,8 +124,7 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
                    .link = meters_.Link(device_),
                    .mistakes = mistakes_.noticed(),
                    .has_pose = latest_.track.cam_from_world.has_value(),
-                   .pose_error_px = PoseErrorNow(),
-                   .limits = options_.limits});
+                   .pose_error_px = PoseErrorNow()});
 }
 
 std::optional<double> RunningCapture::PoseErrorNow() const {
@@ -248,7 +247,6 @@ SharedCaptureState RunningCapture::State() {
   state->mistakes = mistakes_.noticed();
   state->seconds = meters_.DeviceSeconds();
   if (proposer_.proposal()) state->proposed_subject = proposer_.proposal()->subject;
-  state->rectangle_share = options_.limits.rectangle_share;
   state->newest_view = recorder_.newest_view();
   state->light_field = root_;
   state->guidance = latest_.guidance;

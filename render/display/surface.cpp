@@ -289,8 +289,7 @@ InputEvent KeyFromName(const std::string& name) {
   if (key == kKeys.end())
     throw Refusal("there is no key", fmt::format("'{}'", name), "",
                   "there are single characters, comma, Space, and Left, Right, Up, Down, PageUp, PageDown, "
-                  "Home, Enter, "
-                  "Escape, Backspace, Delete, F1, F11, also with Shift+");
+                  "Home, Enter, Escape, Backspace, Delete, F1, F11, also with Shift+");
   return KeyPressed{key->second, shift};
 }
 

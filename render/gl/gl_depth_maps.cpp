@@ -47,8 +47,7 @@ void GlDepthMaps::Grow(const cv::Size& size, int layers) {
   if (layers > most_layers)
     throw Error(
         "OpenGL: this driver has room for the depth maps of {} views, not for more; use {} auto without "
-        "soft, "
-        "or {} reference",
+        "soft, or {} reference",
         most_layers, Parameter("field"), Parameter("renderer"));
   const auto bytes = [&](int count) { return 2.0 * size.area() * count; };
   if (bytes(layers) > kMostBytes)

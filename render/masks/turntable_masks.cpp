@@ -333,8 +333,7 @@ class Masking {
     if (2 * reaches.size() < silhouettes.size())
       throw Error(
           "{}: nothing turns in most of the pictures, although the poses do: is the subject on the board, "
-          "and in the "
-          "picture?",
+          "and in the picture?",
           light_field_.root.string());
     constexpr double kMargin = 1.05;
     return {silhouettes, center, kMargin * Quantile(reaches, 0.5)};

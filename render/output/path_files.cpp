@@ -34,8 +34,7 @@ CameraPath FromTum(const fs::path& path) {
   if (!std::ifstream(path))
     throw Error(
         "{}: no such camera path; give orbit, dolly, vertigo, spiral, rise or sweep, a TUM file, a light "
-        "field, or a JSON "
-        "file of keyframes",
+        "field, or a JSON file of keyframes",
         path.string());
   CameraPath result;
   for (const TimedPose& pose : ReadTum(path)) result.cam_from_world.push_back(pose.cam_from_world);

@@ -137,7 +137,7 @@ std::vector<fs::path> PicturesIn(const fs::path& folder) {
 void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
                   const std::string& difference) {
   for (const fs::path& picture : pictures) fs::remove(picture);
-  spdlog::warn("-o {}: {} of another render removed ({})", folder.string(),
+  spdlog::warn("{} {}: {} of another render removed ({})", Parameter("output"), folder.string(),
                Counted(pictures.size(), "picture"), difference);
 }
 

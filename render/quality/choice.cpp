@@ -24,6 +24,14 @@ namespace {
 // small pictures do not show the gain of good geometry. Guessed.
 constexpr int kDetailedSizePx = 1600, kWindowPx = 400;
 
+// The first candidate that is at most this much worse than the best is chosen. Guessed.
+constexpr double kWithinDb = 0.3;
+// The soft field must be better than the choice among the others by this much, which is about the chance
+// error of the comparison. Guessed.
+constexpr double kSoftGainDb = 0.1;
+// The narrow soft field, which is quicker, is taken if at most this much worse than the wide one. Guessed.
+constexpr double kNarrowWithinDb = 0.05;
+
 // These are guessed.
 constexpr double kFitPlaneNearest = 0.4, kFarthest = 2.5;  // shares of the subject's distance
 constexpr int kFirstTries = 13;  // in equal ratios; the search continues around the best of them
@@ -115,11 +123,11 @@ std::string Criterion(const ChoiceOptions& options, const std::vector<ScoredChoi
     if (NoneIsQuickEnough(tried, options)) return fmt::format("none takes {}: the quickest", in_time);
     text = fmt::format("of those that take {} ", in_time);
   }
-  text += fmt::format("the first within {} dB of the best{}, in this order", options.within_db, where);
+  text += fmt::format("the first within {} dB of the best{}, in this order", kWithinDb, where);
   if (with_soft)
     text +=
         fmt::format("; soft where it is {} dB better than that, narrow where wide is less than {} dB better",
-                    options.soft_gain_db, options.narrow_within_db);
+                    kSoftGainDb, kNarrowWithinDb);
   return text;
 }
 
@@ -212,8 +220,8 @@ void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKin
 
 }  // namespace
 
-const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates, double within_db) {
-  return *FirstNearBest(candidates, within_db, [](const ScoredChoice&) { return true; });
+const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates) {
+  return *FirstNearBest(candidates, kWithinDb, [](const ScoredChoice&) { return true; });
 }
 
 std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms) {
@@ -226,13 +234,12 @@ std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates
 
 // The soft field is as calm in motion as subdivision. Its wide reach takes 1.3 to 1.4 times as long as
 // the narrow one.
-const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
-                                   const ChoiceOptions& options) {
+const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates) {
   const auto is_soft = [](const ScoredChoice& candidate) { return IsSoft(candidate.field); };
-  const ScoredChoice* soft = FirstNearBest(candidates, options.narrow_within_db, is_soft);
-  const ScoredChoice* other = FirstNearBest(candidates, options.within_db, std::not_fn(is_soft));
+  const ScoredChoice* soft = FirstNearBest(candidates, kNarrowWithinDb, is_soft);
+  const ScoredChoice* other = FirstNearBest(candidates, kWithinDb, std::not_fn(is_soft));
   if (!soft) return *other;
-  return !other || soft->psnr_db >= other->psnr_db + options.soft_gain_db ? *soft : *other;
+  return !other || soft->psnr_db >= other->psnr_db + kSoftGainDb ? *soft : *other;
 }
 
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
@@ -242,7 +249,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   const auto add_reason = [&](const std::string& reason) {
     choice.why += (choice.why.empty() ? "" : choice.why.ends_with('.') ? " " : "; ") + reason;
   };
-  const bool few = static_cast<int>(scene.views.size()) < options.fewest_views;
+  const bool few = static_cast<int>(scene.views.size()) < kFewestViewsCompared;
   const auto untried = [&](const std::string& why) {
     choice.explained = {Untried("proxy", choice.proxy->Name(), why),
                         Untried("blending field", FieldText(choice.field), why)};
@@ -261,7 +268,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                            FieldText(choice.field), choice.proxy->Name(),
                            Counted(scene.views.size(), "view")));
     return untried(fmt::format("{}, and {} or more are compared", Counted(scene.views.size(), "view"),
-                               options.fewest_views));
+                               kFewestViewsCompared));
   }
   const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
   if (proxies.size() == 1 && !fields_differ) return untried("as asked");
@@ -282,7 +289,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   };
   if (proxies.size() > 1) {
     auto tried = scores(kGeometry, {fields.front()}, proxies);
-    const ScoredChoice chosen = FirstWithinTolerance(in_time(kGeometry, tried), options.within_db);
+    const ScoredChoice chosen = FirstWithinTolerance(in_time(kGeometry, tried));
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("proxy", tried, chosen, true, options));
     add_reason(InWords("proxy", tried, chosen, true, options));
@@ -299,7 +306,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
       const auto by_maps = scores(kFields, soft, {*detailed});
       tried.insert(tried.end(), by_maps.begin(), by_maps.end());
     }
-    const ScoredChoice chosen = PreferredField(in_time(kFields, tried), options);
+    const ScoredChoice chosen = PreferredField(in_time(kFields, tried));
     choice.field = chosen.field;
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options));
@@ -322,7 +329,7 @@ std::vector<FieldOptions> EveryField(const FieldOptions& details) {
 
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
                                       RendererKind renderer, const ChoiceOptions& choice) {
-  if (static_cast<int>(scene.views.size()) < choice.fewest_views)
+  if (static_cast<int>(scene.views.size()) < kFewestViewsCompared)
     return std::make_shared<PlaneProxy>(scene.subject);
   const RenderScene small = Small(scene, choice.size_px);
   std::map<double, double> tried;  // PSNR by share

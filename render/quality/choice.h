@@ -51,16 +51,8 @@ struct MotionTiming {
 };
 
 struct ChoiceOptions {
-  // The first candidate that is at most this much worse than the best is chosen. Guessed.
-  double within_db = 0.3;
-  // The soft field must be better than the choice among the others by this much, which is about the chance
-  // error of the comparison. Guessed.
-  double soft_gain_db = 0.1;
-  // The narrow soft field, which is quicker, is taken if at most this much worse than the wide one. Guessed.
-  double narrow_within_db = 0.05;
   std::optional<MotionTiming> in_motion = {};  // none: for files
-  int fewest_views = kFewestViewsCompared;
-  int views_left_out = 8;  // approximate number, evenly through the light field. Guessed.
+  int views_left_out = 8;                      // approximate number, evenly through the light field. Guessed.
   // Longest side of the pictures; if a proxy has depth maps, the middle of larger ones is compared. Guessed.
   int size_px = 320;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
@@ -69,15 +61,12 @@ struct ChoiceOptions {
   std::function<void(const std::string& compared, double share)> between = {};
 };
 
-// Returns the first of the candidates (at least one) that is within `within_db` of the best.
-const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates,
-                                         double within_db = ChoiceOptions().within_db);
+// Returns the first of the candidates (at least one) that is hardly worse than the best, by 0.3 dB at most.
+const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates);
 
-// Returns, of candidates that differ by their field (at least one), the soft field (the first within
-// ChoiceOptions::narrow_within_db of the best) if it gains ChoiceOptions::soft_gain_db on the first of the
-// others within tolerance.
-const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
-                                   const ChoiceOptions& options = {});
+// Returns, of candidates that differ by their field (at least one), the soft field (the first within 0.05 dB
+// of the best) if it gains 0.1 dB on the first of the others within tolerance.
+const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates);
 
 // Returns the candidates that take at most `most_ms`; if all take longer, the quickest.
 std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms);

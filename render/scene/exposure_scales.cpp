@@ -17,7 +17,6 @@ namespace {
 // Least number of points that a view must share with views of known exposure, and limit of these views.
 // Guessed.
 constexpr std::size_t kExposureScaleLeastPoints = 12, kMostViews = 6;
-constexpr LightAtPointsOptions kExposureScaleLight = {};
 // Refused if half of the ratios differ from their median by more than this, of their logarithm. Guessed.
 constexpr double kMostDeviation = 0.3;
 
@@ -30,10 +29,9 @@ std::optional<double> ToldExposure(const View& view, bool has_times, bool has_ap
   return exposure > 0 ? std::optional(exposure) : std::nullopt;
 }
 
-std::optional<LightAtPoints> LightOf(const LightField& light_field, const View& view,
-                                     const LightAtPointsOptions& options) {
+std::optional<LightAtPoints> LightOf(const LightField& light_field, const View& view) {
   try {
-    return LightAtPoints(light_field, view, options);
+    return LightAtPoints(light_field, view);
   } catch (const Error& error) {  // its renderer reports the damage
     return std::nullopt;
   }
@@ -48,13 +46,12 @@ std::optional<double> ExposureByOthers(const LightField& light_field, const View
   std::ranges::sort(others, std::greater());
   others.resize(std::min(others.size(), kMostViews));
   if (others.empty()) return std::nullopt;
-  const auto own = LightOf(light_field, view, kExposureScaleLight);
+  const auto own = LightOf(light_field, view);
   if (!own) return std::nullopt;
   const auto brightness = [](const std::array<double, 3>& bgr) { return bgr[0] + bgr[1] + bgr[2]; };
   std::vector<double> logs;
   for (const auto& [count, id] : others) {
-    const auto other =
-        LightOf(light_field, *std::ranges::find(light_field.views, id, &View::id), kExposureScaleLight);
+    const auto other = LightOf(light_field, *std::ranges::find(light_field.views, id, &View::id));
     if (!other) continue;
     for (const auto& [here, there] : shared.at(id)) {
       const auto light_here = own->At(here), light_there = other->At(there);

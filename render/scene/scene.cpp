@@ -40,9 +40,8 @@ void ReportExposures(const LightField& light_field, const ExposureScales& scales
   if (!scales.unmatched.empty())
     spdlog::warn(
         "{}: nothing says how {} (the first is {}) had been exposed, and too few points are shared with "
-        "others: shown as "
-        "if of the median exposure; if too bright or too dark, measure points with ulf refine, or give {} "
-        "fit",
+        "others: shown as if of the median exposure; if too bright or too dark, measure points with ulf "
+        "refine, or give {} fit",
         light_field.root.string(), Counted(scales.unmatched.size(), "view"), scales.unmatched.front(),
         Parameter("light"));
 }
@@ -54,7 +53,7 @@ bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales
                  const SceneOptions& options) {
   if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
   const auto [least, most] = std::ranges::minmax_element(scales);
-  return *most > options.most_exposure_ratio * *least || !light_field.flat_fields.empty() ||
+  return *most > kMostExposureRatio * *least || !light_field.flat_fields.empty() ||
          !light_field.color_profiles.empty() || std::ranges::any_of(light_field.views, [&](const View& view) {
            return HasMoreThanEightBits(light_field, view) || HasMask(light_field, view);
          });
@@ -132,8 +131,8 @@ Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& g
   throw Refusal(
       light_field.root.string(), "",
       "the light field names no subject, and its optical axes do not meet in front of the cameras (they are "
-      "nearly "
-      "parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is down)",
+      "nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is "
+      "down)",
       fmt::format("give its place with {} x,y,z,radius", Parameter("subject")));
 }
 
@@ -158,9 +157,8 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
                              .masks = options.of_masks,
                              .size_limit_px = options.size_limit_px,
                              .memory_limit_mb = options.memory_limit_mb,
-                             .masks_clipped = options.masks_clipped
-                                                  ? ClipsLower(scales, options.most_exposure_ratio)
-                                                  : std::vector<bool>()});
+                             .masks_clipped = options.masks_clipped ? ClipsLower(scales, kMostExposureRatio)
+                                                                    : std::vector<bool>()});
   for (std::size_t i = 0; i < light_field.views.size(); ++i) {
     if (std::ranges::count(options.leave_out, static_cast<int>(i)) > 0) continue;
     const View& view = light_field.views[i];

@@ -89,6 +89,11 @@ enum class PhotographForm {
   kLinear,     // half floats in linear light, of masters if they exist
 };
 
+// If the longest exposure is more than this many times the shortest, PhotographForm::kAuto reads linear
+// light, since shadows of 8 bits would be brightened; and clipped pixels of exposures that are so much longer
+// than the shortest have hardly any weight. Guessed: a third of a stop.
+inline constexpr float kMostExposureRatio = 1.26f;
+
 struct SceneOptions {
   std::optional<Subject> subject = {};              // otherwise the light field's, or from the optical axes
   std::optional<Eigen::Vector3d> up_in_world = {};  // unit; otherwise LightField::UpInWorld()
@@ -97,12 +102,8 @@ struct SceneOptions {
   std::vector<int> leave_out = {};                  // indices of views to exclude
   PhotographForm form = PhotographForm::kAuto;
   bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
-  // If the longest exposure is more than this many times the shortest, kAuto reads linear light, since
-  // shadows of 8 bits would be brightened; and clipped pixels of the views that were exposed so much longer
-  // than the shortest have hardly any weight. Guessed: a third of a stop.
-  float most_exposure_ratio = 1.26f;
-  bool of_masks = false;      // use the views' masks as photographs: light 1 inside, 0 outside
-  bool masks_clipped = true;  // false: clipped pixels count as light like others, for comparison
+  bool of_masks = false;       // use the views' masks as photographs: light 1 inside, 0 outside
+  bool masks_clipped = true;   // false: clipped pixels count as light like others, for comparison
 };
 
 // Returns the given subject, or the light field's, or the point where the optical axes meet. Throws Refusal

@@ -13,7 +13,8 @@
 
 namespace ulf::render {
 
-constexpr int kNeighbours = 6;  // of a view in the sweep. Guessed.
+constexpr int kNeighbours = 6;           // of a view in the sweep. Guessed.
+constexpr int kNeighboursWaitedFor = 4;  // Guessed.
 // Neighbours surround a view if the mean of the directions to them is shorter than this; 1: all on one side.
 // Guessed.
 constexpr double kMostOneSided = 0.7;
@@ -213,8 +214,7 @@ bool GrowingGeometry::StandsAmongNeighbours(const Entry& entry, const std::vecto
   if (came_ - entry.came >= static_cast<std::uint64_t>(options_.views_waited_for)) return true;
   const int index = static_cast<int>(&entry - entries_.data());
   const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, kNeighbours);
-  if (static_cast<int>(neighbours.size()) < std::min(options_.neighbours_waited_for, kNeighbours))
-    return false;
+  if (static_cast<int>(neighbours.size()) < kNeighboursWaitedFor) return false;
   Vector3d mean = Vector3d::Zero();
   for (const int neighbour : neighbours)
     mean += (views[At(neighbour)].center_in_world - entry.view.center_in_world).normalized() /

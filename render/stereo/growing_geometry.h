@@ -31,9 +31,9 @@ std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
 struct GrowingGeometryOptions {
   int size_px = 320;    // longer side of the compared photographs. Guessed: it takes a sixth of 640's time.
   int depth_maps = 60;  // approximate number; as ProxyOptions::depth_maps
-  // A view waits until this many neighbours stand around it, or until this many views have come after it: at
-  // the rim none come on one side. Guessed.
-  int neighbours_waited_for = 4, views_waited_for = 15;
+  // A view waits until neighbours stand around it, or until this many views have come after it: at the rim
+  // none come on one side. Guessed.
+  int views_waited_for = 15;
   // Least angle at the subject between two views with depth maps, radians. It grows from half of `depth_maps`
   // on, to twice that as the last of them is made, and is three times that afterwards. Guessed.
   double least_apart = Radians(3);

@@ -21,9 +21,11 @@ using nlohmann::json;
 json ReadKeyframes(const std::filesystem::path& file) {
   json document =
       ParseJson(ReadWholeFile(file), file.string(),
-                "no keyframe is added to it: mend it, move it away, or give another folder with -o");
+                "no keyframe is added to it: mend it, move it away, or give another folder with " +
+                    Parameter("output"));
   if (!document.is_object() || !document.contains("keyframes") || !document["keyframes"].is_array())
-    throw Error("{}: holds no list of keyframes; move it away or give another folder with -o", file.string());
+    throw Error("{}: holds no list of keyframes; move it away or give another folder with {}", file.string(),
+                Parameter("output"));
   return document;
 }
 

@@ -251,8 +251,9 @@ std::vector<std::string> CirclesOfFiles(const fs::path& root) {
   return found;
 }
 
-// Texts of a source with options of the command line ("--poses"), but for whole command lines ("ulf refine
-// DIR --intrinsics"). Literals that follow each other are one text.
+// Texts of a source with options of the command line ("--poses", "-o"), but for whole command lines ("ulf
+// refine DIR --intrinsics"), which no quotation mark or full stop interrupts. Literals that follow each other
+// are one text.
 std::vector<std::string> OptionsIn(const std::string& source) {
   std::vector<std::string> texts(1);
   bool joined = false;  // nothing but white space since the last literal
@@ -273,8 +274,10 @@ std::vector<std::string> OptionsIn(const std::string& source) {
       joined = false;
     }
   }
-  static const std::regex option("(^|[^-\\w])--[a-z]"),
-      command_line("(ulf|udevadm|ros2|colmap) [a-z_]+[^;]*? --[a-z][-a-z_]*([^;.']*? --[a-z][-a-z]*)*");
+  static const std::regex option("(^|[^-\\w])--[a-z]|(^|[ (])-[a-z]\\b"),
+      command_line(
+          "((ulf|udevadm|ros2|colmap) [a-z_]+|ffmpeg|fuser|gio mount|ptp4l)"
+          "(([^;.']|'\\{\\}'|\\.\\w)*? --?[a-z][-a-z_]*)+");
   std::vector<std::string> found;
   for (const std::string& text : texts)
     if (std::regex_search(std::regex_replace(text, command_line, ""), option)) found.push_back(text);
@@ -560,6 +563,10 @@ TEST(Layering, FindsAnOptionInAText) {
   EXPECT_THAT(OptionsIn("f(\"leave it out \"\n  \"(--poses)\")"), SizeIs(1));
   EXPECT_THAT(OptionsIn("f('\"', \"x\", \"--a\")"), SizeIs(1));
   EXPECT_THAT(OptionsIn("f(\"run 'ulf refine {} \"\n  \"--intrinsics', or give --poses\")"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("f(\"see 'ulf devices', or leave out --poses\")"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("f(\"'ulf info' shows it. Leave out --poses\")"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("f(\"give another folder with -o\")"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("f(\"run 'ulf import a.json --camera '{}' -o {}', x - y\")"), IsEmpty());
   EXPECT_THAT(OptionsIn("// \"--poses\"\nf(\"run 'ulf refine {} \"\n  \"--intrinsics'\"); --i; a--b;"),
               IsEmpty());
 }

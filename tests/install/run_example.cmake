@@ -7,7 +7,8 @@ execute_process(COMMAND ${EXAMPLE} sim:studio?width=320&height=240&row_deg=5&spe
 if(NOT said MATCHES "^[0-9]+ views cover (9[89]|100) % of the cap" OR NOT EXISTS ${SCRATCH}/picture.png)
   message(FATAL_ERROR "the example said: ${said}")
 endif()
-foreach(device sim:nowhere sim:studio?width=no replay:${SCRATCH}/nothing sim:board)
+foreach(device sim:nowhere sim:studio?width=no replay:${SCRATCH}/nothing sim:board
+    sim:studio?width=320&height=240&duration_s=0.1)
   execute_process(COMMAND ${EXAMPLE} ${device} ${SCRATCH}/other ${SCRATCH}/other.png RESULT_VARIABLE status
     ERROR_VARIABLE said)
   if(NOT status EQUAL 1 OR said MATCHES " --[a-z]" OR NOT said MATCHES "^capture_and_render: [^\n]+\n$")

@@ -448,8 +448,7 @@ std::string FitInWords(const PoseCheck& check) {
     return fmt::format(
         "the poses fit the photographs poorly as a whole, {:.1f} px off in most pairs: are the photographs "
         "in another order than the poses, cropped, or by another lens? Where the poses are only inexact, "
-        "'ulf "
-        "refine' makes them better",
+        "'ulf refine' makes them better",
         check.fit_error_px);
   return {};
 }

@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "core/base/at.h"
 #include "core/base/error.h"
@@ -29,8 +30,9 @@ constexpr std::size_t kMostPoses = 100000;             // in the history: 100 s 
 constexpr auto kPoll = std::chrono::milliseconds(50);  // how often a waiting frame asks whether to stop
 constexpr std::size_t kShown = 60;                     // characters of a line in a message
 
-int ListenOn(int port) {
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+FileDescriptor ListenOn(int port) {
+  FileDescriptor listening(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const int fd = listening.Number();
   const int yes = 1;
   setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   sockaddr_in address{};
@@ -38,12 +40,10 @@ int ListenOn(int port) {
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   if (fd < 0 || bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      listen(fd, 4) != 0) {
-    const std::string reason = std::strerror(errno);
-    if (fd >= 0) close(fd);
-    throw Error("tcp:{}: cannot listen for poses on 127.0.0.1: {}; choose another port", port, reason);
-  }
-  return fd;
+      listen(fd, 4) != 0)
+    throw Error("tcp:{}: cannot listen for poses on 127.0.0.1: {}; choose another port", port,
+                std::strerror(errno));
+  return listening;
 }
 
 int PortOf(int fd) {
@@ -86,11 +86,12 @@ std::optional<SentLine> ReadSentLine(const std::string& line) {
 PoseStream::PoseStream(const PoseStreamOptions& options)
     : options_(options), history_(options.max_gap_s, kMostPoses) {
   listening_ = ListenOn(options.port);
-  port_ = PortOf(listening_);
-  if (pipe2(wake_, O_CLOEXEC | O_NONBLOCK) != 0) {
-    close(listening_);
+  port_ = PortOf(listening_.Number());
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0)
     throw Error("tcp:{}: cannot make a pipe: {}", options.port, std::strerror(errno));
-  }
+  wake_read_ = FileDescriptor(ends[0]);
+  wake_write_ = FileDescriptor(ends[1]);
   thread_ = std::thread([this] { Serve(); });
 }
 
@@ -100,15 +101,12 @@ PoseStream::~PoseStream() {
     ending_ = true;
   }
   const char byte = 0;
-  [[maybe_unused]] const auto written = write(wake_[1], &byte, 1);
+  [[maybe_unused]] const auto written = write(wake_write_.Number(), &byte, 1);
   thread_.join();
-  close(listening_);
-  close(wake_[0]);
-  close(wake_[1]);
 }
 
 void PoseStream::Serve() {
-  int client = -1;
+  FileDescriptor client;
   std::string pending;
   bool too_long = false;
   std::uint64_t lines = 0;
@@ -127,18 +125,18 @@ void PoseStream::Serve() {
     changed_.notify_all();
   };
   while (true) {
-    pollfd waited[] = {{wake_[0], POLLIN, 0}, {listening_, POLLIN, 0}, {client, POLLIN, 0}};
-    if (poll(waited, client >= 0 ? 3 : 2, -1) < 0 && errno != EINTR) break;
+    pollfd waited[] = {
+        {wake_read_.Number(), POLLIN, 0}, {listening_.Number(), POLLIN, 0}, {client.Number(), POLLIN, 0}};
+    if (poll(waited, client.IsOpen() ? 3 : 2, -1) < 0 && errno != EINTR) break;
     {
       const MutexLock lock(mutex_);
       if (ending_) break;
     }
-    if (client >= 0 && waited[2].revents != 0) {
+    if (client.IsOpen() && waited[2].revents != 0) {
       char bytes[4096];
-      const auto got = recv(client, bytes, sizeof bytes, 0);
+      const auto got = recv(client.Number(), bytes, sizeof bytes, 0);
       if (got <= 0 && !(got < 0 && (errno == EAGAIN || errno == EINTR))) {
-        close(client);
-        client = -1;
+        client = FileDescriptor();
         pending.clear();
         too_long = false;
         set_connected(false);
@@ -152,28 +150,26 @@ void PoseStream::Serve() {
             too_long = true;
           continue;
         }
-        Take(too_long ? pending + "..." : pending, client, ++lines);
+        Take(too_long ? pending + "..." : pending, client.Number(), ++lines);
         pending.clear();
         too_long = false;
       }
     }
     if (waited[1].revents != 0) {
-      const int arrived = accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-      if (arrived >= 0 && client >= 0) {
+      FileDescriptor arrived(accept4(listening_.Number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+      if (arrived.IsOpen() && client.IsOpen()) {
         const char busy[] = "# another sender is connected\n";
-        [[maybe_unused]] const auto said = send(arrived, busy, sizeof busy - 1, MSG_NOSIGNAL);
-        close(arrived);
+        [[maybe_unused]] const auto said = send(arrived.Number(), busy, sizeof busy - 1, MSG_NOSIGNAL);
         const MutexLock lock(mutex_);
         ++counts_.refused;
-      } else if (arrived >= 0) {
+      } else if (arrived.IsOpen()) {
         const int yes = 1;
-        setsockopt(arrived, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-        client = arrived;
+        setsockopt(arrived.Number(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+        client = std::move(arrived);
         set_connected(true);
       }
     }
   }
-  if (client >= 0) close(client);
 }
 
 void PoseStream::Take(const std::string& line, int client, std::uint64_t number) {

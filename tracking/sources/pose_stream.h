@@ -24,6 +24,7 @@
 #include <variant>
 
 #include "core/base/clock_offset.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/sources/pose_history.h"
@@ -90,7 +91,7 @@ class PoseStream {
   std::optional<double> SenderOffset() const ULF_REQUIRES(mutex_);  // our clock minus the sender's
 
   PoseStreamOptions options_;
-  int listening_ = -1, wake_[2] = {-1, -1};
+  FileDescriptor listening_, wake_read_, wake_write_;
   int port_ = 0;
   mutable Mutex mutex_;
   ConditionVariable changed_;

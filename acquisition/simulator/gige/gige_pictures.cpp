@@ -42,9 +42,9 @@ Frame GigePictures::CaptureBoard(double hand_s, const GigeSettings& now) const {
   cv::merge(std::vector<cv::Mat>(4, light), four);
   Frame frame;
   frame.gain = std::pow(10, now.gain_tenths_db / 200.0);
-  frame.image = Expose(four, {.noise = board_->options().noise_levels > 0},
-                       {exposure_s, frame.gain, SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
-                        simulation_.seed * 0x9E3779B97F4A7C15u + id});
+  frame.image =
+      Expose(four, {exposure_s, frame.gain, SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
+                    simulation_.seed * 0x9E3779B97F4A7C15u + id, board_->options().noise_levels > 0});
   frame.id = id;
   frame.device_time_s = hand_s + 0.5 * exposure_s;
   frame.exposure_s = exposure_s;

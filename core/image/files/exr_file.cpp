@@ -237,7 +237,7 @@ void TakeOpacity(const cv::Mat& opacity, StoredPicture& picture) {
     for (int x = 0; x < opacity.cols; ++x)
       if (const float opaque = opacity.at<float>(y, x); opaque > 0 && opaque < 1)
         picture.pixels.at<cv::Vec3f>(y, x) /= opaque;
-  picture.notes.emplace_back("its colours are multiplied by its alpha, which is taken back");
+  picture.notes.push_back({"its colours are multiplied by its alpha", ", which is taken back"});
 }
 
 void RequireLight(const Imf::Header& header, const ColorChannels& channels, const std::string& path) {
@@ -272,8 +272,8 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
                   place.part + 1);
     const std::string& layer = place.channels.layer;
     stored = ReadLuminanceAndChroma(path, size, layer.substr(0, layer.empty() ? 0 : layer.size() - 1));
-    picture.notes.emplace_back(
-        "its colours are luminance and chroma (Y, RY, BY) and converted to R, G and B");
+    picture.notes.push_back(
+        {"its colours are luminance and chroma (Y, RY, BY)", " and converted to R, G and B"});
   } else {
     stored = ReadStored(file, place, size);
   }

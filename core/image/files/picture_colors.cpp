@@ -270,8 +270,9 @@ void ConvertToSrgb(const ColorTags& claim, StoredPicture& picture) {
     return;
   }
   picture.pixels = converted;
-  picture.notes.push_back(
-      fmt::format("its colours are of {} and converted to {}sRGB", name, is_float ? "linear " : ""));
+  picture.notes.push_back({"its colours are of " + name,
+                           is_float ? " and converted to linear sRGB" : " and converted to sRGB",
+                           claim.icc.empty() ? PictureNote::Kind::kOther : PictureNote::Kind::kTagged});
 }
 
 cv::Mat SrgbOfInks(const cv::Mat& inks, bool is_inverted, const std::string& icc, StoredPicture& picture) {
@@ -285,8 +286,8 @@ cv::Mat SrgbOfInks(const cv::Mat& inks, bool is_inverted, const std::string& icc
     if (const Transform transform =
             MakeTransform(profile, is_inverted ? inverted : direct, target, FormatOf(depth, 3))) {
       Apply(transform, inks, bgr);
-      picture.notes.push_back(
-          fmt::format("its inks (CMYK) are of the profile {} and converted to sRGB", NameOf(profile)));
+      picture.notes.push_back({fmt::format("its inks (CMYK) are of the profile {}", NameOf(profile)),
+                               " and converted to sRGB", PictureNote::Kind::kTagged});
       return bgr;
     }
   }

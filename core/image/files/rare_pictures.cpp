@@ -160,7 +160,8 @@ void ApplyRadianceHeader(std::string_view header, StoredPicture& picture) {
   }
   if (exposure == 1) return;
   picture.pixels /= exposure;
-  picture.notes.push_back(fmt::format("its light was multiplied by {:g}, which is taken back", exposure));
+  picture.notes.push_back(
+      {fmt::format("its light was multiplied by {:g}", exposure), ", which is taken back"});
 }
 
 // Returns whether coded rows reach their end, which the library does not tell: it fills missing data with

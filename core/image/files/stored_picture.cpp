@@ -48,9 +48,10 @@ void NoteOrientation(int orientation, StoredPicture& picture) {
   constexpr int kFirst = 2;
   if (orientation < kFirst || orientation >= kFirst + static_cast<int>(kWords.size())) return;
   picture.notes.push_back(
-      std::string("its mark says that it is shown ") +
-      kWords[static_cast<std::size_t>(orientation - kFirst)] +
-      ": its pixels stay in the order of the file, for which the camera's calibration holds");
+      {fmt::format("its mark says that it is shown {}",
+                   kWords[static_cast<std::size_t>(orientation - kFirst)]),
+       ": its pixels stay in the order of the file, for which the camera's calibration holds",
+       PictureNote::Kind::kTagged});
 }
 
 namespace {

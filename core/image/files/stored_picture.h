@@ -7,15 +7,27 @@
 
 namespace ulf {
 
+// What a file says of its picture, because of which its own numbers show another one.
+struct PictureNote {
+  enum class Kind {
+    kTagged,  // by a colour profile, or the mark of orientation: ImageMagick understands it, too
+    kOther,
+  };
+  std::string meaning;     // a sentence that begins with "its": "its colours are of the profile 'P3'"
+  std::string conversion;  // how the sentence goes on for ulf: " and converted to sRGB"
+  Kind kind = Kind::kOther;
+  std::string Words() const { return meaning + conversion; }
+};
+
 struct StoredPicture {
   // Rows and columns in the file's own order; orientation for display is not applied. One channel, or B, G,
   // R. CV_8U and CV_16U are encoded as sRGB, CV_32F is linear light with sRGB's primaries, 1 at full scale.
   cv::Mat pixels;
-  cv::Mat alpha;  // one channel of the same depth, not premultiplied; empty: opaque
-  // Sentences for messages that begin with "its" or "it". Notes tell conversions and orientations, because of
-  // which the file's own numbers show another picture. Remarks only inform, such as that the file holds more
-  // pictures. Warnings tell what was not understood and how it was interpreted.
-  std::vector<std::string> notes = {}, remarks = {}, warnings = {};
+  cv::Mat alpha;                        // one channel of the same depth, not premultiplied; empty: opaque
+  std::vector<PictureNote> notes = {};  // conversions and orientations
+  // Sentences that begin with "its" or "it". Remarks only inform, such as that the file holds more pictures.
+  // Warnings tell what was not understood and how it was interpreted.
+  std::vector<std::string> remarks = {}, warnings = {};
 };
 
 // Sets pixels and alpha from `pixels` of one to four channels: grey or B, G, R, and alpha behind them if any.

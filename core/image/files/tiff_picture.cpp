@@ -289,7 +289,7 @@ void TiffPage::Alpha(const cv::Mat& samples, int colors, StoredPicture& picture)
   if (kind == EXTRASAMPLE_UNSPECIFIED) return;
   cv::extractChannel(samples, picture.alpha, colors);
   if (kind != EXTRASAMPLE_ASSOCALPHA) return;
-  picture.notes.emplace_back("its colours are multiplied by its alpha, which is taken back");
+  picture.notes.push_back({"its colours are multiplied by its alpha", ", which is taken back"});
   DivideByAlpha(picture.alpha, picture.pixels);
 }
 
@@ -330,7 +330,7 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
       require(3);
       if (samples.depth() == CV_32F) RefuseKind("of CIE L*a*b* in floating point", as_rgb);
       picture.pixels = SrgbOfLab(FirstChannels(samples, 3), light_ == PHOTOMETRIC_CIELAB, White());
-      picture.notes.emplace_back("its colours are CIE L*a*b* and converted to sRGB");
+      picture.notes.push_back({"its colours are CIE L*a*b*", " and converted to sRGB"});
       return;
     case PHOTOMETRIC_CFA:
       RefuseKind("of a sensor's mosaic", "name it .dng, if it is one, or develop it with a raw converter");
@@ -358,7 +358,8 @@ void TiffPage::TakeTransferFunction(StoredPicture& picture) {
       TIFFGetField(file_.get(), TIFFTAG_TRANSFERFUNCTION, &curves[0], &curves[1], &curves[2]) != 1 ||
       !ApplyTransferFunction({curves[0], curves[1], curves[2]}, picture.pixels))
     return;
-  picture.notes.emplace_back("its numbers have a transfer function of their own and are converted to sRGB");
+  picture.notes.push_back(
+      {"its numbers have a transfer function of their own", " and are converted to sRGB"});
 }
 
 StoredPicture TiffPage::Read() {

@@ -335,7 +335,7 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of {} are not in {}; {}", bundle_out.string(),
                 missing.front(), list.file.string(), root.string(), ImagesRemedy());
-  NoteLeftOut(unregistered, "camera", "not registered (focal length 0)", light_field.doubts);
+  NoteUnposed(unregistered, "camera", "not registered (focal length 0)", set);
   if (!missing.empty())
     light_field.doubts.push_back(fmt::format("{} left out: no photograph in {}: {}{}",
                                              Counted(missing.size(), "camera"), root.string(),

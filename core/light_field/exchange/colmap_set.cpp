@@ -135,17 +135,17 @@ void ReportOtherModels(const fs::path& folder, std::vector<std::string>& doubts)
                   described(folder), fmt::join(others, ", ")));
 }
 
-void SayUnposed(const SetImages& images, const std::vector<TakenImage>& taken,
-                std::vector<std::string>& doubts) {
+void SayUnposed(const SetImages& images, const std::vector<TakenImage>& taken, PosedSet& set) {
   std::set<std::string> posed;
   for (const TakenImage& each : taken) posed.insert(each.path);
   std::size_t count = 0;
   std::string first;
   for (const std::string& name : images.names())
     if (!posed.contains(name) && count++ == 0) first = name;
-  if (count > 0)
-    doubts.push_back(fmt::format("{} without a pose in the model: left out, {} the first",
-                                 Counted(count, "photograph"), first));
+  set.counts_unposed = count > 0;
+  if (set.counts_unposed)
+    set.light_field.doubts.push_back(fmt::format("{} without a pose in the model: left out, {} the first",
+                                                 Counted(count, "photograph"), first));
 }
 
 void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>& taken,
@@ -206,7 +206,7 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);
   for (const TakenImage& each : taken)
     AddView(each.path, each.camera, each.image->cam_from_world, images, light_field);
-  SayUnposed(images, taken, light_field.doubts);
+  SayUnposed(images, taken, set);
   TakePoints(model, taken, light_field);
   return set;
 }

@@ -31,6 +31,7 @@ class CopiedColorEncodings {
  private:
   std::size_t photographs_ = 0;
   std::map<std::string, std::size_t> counts_;  // by the encoding of their colours
+  bool are_all_tagged_ = true;
 };
 
 }  // namespace ulf

@@ -200,9 +200,8 @@ bool IsMapBeside(const std::set<fs::path>& taken, const fs::path& folder, const 
 }
 
 // Warns of files beside the photographs of the set that its reader has not counted.
-void ReportUnusedFiles(const LightField& source) {
-  const auto says = [](const std::string& doubt) { return doubt.find("left out") != std::string::npos; };
-  const bool is_said = std::ranges::any_of(source.doubts, says);
+void ReportUnusedFiles(const PosedSet& set) {
+  const LightField& source = set.light_field;
   const bool has_endings =
       std::ranges::all_of(source.views, [](const View& view) { return HasImageEnding(view.image_path); });
   auto used = NamesUsed(source);
@@ -222,7 +221,7 @@ void ReportUnusedFiles(const LightField& source) {
       if (!taken.contains((folder / file.filename()).replace_extension()) &&
           !IsMapBeside(taken, folder, file))
         names.push_back(file.filename().string());
-    if (!names.empty() && !is_said)
+    if (!names.empty() && !set.counts_unposed)
       spdlog::info("{}: left out: {} without a pose ({})", place.string(),
                    Counted(names.size(), "photograph"), AbbreviatedList(names));
     for (const std::string& line : has_endings ? found.left_out : std::vector<std::string>())
@@ -276,7 +275,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   if (made.device_uri.empty()) made.device_uri = "import:" + source_path.filename().string();
   for (const Conversion& conversion : ConversionsOf(source))
     spdlog::info("{}: {}", conversion.file.string(), conversion.words);
-  if (set.format != Name(SetFormat::kUlf)) ReportUnusedFiles(source);
+  if (set.format != Name(SetFormat::kUlf)) ReportUnusedFiles(set);
   Progress progress("import");
   std::set<std::string> names;
   RawSetDoubts raw_doubts;

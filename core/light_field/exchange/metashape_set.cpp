@@ -8,6 +8,7 @@
 #include <optional>
 #include <sstream>
 
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/geometry/similarity3.h"
@@ -310,16 +311,15 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
     throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
                 first_missing, light_field.root.string(), ImagesRemedy());
   if (components.has_scale()) light_field.units = "metres";
-  std::vector<std::string>& doubts = light_field.doubts;
-  NoteLeftOut(unaligned, "camera", "not aligned", doubts);
-  NoteLeftOut(disabled, "camera", "disabled", doubts);
-  NoteLeftOut(elsewhere, "camera", "of components without a transform, beside the largest", doubts);
-  NoteLeftOut(missing, "camera",
-              fmt::format("no photograph in {}: {}{}", light_field.root.string(), first_missing,
-                          missing > 1 ? ", ..." : ""),
-              doubts);
+  NoteUnposed(unaligned, "camera", "not aligned", set);
+  NoteUnposed(disabled, "camera", "disabled", set);
+  NoteUnposed(elsewhere, "camera", "of components without a transform, beside the largest", set);
+  if (missing > 0)
+    light_field.doubts.push_back(fmt::format("{} left out: no photograph in {}: {}{}",
+                                             Counted(missing, "camera"), light_field.root.string(),
+                                             first_missing, missing > 1 ? ", ..." : ""));
   if (const auto left_out = components.left_out())
-    doubts.push_back(
+    light_field.doubts.push_back(
         fmt::format("the geocentric translation ({:.3f}, {:.3f}, {:.3f}) is left out: the world's origin "
                     "is the chunk's",
                     left_out->x(), left_out->y(), left_out->z()));

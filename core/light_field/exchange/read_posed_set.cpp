@@ -29,15 +29,13 @@ namespace fs = std::filesystem;
   if (fs::is_regular_file(source, unknown))
     throw Error(
         "{}: is no set of posed photographs (docs/exchange.md lists the formats); a video is posed and "
-        "recorded by "
-        "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
+        "recorded by 'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
         path, word);
   for (const auto& entry : fs::directory_iterator(source, unknown))
     if (HasImageEnding(entry.path()))
       throw Error(
           "{}: photographs without poses (docs/exchange.md lists the formats); they are posed and recorded "
-          "by "
-          "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
+          "by 'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
           path, word);
   throw Error("{}: holds no set of posed photographs; docs/exchange.md lists the formats and their files",
               path);

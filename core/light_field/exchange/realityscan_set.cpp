@@ -228,12 +228,11 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
   for (const PosedPhotograph& photograph : posed)
     if (photograph.frame == frame)
       AddView(photograph.path, photograph.camera, photograph.cam_from_world, images, light_field);
-  std::vector<std::string>& doubts = light_field.doubts;
-  NoteLeftOut(without_file, "photograph", "no XMP file", doubts);
-  NoteLeftOut(without_pose, "photograph", "no pose in the XMP file", doubts);
-  NoteLeftOut(twice, "photograph", "another photograph has the same XMP file", doubts);
-  NoteLeftOut(posed.size() - light_field.views.size(), "photograph",
-              "positions count from another component than the largest", doubts);
+  NoteUnposed(without_file, "photograph", "no XMP file", set);
+  NoteUnposed(without_pose, "photograph", "no pose in the XMP file", set);
+  NoteUnposed(twice, "photograph", "another photograph has the same XMP file", set);
+  NoteUnposed(posed.size() - light_field.views.size(), "photograph",
+              "positions count from another component than the largest", set);
   return set;
 }
 

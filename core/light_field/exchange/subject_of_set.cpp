@@ -71,8 +71,7 @@ bool ShowSomethingAt(const Subject& subject, const LightField& light_field, cons
   return 2 * inside >= known;
 }
 
-std::optional<Subject> SubjectFromDepths(const LightField& light_field, const DepthsOfViews& depths,
-                                         double width_share) {
+std::optional<Subject> SubjectFromDepths(const LightField& light_field, const DepthsOfViews& depths) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   std::vector<double> radii;
   for (std::size_t i = 0; i < depths.size(); ++i) {
@@ -80,7 +79,7 @@ std::optional<Subject> SubjectFromDepths(const LightField& light_field, const De
     const View& view = light_field.views[i];
     const CameraModel& camera = light_field.CameraOf(view);
     sum += view.cam_from_world.Inverse() * Eigen::Vector3d(0, 0, depths[i]->middle);
-    radii.push_back(depths[i]->middle * std::sin(std::atan(0.5 * width_share * camera.width / camera.fx)));
+    radii.push_back(depths[i]->middle * std::sin(std::atan(0.5 * kSubjectSize * camera.width / camera.fx)));
   }
   if (radii.empty()) return std::nullopt;
   const Subject subject{sum / static_cast<double>(radii.size()), Median(radii)};
@@ -116,16 +115,16 @@ bool InversesMeet(const LightField& light_field) {
 
 }  // namespace
 
-std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share) {
+std::optional<SubjectOfSet> FindSubject(const PosedSet& set) {
   const LightField& light_field = set.light_field;
   const bool points_fit = DescribeMisfit(FitOfPoints(light_field)).empty();
   const DepthsOfViews points = points_fit ? FromPoints(light_field) : DepthsOfViews();
   const bool points_tell = std::ranges::any_of(points, [](const auto& depths) { return depths.has_value(); });
   const DepthsOfViews depths = points_tell ? points : FromBounds(set.depth_bounds);
-  if (const auto subject = SubjectFromAxes(light_field, width_share);
+  if (const auto subject = SubjectFromAxes(light_field);
       subject && ShowSomethingAt(*subject, light_field, depths))
     return SubjectOfSet{*subject, "the optical axes"};
-  if (const auto subject = SubjectFromDepths(light_field, depths, width_share))
+  if (const auto subject = SubjectFromDepths(light_field, depths))
     return SubjectOfSet{*subject, points_tell ? "the points" : "the depth bounds"};
   return std::nullopt;
 }

@@ -17,8 +17,8 @@ struct SubjectOfSet {
 // Returns a sphere around the point nearest to the optical axes (SubjectFromAxes), unless points or bounds
 // show that nothing is there; otherwise around the mean of the points on the axes at the median disparity of
 // each view's points or bounds. Points that do not belong to the poses (quick_checks.h) are ignored. The
-// sphere's image is as wide as `width_share` of the pictures. Returns none if all of these fail.
-std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share = 0.28);
+// sphere's image has the share kSubjectSize of the pictures' width. Returns none if all of these fail.
+std::optional<SubjectOfSet> FindSubject(const PosedSet& set);
 
 // Says why FindSubject() finds none, and the remedy, as a clause.
 std::string WhyNoSubject(const LightField& light_field);

@@ -124,7 +124,8 @@ PosedSet ReadTumSet(const fs::path& rgb_txt, const fs::path& chosen, const Camer
   if (light_field.views.empty())
     throw Error("{}: none of its photographs is in {} ({} is the first); {}", rgb_txt.string(),
                 images.folder().string(), missing.front(), ImagesRemedy());
-  if (!unposed.empty())
+  set.counts_unposed = !unposed.empty();
+  if (set.counts_unposed)
     light_field.doubts.push_back(fmt::format(
         "{} without a pose at its time (none within {} s, no two around it at most {} s apart): left out, {} "
         "the first",

@@ -22,7 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* kDamaged = "damaged";
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // These events hold neither a view nor a pose.
 constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",   "readout",  "gap",
@@ -288,18 +287,19 @@ bool MayHaveCorrectedPoses(std::string_view line) {
 
 // A run of damaged lines is one entry, and so is all that is damaged beyond many places: a damaged journal
 // must not need more memory and time than one of views.
-void NoteDamaged(int number, std::string reason, std::string_view line, JournalContents& contents) {
+void NoteDamaged(int number, bool is_json, std::string reason, std::string_view line,
+                 JournalContents& contents) {
   constexpr std::size_t kMostPlaces = 100;  // guessed: blocks of a disk damage one or two
-  const bool in_a_run = !contents.damaged.empty() && contents.damaged.back().last + 1 == number &&
-                        reason.ends_with(kDamaged) && contents.damaged.back().reason.ends_with(kDamaged);
+  const bool in_a_run = !is_json && !contents.damaged.empty() && !contents.damaged.back().is_json &&
+                        contents.damaged.back().last + 1 == number;
   if (!in_a_run && contents.damaged.size() < kMostPlaces) {
-    contents.damaged.push_back({number, number, 1, std::move(reason), {}, {}});
+    contents.damaged.push_back({number, number, 1, is_json, std::move(reason), {}, {}});
   } else {
     DamagedLine& entry = contents.damaged.back();
     entry.last = number;
     ++entry.lines;
     entry.reason = fmt::format("lines {} to {}: {}", entry.number, entry.last,
-                               entry.IsWhole() ? kDamaged : fmt::format("{} of them damaged", entry.lines));
+                               entry.IsWhole() ? "damaged" : fmt::format("{} of them damaged", entry.lines));
   }
   // No views come within a run.
   if (std::set<int>& poses = contents.damaged.back().poses; poses.empty() && MayHaveCorrectedPoses(line))
@@ -348,16 +348,16 @@ void ApplyLine(std::string_view line, const std::optional<json>& object, Journal
   JournalLine& read = contents.lines.back();
   const std::size_t views_before = contents.light_field.views.size();
   try {
-    if (!object) throw Error("line {}: {}", number, kDamaged);
+    if (!object) return NoteDamaged(number, false, fmt::format("line {}: damaged", number), line, contents);
     ApplyEvent({*object, fmt::format("line {}", number)}, contents);
     read.whole = true;
     if (contents.light_field.views.size() > views_before) read.view_id = (*object)["id"].get<int>();
   } catch (const LineStaysError& error) {
     read.stays = true;
-    NoteDamaged(number, error.what(), line, contents);
+    NoteDamaged(number, true, error.what(), line, contents);
     NoteStayingView(*object, contents);
   } catch (const Error& error) {
-    NoteDamaged(number, error.what(), line, contents);
+    NoteDamaged(number, true, error.what(), line, contents);
   }
 }
 

@@ -27,12 +27,13 @@ namespace ulf {
 // A damaged line, or a run of them, and what may have been lost with them. In a journal with very many
 // damaged places the last entry stands for all the rest.
 struct DamagedLine {
-  int number = 0;       // of the first line, from 1
-  int last = 0;         // number of the last line
-  int lines = 1;        // how many lines from the first to the last are damaged
-  std::string reason;   // message with the line number
-  std::set<int> views;  // ids of views that it may have recorded
-  std::set<int> poses;  // ids of views whose poses it may have corrected, and no later line did
+  int number = 0;        // of the first line, from 1
+  int last = 0;          // number of the last line
+  int lines = 1;         // how many lines from the first to the last are damaged
+  bool is_json = false;  // complete, but refused for its content; otherwise neighbours are one entry
+  std::string reason;    // message with the line number
+  std::set<int> views;   // ids of views that it may have recorded
+  std::set<int> poses;   // ids of views whose poses it may have corrected, and no later line did
   bool IsWhole() const { return lines == last - number + 1; }  // false: sound lines lie between
   std::string Words() const;  // "line 7: damaged; the line is left out; view 6 is in doubt"
 };

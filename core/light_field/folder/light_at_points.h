@@ -13,25 +13,16 @@
 
 namespace ulf {
 
-struct LightAtPointsOptions {
-  int patch_px = 5;  // width of the square around a point whose mean is taken, odd. Guessed.
-  // Shares of full scale. A patch whose mean is below the first is mostly noise; a pixel above the second is
-  // nearly clipped. Guessed.
-  float least_light = 0.01f, most_light = 0.9f;
-};
-
 class LightAtPoints {
  public:
   // Reads the view's image of highest dynamic range; `clipped` receives its clipped pixels in the form of
   // ReadViewLight(). Throws Error if the image cannot be read.
-  LightAtPoints(const LightField& light_field, const View& view, const LightAtPointsOptions& options = {},
-                cv::Mat* clipped = nullptr);
+  LightAtPoints(const LightField& light_field, const View& view, cv::Mat* clipped = nullptr);
   // Returns the mean linear light above black around `img` (pixels of the recorded image): B G R, shares of
   // full scale; none if the patch leaves the image, holds a nearly clipped pixel, or is dark in any channel.
   std::optional<std::array<double, 3>> At(const Eigen::Vector2d& img) const;
 
  private:
-  LightAtPointsOptions options_;
   double black_;
   cv::Mat light_;
 };

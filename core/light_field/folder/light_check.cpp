@@ -75,7 +75,7 @@ std::vector<LitView> ReadViews(const LightField& light_field,
     const View& view = views[chosen[n]];
     try {
       cv::Mat clipped;
-      const LightAtPoints light(light_field, view, {}, &clipped);
+      const LightAtPoints light(light_field, view, &clipped);
       const CameraModel& camera = light_field.CameraOf(view);
       const auto all = static_cast<std::uint64_t>(camera.width) * static_cast<std::uint64_t>(camera.height);
       const auto full = clipped.empty() ? 0 : static_cast<std::uint64_t>(cv::countNonZero(clipped));

@@ -182,9 +182,10 @@ View& AddView(const std::string& image_path, const CameraModel& camera, const Ri
   return view;
 }
 
-void NoteLeftOut(std::size_t count, const char* noun, const std::string& why,
-                 std::vector<std::string>& doubts) {
-  if (count > 0) doubts.push_back(fmt::format("{} left out: {}", Counted(count, noun), why));
+void NoteUnposed(std::size_t count, const char* noun, const std::string& why, PosedSet& set) {
+  if (count == 0) return;
+  set.light_field.doubts.push_back(fmt::format("{} left out: {}", Counted(count, noun), why));
+  set.counts_unposed = true;
 }
 
 Eigen::Quaterniond NearestRotation(const Eigen::Matrix3d& matrix, const std::string& where,

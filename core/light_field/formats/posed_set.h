@@ -24,6 +24,7 @@ struct PosedSet {
   std::vector<Eigen::Vector2d> depth_bounds;
   // The background (B, G, R, 0 to 1) over which published results blend pictures with alpha, if defined.
   std::optional<cv::Vec3d> background;
+  bool counts_unposed = false;  // `doubts` says how many photographs beside the views have no pose
 };
 
 // Finds the photographs of a set that names them without their folder.
@@ -70,9 +71,9 @@ int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras);
 View& AddView(const std::string& image_path, const CameraModel& camera, const Rigid3& cam_from_world,
               const SetImages& images, LightField& light_field);
 
-// Adds to `doubts` that so many cameras or photographs (`noun`) were left out, unless there are none.
-void NoteLeftOut(std::size_t count, const char* noun, const std::string& why,
-                 std::vector<std::string>& doubts);
+// Adds to the set's doubts that so many cameras or photographs (`noun`) without a pose were left out, unless
+// there are none.
+void NoteUnposed(std::size_t count, const char* noun, const std::string& why, PosedSet& set);
 
 // Returns the rotation nearest to `matrix`. Throws an Error that begins with `where` and names `what` unless
 // the matrix is a rotation within 1e-3 (orthonormal, determinant 1).

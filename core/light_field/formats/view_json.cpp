@@ -188,7 +188,7 @@ void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
   if (place.Has("sensor")) light_field.window = WindowFromJson(place.Inside("sensor"));
   light_field.units = place.Text("units", "arbitrary");
   if (place.Has("threshold_px")) light_field.threshold_px = place.Number("threshold_px");
-  light_field.coverage_width_px = place.Integer("coverage_width_px", 640);
+  light_field.coverage_width_px = place.Integer("coverage_width_px", kCoverageWidthPx);
 }
 
 nlohmann::json CaptureToJson(const CaptureFacts& facts) {

@@ -8,7 +8,6 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
-#include "coverage/bound/view_decision.h"
 #include "coverage/measured/cover_by.h"
 #include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/posed_photographs.h"
@@ -51,7 +50,6 @@ struct CaptureOptions {
   // If it is set, each view gets so many exposures, from a device that takes them (Device::TakesExposures)
   // and knows its exposure time.
   std::optional<ExposureBracket> bracket;
-  DecisionLimits limits;
   // Makes depth maps and a mesh while the capture goes on (live_geometry.h). Needs a subject.
   bool geometry = false;
   CoverGoal cover;  // what decides that a viewpoint is covered; all but the bound needs `geometry`

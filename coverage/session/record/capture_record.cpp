@@ -66,7 +66,6 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, c
       painter_(views_, lens, options, writer.Contents().up_in_world),
       spool_(std::move(writer), options.spool_views, !options.deterministic) {
   views_.Subscribe(geometry_);
-  views_.Subscribe(painter_);
 }
 
 void CaptureRecord::SetSubject(const Subject& subject) {
@@ -99,52 +98,59 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   views_.Add({*id, track.anchor, view.cam_from_world,
               options_.LensMayChange() ? std::make_shared<const tracking::Track>(track) : nullptr},
              frame.image);
+  painter_.AddNewest();
   return id;
+}
+
+double CaptureRecord::Change(const std::function<void()>& change) {
+  const auto state = [this] { return std::pair(views_.revision(), subject_); };
+  const auto before = state();
+  change();
+  return subject_ && state() != before ? painter_.Repaint(*subject_, errors().get()) : 0;
 }
 
 std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   std::vector<int> taken;
-  for (const int id : ids) {
-    if (views_.Remove(id)) {
-      taken.push_back(id);
-    } else if (std::ranges::find(taken, id) == taken.end()) {
-      say_(fmt::format("there is no view {} to take back", id));
+  const double reopened = Change([&] {
+    for (const int id : ids) {
+      if (views_.Remove(id)) {
+        taken.push_back(id);
+      } else if (std::ranges::find(taken, id) == taken.end()) {
+        say_(fmt::format("there is no view {} to take back", id));
+      }
     }
-  }
+    if (!taken.empty()) spool_.RemoveViews({taken.begin(), taken.end()});
+  });
   if (taken.empty()) {
     if (ids.empty()) say_("there is no view to take back");
     return 0;
   }
   std::ranges::sort(taken);
-  spool_.RemoveViews({taken.begin(), taken.end()});
-  const double reopened = Repaint();
   say_(fmt::format("taken back, kept in unposed/: {}{}", ViewsInWords(taken),
                    map() ? "; " + ReopenedInWords(reopened) : ""));
   return taken.size();
 }
 
-// Returns false when the disk is behind. `moved`: whether any view moved enough.
-bool CaptureRecord::MoveViews(const tracking::PoseSource& poses, bool last, bool& moved) {
-  moved = false;
+// Moves them if any view moves enough. Returns false when the disk is behind.
+bool CaptureRecord::MoveViews(const tracking::PoseSource& poses, bool last) {
   if (views_.empty()) return true;
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
   const double largest_move = views_.LargestMove(now, map() ? &map()->subject() : nullptr);
   if (largest_move <= 0 || (!last && largest_move < kWorthPaintingAnew)) return true;
   if (!last && !spool_.TryUpdatePoses(now)) return false;
   views_.SetPoses(now);
-  moved = true;
   return true;
 }
 
 bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last,
                                  const std::optional<Subject>& subject) {
-  bool views_moved = false;
-  if (!MoveViews(poses, last, views_moved)) return false;
-  if (!views_moved && !subject) return true;
-  if (subject) MoveSubject(*subject);
-  const double reopened = Repaint();
+  bool has_room = true;
+  const double reopened = Change([&] {
+    has_room = MoveViews(poses, last);
+    if (has_room && subject) MoveSubject(*subject);
+  });
   if (reopened >= kWorthTelling) say_("poses were corrected: " + ReopenedInWords(reopened));
-  return true;
+  return has_room;
 }
 
 void CaptureRecord::MoveSubject(const Subject& subject) {
@@ -161,9 +167,10 @@ void CaptureRecord::ReplaceLens(const CameraModel& before, const tracking::PoseS
       subject ? &*subject : nullptr);
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
   if (!last) spool_.UpdateLens(lens_.recorded(), lens_.FoundSource(), now);
-  if (subject) MoveSubject(*subject);
-  views_.SetPoses(now);
-  Repaint();
+  Change([&] {
+    if (subject) MoveSubject(*subject);
+    views_.SetPoses(now);
+  });
 }
 
 std::optional<MeasuredFrame> CaptureRecord::Measure(const Frame& frame, const CameraModel& camera,

@@ -101,9 +101,11 @@ class CaptureRecord {
   bool ErrorsMayCome() const { return geometry_.IsMeasured() && (mesh() || MeshMayCome()); }
 
  private:
-  bool MoveViews(const tracking::PoseSource& poses, bool last, bool& moved);
+  // Runs `change`, and paints the map anew if that moved or took back views, or moved the subject: nothing
+  // else may do so. Returns the share of the cap that this reopens.
+  double Change(const std::function<void()>& change);
+  bool MoveViews(const tracking::PoseSource& poses, bool last);
   void MoveSubject(const Subject& subject);
-  double Repaint() { return subject_ ? painter_.Repaint(*subject_, errors().get()) : 0; }
   std::string ReopenedInWords(double share) const;
 
   const CaptureLens& lens_;

@@ -17,8 +17,7 @@ CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSour
       options_(options),
       light_(std::move(light)) {
   if (options.without_subject) walk_.emplace(*options.without_subject);
-  if (options.still_camera)
-    stills_.emplace(device, *options.still_camera, poses, options.limits, options.coverage_width_px);
+  if (options.still_camera) stills_.emplace(device, *options.still_camera, poses, options.coverage_width_px);
   if (options.bracket)
     bracket_.emplace(device, poses, record.spool(), *options.bracket, options.deterministic, say);
 }
@@ -78,7 +77,7 @@ Decision CaptureRecorder::TakeOnWalk(const FrameToDecide& input) {
   const bool is_stable = !record_.views().empty() || tracked_in_a_row_ >= options_.stable_frames;
   // The tracker may still discard its first map.
   if (!is_stable && walk_->TakeHeld()) Count(Reason::kTracking);
-  if (is_stable) step = walk_->Decide(input, poses_.VisiblePoints(), record_.views(), options_.limits);
+  if (is_stable) step = walk_->Decide(input, poses_.VisiblePoints(), record_.views());
   ms_decide_.push_back(1000 * stopwatch.LapSeconds());
   if (recording_) {
     if (const auto ended = walk_->Take(step, input)) RecordAndCount(*ended);
@@ -91,7 +90,7 @@ Decision CaptureRecorder::TakeOnWalk(const FrameToDecide& input) {
 }
 
 void CaptureRecorder::Measure(const FrameToDecide& input) {
-  if (!ShowsWholeSubject(input, record_.map().get(), options_.limits)) return;
+  if (!ShowsWholeSubject(input, record_.map().get())) return;
   const std::optional<MeasuredFrame> measured = record_.Measure(input.frame, lens_.live(), input.track);
   if (measured) ms_measure_.push_back(measured->processor_ms);
 }
@@ -112,7 +111,7 @@ Decision CaptureRecorder::TakeOnSubject(FrameToDecide input) {
   double seconds = stopwatch.LapSeconds();
   Measure(input);
   stopwatch.LapSeconds();
-  Decision decision = Decide(input, record_.map().get(), options_.limits);
+  Decision decision = Decide(input, record_.map().get());
   seconds += stopwatch.LapSeconds();
   ms_decide_.push_back(1000 * seconds);
   if (stills_) stills_->Follow(input.frame, input.track);
@@ -130,7 +129,7 @@ Frame CaptureRecorder::AsKept(const Frame& frame) const {
 // What the tracker takes as a keyframe shows something that those before did not.
 void CaptureRecorder::KeepApart(const Frame& frame, const tracking::Track& track) {
   if (!options_.keep_apart || !recording_ || track.state != tracking::TrackState::kApart || !track.keyframe ||
-      track.sharpness < options_.limits.min_sharpness || record_.spool().Pause())
+      track.sharpness < kLeastSharpness || record_.spool().Pause())
     return;
   record_.spool().KeepUnposed(AsKept(frame));
   ++kept_apart_;
@@ -156,6 +155,7 @@ Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track,
 void CaptureRecorder::TakeStill(const Frame& still) {
   if (still.asked_stops) {
     const auto track = stills_ ? stills_->Find(still) : std::nullopt;
+    if (stills_) stills_->NoteArrived(still, track.has_value());
     if (!bracket_ || !bracket_->TakeStill(still, track)) record_.spool().KeepUnposed(still);
     return;
   }
@@ -164,6 +164,7 @@ void CaptureRecorder::TakeStill(const Frame& still) {
     Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));
   else
     record_.spool().KeepUnposed(still, zoom_moved_ ? "it was taken with the zoom moved" : "");
+  if (stills_) stills_->Note(still, verdict);
 }
 
 }  // namespace ulf::coverage

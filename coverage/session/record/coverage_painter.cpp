@@ -59,8 +59,9 @@ void CoveragePainter::AdaptToErrors(const ErrorMap& errors) {
   map_ = std::move(map);
 }
 
-void CoveragePainter::Added(const RecordedViews::Entry& view, const Image& /*image*/) {
+void CoveragePainter::AddNewest() {
   if (!map_) return;
+  const RecordedViews::Entry& view = views_.views().back();
   auto map = std::make_shared<CoverageMap>(*map_);
   map->Add(
       CriterionView::From(view.CameraOr(lens_.recorded()), view.cam_from_world, options_.coverage_width_px));

@@ -11,7 +11,6 @@
 #include <optional>
 #include <vector>
 
-#include "core/image/image.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/capture_presets.h"
 #include "coverage/bound/coverage_map.h"
@@ -29,7 +28,7 @@ struct ReopenedDirection {
   double share = 0;           // the cell's, of the cap; without a cap, of what was covered
 };
 
-class CoveragePainter final : public RecordedViews::Observer {
+class CoveragePainter {
  public:
   // `views`, `lens` and `options` outlive it. `up_in_world`: the light field's own, as `ulf info` takes it;
   // none: the mean of the cameras' up. The owner subscribes it to `views`.
@@ -51,10 +50,8 @@ class CoveragePainter final : public RecordedViews::Observer {
   // Adapts the map's thresholds to the errors so far. There must be a map.
   void AdaptToErrors(const ErrorMap& errors);
 
-  void Added(const RecordedViews::Entry& view, const Image& image) override;
-  // Repaint() follows once everything has changed.
-  void Removed(const RecordedViews::Entry& /*view*/) override {}
-  void Moved(const RecordedViews& /*views*/) override {}
+  // Adds the view that was recorded last.
+  void AddNewest();
 
  private:
   struct ViewsState {

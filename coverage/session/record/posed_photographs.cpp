@@ -73,8 +73,7 @@ bool PosedPhotographs::IsNeighbour(const FrameToDecide& input,
 
 Decision PosedPhotographs::Judge(const FrameToDecide& input,
                                  const std::vector<tracking::VisiblePoint>& sample,
-                                 const RecordedViews& views, const HeldFrame* about_to_be_recorded,
-                                 const DecisionLimits& limits) const {
+                                 const RecordedViews& views, const HeldFrame* about_to_be_recorded) const {
   if (!IsLocated(input, sample)) return {};
   const auto shows_same = [&](const Rigid3& before_from_world, const CameraModel& camera) {
     return ShowsSameView(before_from_world, *input.track.cam_from_world, camera, sample, spacing_);
@@ -84,19 +83,18 @@ Decision PosedPhotographs::Judge(const FrameToDecide& input,
       std::ranges::any_of(views.views(), [&](const RecordedViews::Entry& view) {
         return shows_same(view.cam_from_world, view.CameraOr(input.camera));
       });
-  return DecideWithoutSubject(input, shown, limits);
+  return DecideWithoutSubject(input, shown);
 }
 
 PosedPhotographs::Step PosedPhotographs::Decide(const FrameToDecide& input,
                                                 const std::vector<tracking::VisiblePoint>& all_points,
-                                                const RecordedViews& views,
-                                                const DecisionLimits& limits) const {
+                                                const RecordedViews& views) const {
   const std::vector<tracking::VisiblePoint> points = Sample(all_points, kWalkMostPoints);
   Step step;
   step.located = IsLocated(input, points);
   step.ends_held = held_ && !(step.located && IsNeighbour(input, points));
   if (!step.located) return step;
-  step.decision = Judge(input, points, views, step.ends_held ? &*held_ : nullptr, limits);
+  step.decision = Judge(input, points, views, step.ends_held ? &*held_ : nullptr);
   if (step.decision.reason != Reason::kRecorded) return step;
   step.depth = MedianDepth(all_points);
   if (!held_ || step.ends_held) return step;

@@ -43,7 +43,7 @@ class PosedPhotographs {
   };
   // Decides about a frame without changing anything.
   Step Decide(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points,
-              const RecordedViews& views, const DecisionLimits& limits) const;
+              const RecordedViews& views) const;
   // Carries out Decide()'s step for the same frame. Returns the frame that is to be recorded, the sharpest
   // among its neighbours; none: nothing is to be recorded now.
   std::optional<HeldFrame> Take(const Step& step, const FrameToDecide& input);
@@ -53,8 +53,7 @@ class PosedPhotographs {
  private:
   // `about_to_be_recorded` counts like one of `views`; null: none.
   Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& sample,
-                 const RecordedViews& views, const HeldFrame* about_to_be_recorded,
-                 const DecisionLimits& limits) const;
+                 const RecordedViews& views, const HeldFrame* about_to_be_recorded) const;
   bool IsLocated(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
   bool IsNeighbour(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
 

@@ -61,13 +61,8 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
 }
 
 StillCapture::StillCapture(acquisition::Device& device, const CameraModel& camera,
-                           const tracking::PoseSource& poses, const DecisionLimits& limits,
-                           int coverage_width_px)
-    : device_(device),
-      camera_(camera),
-      poses_(poses),
-      limits_(limits),
-      coverage_width_px_(coverage_width_px) {}
+                           const tracking::PoseSource& poses, int coverage_width_px)
+    : device_(device), camera_(camera), poses_(poses), coverage_width_px_(coverage_width_px) {}
 
 void StillCapture::Follow(const Frame& live, const tracking::Track& track) {
   if (!track.cam_from_world) return;
@@ -121,34 +116,20 @@ double StillCapture::SpeedPxPerS() const {
   return seconds > 0 ? moved_px / seconds : 0;
 }
 
-bool StillCapture::HasExpectedSize(const Frame& still) {
-  if (still.image.width() == camera_.width && still.image.height() == camera_.height) return true;
-  if (!said_size_)
-    spdlog::warn(
-        "a photograph is {}x{}, the calibration's still mode is for {}x{}: such photographs are kept in "
-        "unposed/; set the camera's image size back, or calibrate with {} still",
-        still.image.width(), still.image.height(), camera_.width, camera_.height, Parameter("mode"));
-  said_size_ = true;
-  return false;
+bool StillCapture::HasExpectedSize(const Frame& still) const {
+  return still.image.width() == camera_.width && still.image.height() == camera_.height;
 }
 
-std::optional<tracking::Track> StillCapture::Find(const Frame& still) {
-  ++counts_.arrived;
-  std::optional<tracking::Track> track;
-  if (still.status == FrameStatus::kComplete && HasExpectedSize(still))
-    track = poses_.Locate(still, camera_, LivePoseAt(ExpectedTime(still)));
-  counts_.without_pose += !track;
-  return track;
+std::optional<tracking::Track> StillCapture::Find(const Frame& still) const {
+  if (still.status != FrameStatus::kComplete || !HasExpectedSize(still)) return std::nullopt;
+  return poses_.Locate(still, camera_, LivePoseAt(ExpectedTime(still)));
 }
 
-StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
+StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) const {
   StillVerdict verdict;
   verdict.track = Find(still);
   if (!verdict.track) return verdict;
-  if (still.requested_s && map && !live_.empty())
-    unmeasured_.push_back({*still.requested_s, std::max(live_.back().time_s, *still.requested_s),
-                           *verdict.track->cam_from_world,
-                           (*verdict.track->cam_from_world * map->subject().center_in_world).norm()});
+  if (map) verdict.distance = (*verdict.track->cam_from_world * map->subject().center_in_world).norm();
   // The live image moved at this speed during the exposure.
   verdict.track->speed_px = SpeedPxPerS();
   verdict.decision = Decide({.frame = still,
@@ -156,9 +137,28 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
                              .camera = camera_,
                              .frame_period_s = 1,
                              .coverage_width_px = coverage_width_px_},
-                            map, limits_);
-  ++(verdict.decision.reason == Reason::kRecorded ? counts_.recorded : counts_.not_needed);
+                            map);
   return verdict;
+}
+
+void StillCapture::NoteArrived(const Frame& still, bool is_found) {
+  ++counts_.arrived;
+  counts_.without_pose += !is_found;
+  if (said_size_ || still.status != FrameStatus::kComplete || HasExpectedSize(still)) return;
+  said_size_ = true;
+  spdlog::warn(
+      "a photograph is {}x{}, the calibration's still mode is for {}x{}: such photographs are kept in "
+      "unposed/; set the camera's image size back, or calibrate with {} still",
+      still.image.width(), still.image.height(), camera_.width, camera_.height, Parameter("mode"));
+}
+
+void StillCapture::Note(const Frame& still, const StillVerdict& verdict) {
+  NoteArrived(still, verdict.track.has_value());
+  if (!verdict.track) return;
+  ++(verdict.decision.reason == Reason::kRecorded ? counts_.recorded : counts_.not_needed);
+  if (still.requested_s && verdict.distance && !live_.empty())
+    unmeasured_.push_back({*still.requested_s, std::max(live_.back().time_s, *still.requested_s),
+                           *verdict.track->cam_from_world, *verdict.distance});
 }
 
 acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,

@@ -51,13 +51,14 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
 struct StillVerdict {
   Decision decision;                     // kRecorded: to be recorded; anything else: to be kept in unposed/
   std::optional<tracking::Track> track;  // where it was taken; none when that was not found
+  std::optional<double> distance;        // from there to the subject, if there is one
 };
 
 class StillCapture {
  public:
   // `camera`: of photographs. `device` and `poses` outlive it.
   StillCapture(acquisition::Device& device, const CameraModel& camera, const tracking::PoseSource& poses,
-               const DecisionLimits& limits, int coverage_width_px);
+               int coverage_width_px);
 
   const CameraModel& camera() const { return camera_; }
   const StillCounts& counts() const { return counts_; }
@@ -67,9 +68,13 @@ class StillCapture {
   void RequestStill();  // the device ignores it while a photograph is on its way
   // Finds the photograph's pose and decides about it. `map`: null while there is no subject; it is then not
   // to be recorded.
-  StillVerdict Judge(const Frame& still, const CoverageMap* map);
-  // Returns where the photograph was taken; none when that was not found. Either way it counts as arrived.
-  std::optional<tracking::Track> Find(const Frame& still);
+  StillVerdict Judge(const Frame& still, const CoverageMap* map) const;
+  // Returns where the photograph was taken; none when that was not found.
+  std::optional<tracking::Track> Find(const Frame& still) const;
+  // Call it once for every photograph that arrived. Note() also takes what Judge() said of it, after it was
+  // recorded or kept: the photograph's lag is measured later.
+  void NoteArrived(const Frame& still, bool is_found);
+  void Note(const Frame& still, const StillVerdict& verdict);
 
  private:
   // A photograph whose lag is measured later.
@@ -82,12 +87,11 @@ class StillCapture {
   void MeasureLags();
   std::optional<Rigid3> LivePoseAt(double time_s) const;
   double SpeedPxPerS() const;
-  bool HasExpectedSize(const Frame& still);
+  bool HasExpectedSize(const Frame& still) const;
 
   acquisition::Device& device_;
   const CameraModel camera_;
   const tracking::PoseSource& poses_;
-  const DecisionLimits limits_;
   const int coverage_width_px_;
   std::deque<LivePose> live_;
   std::deque<Unmeasured> unmeasured_;

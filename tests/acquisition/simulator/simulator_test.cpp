@@ -279,18 +279,16 @@ TEST(Sensor, NoiseGrowsWithTheSignalAsShotNoiseDoes) {
   for (const double level : {0.02, 0.1, 0.4, 0.8})
     for (const double gain : {1.0, 2.0, 4.0}) {
       if (level * gain > 0.9) continue;
-      const SensorOptions options;
       const cv::Mat light(256, 256, CV_32FC4, cv::Scalar::all(level));
-      const Image image = Expose(light, options,
-                                 {.exposure_s = options.reference_exposure_s,
-                                  .gain = gain,
-                                  .format = SensorFormat::kMono8,
-                                  .noise_seed = 5});
+      const Image image = Expose(light, {.exposure_s = kReferenceExposure_s,
+                                         .gain = gain,
+                                         .format = SensorFormat::kMono8,
+                                         .noise_seed = 5});
       cv::Scalar mean, deviation;
       cv::meanStdDev(image.pixels, mean, deviation);
-      const double well = options.full_well_electrons;
+      const double well = kFullWellElectrons;
       const double expected =
-          255.0 * 255 * gain * gain * (level / well + std::pow(options.read_noise_electrons / well, 2)) +
+          255.0 * 255 * gain * gain * (level / well + std::pow(kReadNoiseElectrons / well, 2)) +
           1.0 / 12;                  // rounding to integers
       if (expected < 0.4) continue;  // rounding hides noise that is finer than the numbers
       EXPECT_NEAR(mean[0], 255 * gain * level, 0.1) << level << " gain " << gain;
@@ -301,7 +299,7 @@ TEST(Sensor, NoiseGrowsWithTheSignalAsShotNoiseDoes) {
 TEST(Sensor, NoiseIsDrawnAnewForEverySeedAndPixel) {
   const cv::Mat light(64, 64, CV_32FC4, cv::Scalar::all(0.5));
   const auto shoot = [&](std::uint64_t seed) {
-    return Expose(light, {}, {.format = SensorFormat::kMono8, .noise_seed = seed}).pixels;
+    return Expose(light, {.format = SensorFormat::kMono8, .noise_seed = seed}).pixels;
   };
   EXPECT_TRUE(SameBytes(shoot(1), shoot(1)));
   cv::Mat one, two;

@@ -33,7 +33,7 @@ Exposed Photograph(const SimulatedCamera& camera, const Rigid3& pose, double exp
   cv::Mat radiance = cv::Mat::zeros(camera.camera().height, camera.camera().width, CV_32FC4);
   camera.caster().AccumulateRows(pose, 1, 0, radiance.rows, radiance);
   const Image image =
-      Expose(radiance, {},
+      Expose(radiance,
              {.exposure_s = exposure_s, .gain = 1, .format = SensorFormat::kBayerRg12, .noise_seed = seed});
   return {LinearFloat(image), ClippedPixels(image)};
 }
@@ -101,8 +101,7 @@ Errors ErrorsOf(const SimulatedCamera& camera, const std::shared_ptr<const Rende
     // Between the views.
     const Rigid3 pose = camera.hand().CamFromWorld(end_s * (0.1 + 0.8 * (i + 0.31) / pictures));
     const cv::Mat picture = renderer->Render(pinhole, pose).linear;
-    const cv::Mat truth =
-        truth_camera.caster().Radiance(pose) * (kShortS / SensorOptions{}.reference_exposure_s);
+    const cv::Mat truth = truth_camera.caster().Radiance(pose) * (kShortS / kReferenceExposure_s);
     for (int y = 0; y < picture.rows; ++y)
       for (int x = 0; x < picture.cols; ++x) {
         // The truth is seen through the lens, the picture is not.
@@ -144,8 +143,8 @@ Chart MeasureClipped(const Effort& effort) {
         const SimulatedCamera camera = GlossCamera(seed);
         double clipped = 0;
         // As the program does: of one exposure nothing is masked.
-        auto scene = Views(camera, effort.Of(16, 48), stops,
-                           masks && std::exp2(stops) > SceneOptions{}.most_exposure_ratio, clipped);
+        auto scene =
+            Views(camera, effort.Of(16, 48), stops, masks && std::exp2(stops) > kMostExposureRatio, clipped);
         const Errors errors = ErrorsOf(
             camera, WithProxy(*scene, std::make_shared<PointsProxy>(scene->subject, PointsOf(camera, 3000))),
             effort.Of(2, 8), stops);

@@ -49,8 +49,7 @@ std::string TruthNameOf(const TemporalArgs& args) {
   if (uri.starts_with("sim:")) return uri;
   throw Error(
       "{} was not captured from the simulator, so that the true pictures of the path are unknown; give them "
-      "as a "
-      "folder with --truth",
+      "as a folder with --truth",
       args.dir);
 }
 

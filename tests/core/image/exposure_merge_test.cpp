@@ -34,7 +34,7 @@ cv::Mat Bands() {
 
 ExposedLight Exposed(const cv::Mat& radiance, double stops, std::uint64_t seed) {
   const SensorPicture picture{Expose(
-      radiance, {},
+      radiance,
       {.exposure_s = kReferenceS * std::exp2(stops), .format = SensorFormat::kRgb8, .noise_seed = seed})};
   return ExposedLightsOf({&picture, 1}).front();
 }
@@ -86,13 +86,12 @@ TEST(ExposureMerge, WeightsAreNearTheBestPossible) {
   const std::vector<double> stops{0, -3, 3};
   const auto exposures = Bracket(radiance, stops, 5);
   const MergedLight merged = MergeExposures(exposures);
-  const SensorOptions sensor;
   for (int band = 2; band < 6; ++band) {
     double weights = 0;
     for (const double each : stops) {
       const double light = LightOfBand(band) * std::exp2(each);
-      const double read = sensor.read_noise_electrons / sensor.full_well_electrons;
-      const double variance = light / sensor.full_well_electrons + read * read + 1.0 / (255 * 255 * 12);
+      const double read = kReadNoiseElectrons / kFullWellElectrons;
+      const double variance = light / kFullWellElectrons + read * read + 1.0 / (255 * 255 * 12);
       weights += std::exp2(2 * each) / variance;
     }
     const double best = 1 / std::sqrt(weights) / LightOfBand(band);
@@ -109,10 +108,10 @@ TEST(ExposureMerge, NoiseIsMeasuredInTheScene) {
     }
   for (const double gain : {1.0, 4.0}) {
     const SensorPicture picture{Expose(
-        radiance, {},
+        radiance,
         {.exposure_s = kReferenceS / gain, .gain = gain, .format = SensorFormat::kRgb8, .noise_seed = 3})};
     const ExposedLight exposed = ExposedLightsOf({&picture, 1}).front();
-    const double electrons = SensorOptions{}.full_well_electrons / gain;
+    const double electrons = kFullWellElectrons / gain;
     const double at = 0.5,
                  true_variance = at / electrons + std::pow(8 / electrons, 2) + 1.0 / (255 * 255 * 12);
     EXPECT_NEAR(exposed.noise.VarianceAt(at) / true_variance, 1, 0.25) << gain;
@@ -130,13 +129,13 @@ TEST(ExposureMerge, NoiseIsMeasuredInDemosaickedPictures) {
     }
   std::vector<SensorPicture> pictures;
   for (const double stops : {0.0, -2.0, -4.0, -6.0})
-    pictures.push_back({Demosaiced(Expose(radiance, {},
-                                          {.exposure_s = kReferenceS * std::exp2(stops),
-                                           .format = SensorFormat::kBayerRg12,
-                                           .noise_seed = static_cast<std::uint64_t>(40 + stops)}))});
+    pictures.push_back(
+        {Demosaiced(Expose(radiance, {.exposure_s = kReferenceS * std::exp2(stops),
+                                      .format = SensorFormat::kBayerRg12,
+                                      .noise_seed = static_cast<std::uint64_t>(40 + stops)}))});
   for (const ExposedLight& exposed : ExposedLightsOf(pictures))
     for (const double at : {0.003, 0.03, 0.3}) {
-      const double electrons = SensorOptions{}.full_well_electrons;
+      const double electrons = kFullWellElectrons;
       const double true_sigma = std::sqrt(at / electrons + std::pow(8 / electrons, 2));
       EXPECT_NEAR(std::sqrt(exposed.noise.VarianceAt(at)) / true_sigma, 1, 0.25) << at;
     }

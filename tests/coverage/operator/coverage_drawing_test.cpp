@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/geometry/angles.h"
+#include "coverage/bound/capture_presets.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/operator/shown_sphere.h"
 #include "tests/support/floors.h"
@@ -110,13 +111,14 @@ TEST(CoverageDrawing, FramesTheSubjectInWhiteOrRed) {
   StagedCapture capture;
   const auto state = capture.Record(capture.CameraAt(0, 0));
   const cv::Mat grey(capture.camera().height, capture.camera().width, CV_8UC3, cv::Scalar::all(90));
-  const auto corner_of_rectangle = [&](double share) {
-    const cv::Mat drawn =
-        DrawOverlay(grey, capture.camera(), *state->cam_from_world, *state->coverage, share);
-    return drawn.at<cv::Vec3b>(static_cast<int>((0.5 - 0.5 * share) * grey.rows),
+  const auto corner_of_rectangle = [&](const Rigid3& cam_from_world) {
+    const cv::Mat drawn = DrawOverlay(grey, capture.camera(), cam_from_world, *state->coverage);
+    return drawn.at<cv::Vec3b>(static_cast<int>(0.5 * (1 - kRectangleShare) * grey.rows),
                                static_cast<int>(0.5 * grey.cols));
   };
-  const cv::Vec3b held = corner_of_rectangle(0.8), left = corner_of_rectangle(0.1);
+  const double aside = 0.35 * capture.camera().width / capture.camera().fx;
+  const cv::Vec3b held = corner_of_rectangle(capture.CameraAt(0, 0)),
+                  left = corner_of_rectangle(capture.CameraAt(0, 0, 1, {aside, 0}));
   EXPECT_GT(std::min({held[0], held[1], held[2]}), 200) << held;
   EXPECT_GT(left[2], left[0] + 80) << left;
 }

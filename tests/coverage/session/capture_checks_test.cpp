@@ -48,8 +48,7 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
                             .prediction = prediction,
                             .bytes_per_view = 1'000'000,
                             .disk_left_bytes = 600'000'000,
-                            .pose_error_px = 0.2,
-                            .limits = {.max_pose_error_px = 1}};
+                            .pose_error_px = 0.2};
   for (const PreflightItem& item : Preflight(good)) EXPECT_NE(item.in_order, false) << item.name;
   EXPECT_FALSE(Item(Preflight(good), "focus").in_order) << "cannot be known";
   EXPECT_THAT(Item(Preflight(good), "calibration").words, HasSubstr("serial 7"));

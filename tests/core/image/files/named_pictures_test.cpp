@@ -39,6 +39,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+auto NoteSays(const char* words) { return testing::Property(&PictureNote::Words, HasSubstr(words)); }
+
 class NamedPictures : public testing::Test {
  protected:
   std::string In(const std::string& name) const { return (folder_ / name).string(); }
@@ -239,7 +241,7 @@ TEST_F(NamedPictures, AMarkBehindThePixelsOfAPngIsHeard) {
   for (const std::string& with : {WithPngChunk(png, "eXIf", exif.substr(6), true),
                                   WithPngChunk(png, "tEXt", RawProfile("exif", exif), true)}) {
     Write("a.png", with);
-    EXPECT_THAT(ReadPicture(In("a.png")).notes, ElementsAre(HasSubstr("turned by 90 degrees clockwise")));
+    EXPECT_THAT(ReadPicture(In("a.png")).notes, ElementsAre(NoteSays("turned by 90 degrees clockwise")));
   }
 }
 
@@ -372,7 +374,7 @@ TEST_F(NamedPictures, TheProfileOfABmpCounts) {
   Write("a.bmp", BmpBytes(EncodedIn("P3", PatchPicture()), "DEBM", std::string(48, '\0'), IccProfile("P3")));
   const StoredPicture picture = ReadPicture(In("a.bmp"));
   EXPECT_LE(LargestPatchError(picture.pixels), 3);
-  EXPECT_THAT(picture.notes, ElementsAre(HasSubstr("converted to sRGB")));
+  EXPECT_THAT(picture.notes, ElementsAre(NoteSays("converted to sRGB")));
 }
 
 TEST_F(NamedPictures, ABmpOfOtherColoursThanSrgbIsNamed) {

@@ -33,6 +33,8 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+auto NoteSays(const char* words) { return testing::Property(&PictureNote::Words, HasSubstr(words)); }
+
 constexpr double kLevels = 2;  // of 255, rounding in the file and in the conversion
 
 class PictureFiles : public testing::Test {
@@ -121,7 +123,7 @@ TEST_F(PictureFiles, TiffsOfOtherSpacesShowTheirColours) {
     WriteTiffSample(In("lab.tif"), {.bits = bits, .photometric = 8});
     const StoredPicture picture = ReadPicture(In("lab.tif"));
     EXPECT_LE(LargestPatchError(picture.pixels), bits == 8 ? 4 : kLevels) << bits;
-    EXPECT_THAT(picture.notes, Contains(HasSubstr("L*a*b*")));
+    EXPECT_THAT(picture.notes, Contains(NoteSays("L*a*b*")));
   }
 }
 
@@ -188,7 +190,7 @@ TEST_F(PictureFiles, PngsOfEveryLayoutShowTheirColours) {
     WritePngSample(In("a.png"), layout);
     const StoredPicture picture = ReadPicture(In("a.png"));
     EXPECT_LE(LargestPatchError(picture.pixels), layout.bits == 8 && layout.gamma == 1 ? 3 : kLevels) << name;
-    EXPECT_THAT(picture.notes, Contains(HasSubstr("converted to sRGB"))) << name;
+    EXPECT_THAT(picture.notes, Contains(NoteSays("converted to sRGB"))) << name;
   }
   // What a file that says 1/2.2 means is sRGB, by the standard's own advice.
   WritePngSample(In("a.png"), {.primaries = srgb_xy});
@@ -220,11 +222,11 @@ TEST_F(PictureFiles, WiderPrimariesAreConverted) {
   for (const char* name : {"cHRM.png", "cICP.png", "icc.jpg", "icc.webp"}) {
     const StoredPicture picture = ReadPicture(In(name));
     EXPECT_LE(LargestPatchError(picture.pixels), std::string(name).starts_with("icc") ? 5 : 3) << name;
-    EXPECT_THAT(picture.notes, Contains(HasSubstr("converted to sRGB"))) << name;
+    EXPECT_THAT(picture.notes, Contains(NoteSays("converted to sRGB"))) << name;
     EXPECT_THAT(picture.warnings, IsEmpty()) << name;
   }
   WriteTiffSample(In("linear.tif"), {.bits = 16, .icc = IccProfile("linear")});
-  EXPECT_THAT(ReadPicture(In("linear.tif")).notes, Contains(HasSubstr("converted to sRGB")));
+  EXPECT_THAT(ReadPicture(In("linear.tif")).notes, Contains(NoteSays("converted to sRGB")));
 }
 
 // Every grey there is, and colours up to the border of the gamut.
@@ -270,12 +272,12 @@ TEST_F(PictureFiles, ConversionsOfSixteenBitsAreExact) {
 TEST_F(PictureFiles, MarksOfExifAreHeardInEveryKind) {
   const std::string segment = ExifSegment("2026:11:29 10:11:12", 6), tiff = segment.substr(10);
   Write("a.png", WithPngChunk(PngBytes(PatchPicture()), "eXIf", tiff));
-  EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(HasSubstr("turned by 90 degrees")));
+  EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(NoteSays("turned by 90 degrees")));
   // A camera set to Adobe RGB says so in its Exif data alone.
   Write("adobe.jpg",
         WithSegment(JpegBytes(PatchPicture(), 100), ExifSegment("2026:11:29 10:11:12", 1, {}, true)));
   const StoredPicture adobe = ReadPicture(In("adobe.jpg"));
-  EXPECT_THAT(adobe.notes, Contains(HasSubstr("Adobe RGB")));
+  EXPECT_THAT(adobe.notes, Contains(NoteSays("Adobe RGB")));
   // The most saturated green of the patches: (50, 200, 50) of Adobe RGB lies beyond sRGB, its red is none.
   EXPECT_LE(adobe.pixels.at<cv::Vec3b>(kPatchPx / 2, kPatchPx * 3 / 2)[2], 5);
   EXPECT_NEAR(adobe.pixels.at<cv::Vec3b>(kPatchPx * 3 / 2, kPatchPx * 3 / 2)[1], 128, 2) << "grey stays";
@@ -289,7 +291,7 @@ TEST_F(PictureFiles, TheHeaderOfRadianceCounts) {
   Write("a.hdr", hdr.substr(0, at) + "EXPOSURE= 2\nEXPOSURE=0.25\n" + hdr.substr(at));
   const StoredPicture picture = ReadPicture(In("a.hdr"));
   EXPECT_NEAR(picture.pixels.at<cv::Vec3f>(4, 4)[1], 0.5, 0.01);
-  EXPECT_THAT(picture.notes, Contains(HasSubstr("multiplied by 0.5")));
+  EXPECT_THAT(picture.notes, Contains(NoteSays("multiplied by 0.5")));
 }
 
 TEST_F(PictureFiles, ForeignProfilesAreNamedAndPixelsStay) {
@@ -301,14 +303,14 @@ TEST_F(PictureFiles, ForeignProfilesAreNamedAndPixelsStay) {
                                                           HasSubstr("taken for sRGB"))));
   }
   WritePngSample(In("a.png"), {.icc = IccProfile("P3")});
-  EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(HasSubstr("converted to sRGB")));
+  EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(NoteSays("converted to sRGB")));
   const std::string png = ReadWholeFile(In("a.png")), plain = PngBytes(PatchPicture());
   Write("grey.png", WithPngChunk(plain, "iCCP", std::string("grey\0\0", 6) + "no compressed profile"));
   EXPECT_THAT(ReadPicture(In("grey.png")).warnings, Contains(HasSubstr("profile cannot be used")));
   WriteTiffSample(In("a.tif"), {.icc = std::string(200, 'x')});
   EXPECT_THAT(ReadPicture(In("a.tif")).warnings, Contains(HasSubstr("profile (ICC) is damaged")));
   WriteTiffSample(In("a.tif"), {.photometric = 1, .icc = IccProfile("grey")});
-  EXPECT_THAT(ReadPicture(In("a.tif")).notes, Contains(HasSubstr("converted to sRGB")));
+  EXPECT_THAT(ReadPicture(In("a.tif")).notes, Contains(NoteSays("converted to sRGB")));
 }
 
 TEST_F(PictureFiles, HdrAndUnknownPngCodesAreNamed) {
@@ -332,7 +334,7 @@ TEST_F(PictureFiles, JpegsOfEveryKindShowTheirColours) {
   Write("turned.jpg", WithSegment(JpegBytes(PatchPicture(), 100), ExifSegment("2026:11:29 10:11:12", 6)));
   for (const char* name : {"progressive.jpg", "grey.jpg", "restarts.jpg", "turned.jpg"})
     EXPECT_LE(LargestPatchError(ReadPicture(In(name)).pixels), 3) << name;
-  EXPECT_THAT(ReadPicture(In("turned.jpg")).notes, Contains(HasSubstr("turned by 90 degrees clockwise")));
+  EXPECT_THAT(ReadPicture(In("turned.jpg")).notes, Contains(NoteSays("turned by 90 degrees clockwise")));
 }
 
 TEST_F(PictureFiles, RarerKindsShowTheirColours) {
@@ -529,7 +531,7 @@ TEST_F(PictureFiles, ExrAlphaMasksWithoutPremultiplying) {
   WriteExrSample(In("a.exr"), {{.channels = {"A", "R", "G", "B"}, .type = "float", .alpha = 0.4F}});
   const StoredPicture picture = ReadPicture(In("a.exr"));
   EXPECT_LE(LargestPatchError(picture.pixels), 0.5);
-  EXPECT_THAT(picture.notes, Contains(HasSubstr("multiplied by its alpha")));
+  EXPECT_THAT(picture.notes, Contains(NoteSays("multiplied by its alpha")));
   EXPECT_TRUE(HasAlphaChannel(In("a.exr")));
   EXPECT_EQ(cv::countNonZero(ReadAlpha(In("a.exr"))), 0) << "less than half";
   WriteExrSample(In("a.exr"), {{.channels = {"A", "R", "G", "B"}}});

@@ -174,6 +174,19 @@ TEST(Export, OnlyWhatOtherProgramsSeeOtherwiseIsDoubted) {
   EXPECT_THAT(meanings.Doubt(4), testing::AllOf(HasSubstr("3 of 4"), testing::Not(HasSubstr("magick"))));
 }
 
+// Whatever words a note has.
+TEST(Export, ANotesKindTellsWhetherAProgramConvertsIt) {
+  CopiedColorEncodings meanings;
+  StoredPicture tagged, other;
+  tagged.notes = {{"it is tagged", " and changed", PictureNote::Kind::kTagged}};
+  other.notes = {{"its mark says something", " of the profile"}};
+  meanings.Add(tagged);
+  EXPECT_THAT(meanings.Doubt(1), testing::AllOf(HasSubstr("(1: it is tagged)"), HasSubstr("magick")));
+  meanings.Add(other);
+  EXPECT_THAT(meanings.Doubt(2),
+              testing::AllOf(HasSubstr("1: its mark says something)"), testing::Not(HasSubstr("magick"))));
+}
+
 TEST(Export, OnePhotographOfEachKindTellsWhatIsConverted) {
   const ScratchFolder scratch;
   const LightField source =

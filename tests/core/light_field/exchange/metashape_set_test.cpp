@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -13,8 +15,10 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "core/base/error.h"
+#include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/set_readers.h"
 #include "core/light_field/formats/xml_file.h"
 #include "tests/support/test_paths.h"
@@ -283,7 +287,9 @@ TEST_F(MetashapeSet, ReportsWhatIsLeftOut) {
   empty.replace(empty.find("Chunk 1"), 7, "Nothing");
   std::string other = ChunkXml("");
   other.replace(other.find("Chunk 1"), 7, "Other");
-  const LightField read = Read(Document(empty + ChunkXml("") + other)).light_field;
+  const PosedSet set = Read(Document(empty + ChunkXml("") + other));
+  EXPECT_TRUE(set.counts_unposed);
+  const LightField& read = set.light_field;
   ASSERT_EQ(read.views.size(), 1u);
   EXPECT_EQ(read.views[0].image_path, "DJI_0003.jpg");
   EXPECT_THAT(
@@ -292,6 +298,22 @@ TEST_F(MetashapeSet, ReportsWhatIsLeftOut) {
                   HasSubstr("1 camera left out: not aligned"), HasSubstr("2 cameras left out: disabled"),
                   AllOf(HasSubstr("1 camera left out: no photograph"), HasSubstr("DJI_0004"))));
   ExpectProjections(read, {});
+}
+
+// Another chunk that is left out says nothing of the photographs without a pose.
+TEST_F(MetashapeSet, ListsUnposedPhotographsBesideAChunk) {
+  WritePhotograph("extra.jpg", 96, 72);
+  std::string other = ChunkXml("");
+  other.replace(other.find("Chunk 1"), 7, "Other");
+  EXPECT_FALSE(Read(Document(ChunkXml("") + other)).counts_unposed);
+  std::ostringstream said;
+  const auto logger = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("said", std::make_shared<spdlog::sinks::ostream_sink_mt>(said)));
+  Import(scratch_ / "cameras.xml", scratch_ / "lf", {.subject = Subject{Vector3d::Zero(), 0.5}});
+  spdlog::set_default_logger(logger);
+  EXPECT_THAT(said.str(), AllOf(HasSubstr("chunk 'Chunk 1' alone is read"),
+                                HasSubstr("left out: 1 photograph without a pose (extra.jpg)")));
 }
 
 TEST_F(MetashapeSet, PhotographsMayBeResized) {

@@ -851,6 +851,19 @@ TEST_F(Folder, AdjacentDamagedLinesAreOneFinding) {
             "lines 6 to 100006: damaged; these lines are left out; view 3 is in doubt");
 }
 
+TEST_F(Folder, ARefusedLineIsAnEntryOfItsOwn) {
+  Sample(3);
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
+    bytes.insert(LineBegin(bytes, 5), "?\n{\"event\":\"later\"}\n{\"event\":\"later\"}\n?\n?\n");
+  });
+  const JournalContents read = ReadJournal(dir() / "journal.jsonl");
+  EXPECT_EQ(read.staying_lines, 2u);
+  std::vector<std::pair<bool, int>> entries;
+  for (const DamagedLine& entry : read.damaged) entries.emplace_back(entry.is_json, entry.lines);
+  EXPECT_THAT(entries, testing::ElementsAre(testing::Pair(false, 1), testing::Pair(true, 1),
+                                            testing::Pair(true, 1), testing::Pair(false, 2)));
+}
+
 // Damaged everywhere, whole lines between: what is whole is read, and the last entry stands for many places.
 TEST_F(Folder, ManyDamagedPlacesEndInOneSummary) {
   Sample(5);

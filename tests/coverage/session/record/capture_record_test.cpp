@@ -66,6 +66,47 @@ TEST(CaptureRecord, SpooledPosesDoNotCoverACap) {
   EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), record.views().views().size()) << "nothing is lost";
 }
 
+// Whichever way views change, the map shows them as they are.
+TEST(CaptureRecord, TheMapFollowsEveryChangeOfViews) {
+  const ScratchFolder scratch;
+  const CaptureOptions options;
+  const CaptureLens lens(kCamera);
+  CaptureRecord record(NewWriter(scratch / "lf"), lens, options, [](const std::string&) {});
+  record.SetSubject(kSubject);
+  DriftingSource poses({Eigen::Quaterniond::Identity(), {0.4, 0, 0}});
+  PlanarDevice device(Sweep(16, 12, 2), {});
+  device.Start();
+  const auto expect_followed = [&](const char* after) {
+    std::vector<Eigen::Vector3d> shown, recorded;
+    for (const CriterionView& view : record.map()->views()) shown.push_back(view.center_in_world);
+    for (const auto& view : record.views().views()) recorded.push_back(view.cam_from_world.OriginInSource());
+    EXPECT_EQ(shown, recorded) << after;
+  };
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = device.Next(1s);
+    ASSERT_TRUE(record.Add(*frame, poses.Step(*frame), std::nullopt, poses));
+  }
+  expect_followed("three views");
+  EXPECT_EQ(record.TakeBack({record.views().Ids()[1]}), 1u);
+  ASSERT_EQ(record.map()->views().size(), 2u);
+  expect_followed("one taken back");
+  const auto before = record.map();
+  EXPECT_EQ(record.TakeBack({99}), 0u);
+  EXPECT_EQ(record.map(), before) << "nothing has changed";
+  poses.Adjust(true);
+  ASSERT_TRUE(record.CorrectPoses(poses, false));
+  EXPECT_NE(record.map(), before);
+  expect_followed("corrected poses");
+  const Subject moved{kSubject.center_in_world, 1.1 * kSubject.radius};
+  ASSERT_TRUE(record.CorrectPoses(poses, false, moved));
+  EXPECT_EQ(record.map()->subject(), moved);
+  DriftingSource under_other_lens({Eigen::Quaterniond::Identity(), {0.2, 0, 0}});
+  under_other_lens.Adjust(true);
+  record.ReplaceLens(kCamera, under_other_lens, true, moved);
+  expect_followed("another lens");
+  record.Close(0, {}, {});
+}
+
 // What --no-geometry leaves of a session before.
 TEST(CaptureRecord, AMeshThatDoesNotKnowNewViewsIsNamed) {
   const ScratchFolder scratch;

@@ -190,12 +190,12 @@ TEST(PosedPhotographs, WaitingFrameKeepsItsDepth) {
   PosedPhotographs walk({});
   const RecordedViews none{LightField{}};
   const FrameToDecide input{.frame = frame, .track = track, .camera = kCamera};
-  const PosedPhotographs::Step step = walk.Decide(input, points, none, {});
+  const PosedPhotographs::Step step = walk.Decide(input, points, none);
   ASSERT_EQ(step.decision.reason, Reason::kRecorded);
   EXPECT_FALSE(walk.Take(step, input)) << "its neighbours are still to come";
   const Track lost;
   const FrameToDecide next{.frame = frame, .track = lost, .camera = kCamera};
-  const auto recorded = walk.Take(walk.Decide(next, {}, none, {}), next);
+  const auto recorded = walk.Take(walk.Decide(next, {}, none), next);
   ASSERT_TRUE(recorded);
   EXPECT_EQ(recorded->depth, kDepth);
 }

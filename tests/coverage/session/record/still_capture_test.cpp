@@ -17,6 +17,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <utility>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/opening/open_device.h"
@@ -424,7 +425,7 @@ TEST(ShutterLag, IsMeasuredFromPosesAndUsedNext) {
   const CoverageMap map(Subject{{0, 0, 0}, 0.2}, {});
   RememberingPoses poses;
   const auto device = OpenDevice("sim:studio?width=32&height=24");
-  StillCapture stills(*device, camera, poses, {}, 640);
+  StillCapture stills(*device, camera, poses, 640);
   double now_s = 0;
   const auto live_until = [&](double to_s) {
     for (; now_s < to_s; now_s += 1 / 15.0) {
@@ -443,7 +444,12 @@ TEST(ShutterLag, IsMeasuredFromPosesAndUsedNext) {
     still.requested_s = requested_s;
     still.device_time_s = requested_s + told_lag_s;
     still.known_cam_from_world = HandAt(requested_s + kLagS);
-    stills.Judge(still, &map);
+    const std::uint64_t arrived = stills.counts().arrived;
+    const StillVerdict verdict = std::as_const(stills).Judge(still, &map);
+    EXPECT_EQ(stills.counts().arrived, arrived) << "judging changes nothing";
+    stills.Note(still, verdict);
+    EXPECT_EQ(stills.counts().arrived, arrived + 1);
+    EXPECT_EQ(stills.counts().recorded + stills.counts().not_needed, arrived + 1);
     // To within half the time between two live frames.
     return std::asin(poses.looked_for->OriginInSource().x()) / 0.3;
   };
