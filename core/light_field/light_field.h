@@ -255,9 +255,9 @@ void PlaceSubject(const Subject& subject, LightField& light_field);
 // than two views, or if the axes are nearly parallel.
 std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 
-// Returns a sphere around this point whose image has the share kSubjectSize of the pictures' width (by medians
-// of distance and field of view); none if there is no such point, if it is behind a camera, or if fewer than
-// half of the photographs show it.
+// Returns a sphere around this point whose image has the share kSubjectSize of the pictures' width (by
+// medians of distance and field of view); none if there is no such point, if it is behind a camera, or if
+// fewer than half of the photographs show it.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field);
 
 // Names of files of a view and its other exposures, which a bracket takes (docs/light_field.md).
