@@ -504,7 +504,7 @@ TEST(SimulatedDevice, WrongOptionsAreNamed) {
                                                         {"sim:studio?duration_s=0", "duration"},
                                                         {"sim:studio?width=640px", "640px"}};
   for (const auto& [uri, mentioned] : kCases) {
-    EXPECT_THAT([&] { OpenSimulatedDevice(DeviceUri::Parse(uri)); },
+    EXPECT_THAT([&uri = uri] { OpenSimulatedDevice(DeviceUri::Parse(uri)); },
                 testing::ThrowsMessage<Refusal>(HasSubstr(mentioned)))
         << uri;
   }

@@ -113,7 +113,7 @@ TEST(JsonText, ErrorsNameLineColumnAndTheReason) {
       {"{\"a\": \"C:\\users\"}", "not valid JSON: \\us in text in quotes; a backslash is written \\\\"},
       {"[1e999]", "a number is too large"}};
   for (const auto& [text, words] : damaged)
-    EXPECT_THAT([&] { ParseJson(text, "a.json", "copy it again"); },
+    EXPECT_THAT([&text = text] { ParseJson(text, "a.json", "copy it again"); },
                 ThrowsMessage<Error>(AllOf(StartsWith("a.json"), HasSubstr(words),
                                            HasSubstr("; copy it again"), Not(HasSubstr("exception")))))
         << text;

@@ -170,7 +170,8 @@ TEST(Board, WordsBehindItComeBackAndAreChecked) {
                                         std::pair{"aruco:4x5:37:5:DICT_5X5_50:white-corner", "white-corner"},
                                         std::pair{"aruco:4x5:37:5:DICT_5X5_50:first=-1", "first=-1"},
                                         std::pair{"chessboard:8x6:25:right-up", "chessboard:8x6:25"}}) {
-    EXPECT_THAT([&] { Board::Parse(text); }, testing::ThrowsMessage<Refusal>(HasSubstr(mentioned))) << text;
+    EXPECT_THAT([&text = text] { Board::Parse(text); }, testing::ThrowsMessage<Refusal>(HasSubstr(mentioned)))
+        << text;
   }
 }
 

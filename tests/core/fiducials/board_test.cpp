@@ -57,7 +57,8 @@ TEST(Board, RefusesWhatCannotBePrinted) {
       {"chessboard:8x6:25mm", "25mm"},
   };
   for (const auto& [text, mentioned] : kCases) {
-    EXPECT_THAT([&] { Board::Parse(text); }, testing::ThrowsMessage<Refusal>(HasSubstr(mentioned))) << text;
+    EXPECT_THAT([&text = text] { Board::Parse(text); }, testing::ThrowsMessage<Refusal>(HasSubstr(mentioned)))
+        << text;
   }
 }
 

@@ -75,7 +75,8 @@ TEST(MarkerSpec, RefusalsNameTheCause) {
                                                         {"marker:-4:DICT_4X4_50:1", "SIDE_MM"},
                                                         {"marker:40:DICT_4X4_50:one", "'one'"}};
   for (const auto& [text, mentioned] : kCases) {
-    EXPECT_THAT([&] { MarkerSpec::Parse(text); }, testing::ThrowsMessage<Refusal>(HasSubstr(mentioned)))
+    EXPECT_THAT([&text = text] { MarkerSpec::Parse(text); },
+                testing::ThrowsMessage<Refusal>(HasSubstr(mentioned)))
         << text;
   }
   EXPECT_EQ(MarkerSpec::Parse("marker:40:DICT_4X4_50:7").id, 7);
