@@ -104,7 +104,8 @@ TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
                                    {"zero.txt", "zero.txt:3: not a pose"},
                                    {"empty.txt", "no pose"},
                                    {"none.txt", "no such"}})
-    EXPECT_THAT([&] { PathFromFile(scratch / name, {}, {}); }, testing::ThrowsMessage<Error>(HasSubstr(says)))
+    EXPECT_THAT([&, name = name] { PathFromFile(scratch / name, {}, {}); },
+                testing::ThrowsMessage<Error>(HasSubstr(says)))
         << name;
 }
 

@@ -318,7 +318,7 @@ TEST(Light, FaultyExrFilesAreNamed) {
   for (const auto& [name, says] : {std::pair{"layers.exr", "neither R, G and B"},
                                    {"cut.exr", "truncated or damaged"},
                                    {"text.exr", "it is damaged, or of another kind"}})
-    EXPECT_THAT([&] { ReadImageFile((scratch / name).string()); },
+    EXPECT_THAT([&, name = name] { ReadImageFile((scratch / name).string()); },
                 testing::ThrowsMessage<Error>(testing::AllOf(HasSubstr(name), HasSubstr(says))))
         << name;
 }

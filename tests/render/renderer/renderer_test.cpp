@@ -453,7 +453,7 @@ TEST(ViewsByDistance, ViewsOfOneCentreComeInTheirOrder) {
 
 TEST(FanBatches, GroupFansByAdjacentPhotographs) {
   const auto fan = [](std::uint32_t triangle, std::uint32_t view) {
-    return GpuFan{triangle, view, 0, 0, MakeVec4(1, 2, 3, 0)};
+    return GpuFan{triangle, view, {0, 0}, MakeVec4(1, 2, 3, 0)};
   };
   const std::vector<GpuFan> fans{fan(0, 4), fan(0, 1), fan(0, 2), fan(1, 3), fan(1, 5)};
   EXPECT_EQ(ViewsOf(fans), (std::vector<int>{1, 2, 3, 4, 5}));
