@@ -205,7 +205,8 @@ struct LargeMap {
   }
 
   void AddKeyframe(const Rigid3& pose, const std::shared_ptr<const FeatureSet>& features,
-                   const std::shared_ptr<const FeatureSet>& first, std::vector<int>& points) {
+                   const std::shared_ptr<const FeatureSet>& first, std::vector<int>& points)
+      ULF_REQUIRES(owned.shared.mutex) {
     Map& map = owned.map;
     Keyframe keyframe;
     keyframe.cam_from_world = pose;
