@@ -12,6 +12,10 @@ inline constexpr char kMeasureChanged[] = "ULF_MEASURE_CHANGED";
 // pages differ from the commit, so that nobody could make the same again.
 std::string Provenance(const std::string& command);
 
+// What stands behind the command and the first kBetween; empty where there is none.
+std::string WithoutCommand(const std::string& provenance);
+inline const std::string kBetween = "  ·  ";
+
 // Puts `text` into a page between the marks `<!-- NAME -->` and `<!-- /NAME -->`, with them at its end where
 // it has none. Throws Error.
 void ReplacePart(const std::string& page, const std::string& name, const std::string& text);
