@@ -555,7 +555,7 @@ TEST(InfoCommand, MissingThingsAreErrorsThatNameThem) {
   EXPECT_EQ(RunUlf("info " + scratch.path().string() + " --cap 1x").exit_code, 2);
 }
 
-TEST(InfoCommand, RealCaptureInARow) {
+TEST(InfoCommand, DescribesARealCaptureInARow) {
   ULF_NEED_TEST_DATA(fox, "fox_half");
   const auto json = JsonOf(RunUlf("info " + fox.string() + " --cap 60x40 --json"));
   EXPECT_EQ(json["views"], 50);
