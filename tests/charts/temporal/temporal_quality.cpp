@@ -1,8 +1,8 @@
 // How restless pictures are along a camera path whose true pictures are known: blending fields and proxies of
 // one light field, as `ulf render` draws them.
 //
-//   temporal_quality DIR --path orbit [--frames 480] [--truth sim:studio?seed=7] [--strips F.png] [--plot
-//   F.svg] [--json]
+//   temporal_quality DIR --path orbit [--frames 480] [--truth sim:studio?seed=7] [--strips F.png]
+//                    [--plot F.svg] [--json]
 //
 // Options of the scene, the fields and the proxies are those of `ulf evaluate`. The table goes to standard
 // output.
@@ -49,8 +49,7 @@ std::string TruthNameOf(const TemporalArgs& args) {
   if (uri.starts_with("sim:")) return uri;
   throw Error(
       "{} was not captured from the simulator, so that the true pictures of the path are unknown; give them "
-      "as a "
-      "folder with --truth",
+      "as a folder with --truth",
       args.dir);
 }
 
