@@ -1,6 +1,7 @@
-// What no source may call. Nobody writes past the guard of the standard streams (commands/standard_streams): it
-// stands behind `stdout`, `stderr` and the streams of the standard library, not behind the descriptors. Clang 14,
-// which reads the sources for ./run tidy and ./run fuzz, does not compile the views of GCC 12's library.
+// What no source may call. Nobody writes past the guard of the standard streams
+// (commands/standard_streams): it stands behind `stdout`, `stderr` and the streams of the standard library,
+// not behind the descriptors. Clang 14, which reads the sources for ./run tidy and ./run fuzz, does not
+// compile the views of GCC 12's library.
 #include <gmock/gmock.h>
 
 #include <filesystem>
