@@ -1,5 +1,4 @@
 // Tests: acquisition/calibration/lens_files/lens_numbers, acquisition/calibration/lens_files/marked_keys,
-// acquisition/calibration/lens_files/matrix_files, acquisition/calibration/lens_files/lens_numbers,
 // acquisition/calibration/lens_files/matrix_files, acquisition/calibration/lens_files/lens_tree.
 //
 // What scripts and small programs write: sizes under many words, lenses without a matrix, ini, TOML and
