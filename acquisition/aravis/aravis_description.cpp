@@ -9,7 +9,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// Of an enumeration, also those that are not available now.
+// Names all entries of an enumeration, also those that are not available now.
 std::vector<std::string> EntriesOf(ArvGcNode* node) {
   std::vector<std::string> names;
   if (!node || !ARV_IS_GC_ENUMERATION(node)) return names;
@@ -26,7 +26,7 @@ std::string UnitOf(ArvGcNode* node) {
   return "";
 }
 
-// Of a description alone: what stands in it, not what a register would say.
+// Reads what stands in the description, not what a register would say.
 std::optional<double> LeastInText(ArvGcNode* node) {
   if (!node) return std::nullopt;
   for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child;

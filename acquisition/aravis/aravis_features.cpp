@@ -195,7 +195,7 @@ class AravisFeatures : public FeatureAccess {
     return feature;
   }
 
-  // Where a description gives no limits, the library returns those of its types; they are left out.
+  // If a description gives no limits, the library returns those of its types; they are left out.
   void ReadRange(ArvGcNode* node, CameraFeature& feature) {
     if (feature.type == FeatureType::kInteger) {
       constexpr gint64 kLeast = std::numeric_limits<gint64>::min(),

@@ -161,7 +161,7 @@ double AravisNumber::Step() const {
   const double step =
       is_whole_ ? static_cast<double>(TryCall(arv_camera_get_integer_increment, camera_, name).value_or(1))
                 : TryCall(arv_camera_get_float_increment, camera_, name).value_or(0.0);
-  // Where a camera gives none, the library returns the smallest or the largest of its type.
+  // If a camera gives none, the library returns the smallest or the largest of its type.
   return std::isfinite(step) && step > 2 * DBL_MIN && step < 1e300 ? unit_ * step : 0;
 }
 

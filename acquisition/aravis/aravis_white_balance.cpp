@@ -14,7 +14,7 @@ void Select(const AravisSession& session, const std::string& who, const std::str
     throw Error("{}: {}={}: {}", who, selector, choice, why);
 }
 
-// Where the ratios are gains, the selector must not stay at one colour: the gain of all is set by it, too.
+// If the ratios are gains, the selector must not stay at one colour: the gain of all is set by it, too.
 class BackToAll {
  public:
   BackToAll(const AravisSession& session, const FeatureNames& names) : session_(session), names_(names) {}

@@ -101,7 +101,7 @@ void FindThroughputLimit(const NamedFeatures& camera, FeatureNames& found) {
   found.throughput_limit =
       FirstOfKinds(camera, {kInteger, kReal}, {"DeviceLinkThroughputLimit", "StreamBytesPerSecond"});
   if (found.throughput_limit.empty()) return;
-  // Of bytes alone: none was seen that counts bits, and not everybody who writes "bps" means them.
+  // Units are of bytes: no camera was seen that counts bits, and not everybody who writes "bps" means them.
   const std::string unit = camera.unit_of(found.throughput_limit);
   found.throughput_bytes = Find({{"", 1},
                                  {"Bps", 1},

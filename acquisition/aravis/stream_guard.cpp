@@ -53,7 +53,7 @@ class Program {
   void RequireAtMost(std::uint32_t value) { Require(BPF_JGT | BPF_K, value, false); }
   void RequireAtMostX() { Require(BPF_JGT | BPF_X, 0, false); }
   void Pass() { Do(BPF_RET | BPF_K, kPass); }
-  // Where the loaded value has the bits (or equals the value), the program continues at Land() of the result.
+  // If the loaded value has the bits (or equals the value), the program continues at Land() of the result.
   std::size_t JumpIf(int test, std::uint32_t value) {
     Do(BPF_JMP | test | BPF_K, value);
     return code_.size() - 1;

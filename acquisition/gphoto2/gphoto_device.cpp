@@ -202,8 +202,7 @@ class GphotoDevice : public LiveDriver {
       Notice(
           "the requested photograph has not arrived: if it was taken, it is in the camera and fetched when "
           "that is back");
-    // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that
-    // still counts.
+    // What stayed in the camera when the link was lost before still counts until it has been looked for.
     UnfetchedPhotographs::Unfetched left = recovery_.TakeUnfetched().value_or(
         UnfetchedPhotographs::Unfetched{.waiting = {}, .lost_s = EpochSeconds()});
     std::ranges::move(files, std::back_inserter(left.waiting));

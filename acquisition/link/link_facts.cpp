@@ -22,7 +22,7 @@ constexpr double kSafeShare = 0.95;
 
 double MegabytesPerS(double bytes_per_s) { return 1e-6 * bytes_per_s; }
 
-// Of the rate that a camera is set to, or that its exposure time allows, so much is as good as all. Guessed.
+// This share of the rate that is set, or that the exposure time allows, is as good as all of it. Guessed.
 constexpr double kAsSet = 0.9;
 
 // Describes what the camera was set to send.
@@ -227,7 +227,7 @@ std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatisti
 }
 
 std::string CameraLimitText(double fps, const LinkFacts& facts) {
-  // Of what the link carries, and of what the exposure allows where the sensor is read out after it. Guessed.
+  // Shares of what the link carries, and of what the exposure allows before the sensor is read out. Guessed.
   constexpr double kLinkHasRoom = 0.8, kReadOutAfterwards = 0.5;
   if (const double allowed = facts.exposure_s > 0 ? 1 / facts.exposure_s : 0;
       allowed > 0 && fps >= kReadOutAfterwards * allowed && (!facts.set_fps || allowed < *facts.set_fps))

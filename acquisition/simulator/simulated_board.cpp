@@ -104,7 +104,7 @@ BoardScene::BoardScene(const BoardSceneOptions& options) : options_(options) {
 cv::Mat BoardScene::BoardLight(const Rigid3& cam_from_board) const {
   const CameraModel& camera = options_.camera;
   const double board_width = options_.board->WidthMm(), board_height = options_.board->HeightMm();
-  // Where each pixel corner's ray meets the board, in millimetres; a point far outside where it does not.
+  // The points at which the rays of pixel corners meet the board, in millimetres; far outside for none.
   const Rigid3 board_from_cam = cam_from_board.Inverse();
   const Eigen::Matrix3f rotation = board_from_cam.RotationMatrix().cast<float>();
   const Vector3f eye = board_from_cam.translation.cast<float>();

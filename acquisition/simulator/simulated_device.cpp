@@ -168,7 +168,7 @@ class SimulatedDevice : public Device {
     return frame;
   }
 
-  // Where it takes longer than a frame's time, the frames meanwhile do not come: the numbers show that.
+  // If it takes longer than a frame's time, the frames meanwhile do not come: the numbers show that.
   Frame CaptureExposure(double stops) {
     const SimulationOptions& options = camera_.options();
     const double exposure_s = std::clamp(options.exposure_s * std::exp2(stops), kShortestS, kLongestS);

@@ -18,7 +18,8 @@ using Eigen::Vector3d;
 // Limits the memory; guessed. Only thresholds barely above two pixels over the whole sphere reach it.
 constexpr double kMostCells = 4e6;
 
-// Of the views at `distance`, within limits that keep the grid usable where they cover nothing or everything.
+// Returns the radius for views at `distance`, limited so that the grid stays usable if they cover nothing or
+// everything.
 double DiscRadiusFor(const CriterionView& camera, const Subject& subject, double distance,
                      double threshold_px) {
   constexpr double kSmallest = 1e-4, kLargest = 0.3;

@@ -25,7 +25,7 @@ double WorstPixelError(const EpipolarPlane& plane, double give_up_px) {
   return std::max(best, plane.Refined(guess, error, give_up_px));
 }
 
-// Where the line through both views pierces the sphere, every plane through that line cuts it wide, and a
+// If the line through both views pierces the sphere, every plane through that line cuts it wide, and a
 // candidate that looks past the centre may show another plane's radial motion larger than the one through the
 // centre.
 bool NeedsOtherPlanes(const CriterionView& recorded, const CriterionView& candidate, const Subject& subject) {

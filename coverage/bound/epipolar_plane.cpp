@@ -89,7 +89,8 @@ void EpipolarPlane::BoundPixelsByFrame(const CriterionView& recorded, const Vect
   lowest_ = -highest_;
 }
 
-// Where n's tangent rays touch the sphere: the only points of the arcs at which the region's image can end.
+// Finds where n's tangent rays touch the sphere: the only points of the arcs at which the region's image can
+// end.
 void EpipolarPlane::FindSilhouette() {
   const double ratio = radius_ / candidate_distance_;
   const double side = std::sqrt((1 - ratio) * (1 + ratio));

@@ -19,7 +19,7 @@ struct ReasonWords {
   const char* taken;    // what is the matter with pictures that are taken already
 };
 
-// Where no place that the camera sees now can be recorded; these come before a pause by request.
+// Reasons for which no place that the camera sees now can be recorded; they come before a pause by request.
 constexpr ReasonWords kAimWords[]{
     {Reason::kOutsideRectangle, "bring the sphere back into the rectangle",
      "the sphere leaves the rectangle"},

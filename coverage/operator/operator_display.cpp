@@ -23,7 +23,7 @@ constexpr double kDisplayToRead_s = 10;
 // A key takes back only a view marked for so long: nobody can mean one that was marked just now.
 constexpr double kDisplayToSee_s = 0.5;
 constexpr std::size_t kDisplayLinesAtOnce = 3;  // messages of the capture; older ones disappear
-// Of the window's frame, when the subject leaves the safety rectangle.
+// The window's frame flashes so long when the subject leaves the safety rectangle.
 constexpr double kDisplayFlash_s = 0.4;
 // Review: how long the live picture and the recorded one are shown in turn.
 constexpr double kDisplayBlink_s = 0.5;

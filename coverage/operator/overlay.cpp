@@ -233,7 +233,7 @@ void AddWayOut(const Vector2d& toward, const char* to, const render::Rgba& color
       render::Label{.img = tip - 1.35 * length * toward, .text = to, .size = 22, .color = kWhiteLine});
 }
 
-// Where the last picture with a pose lies, or the first one, as far as the camera has been turned since.
+// Shows where the last picture with a pose lies, or the first one, after the turn of the camera since then.
 void AddPictureOfThen(const CaptureState& state, const Palette& palette, render::Overlay& overlay) {
   const CameraTurn& turned = *state.turned;
   const render::Rgba color = turned.reference_has_pose ? palette.guide : kWhiteLine;

@@ -31,7 +31,7 @@ constexpr double kWatchStaysGone_s = 0.5;  // so long they have to be gone: a ha
 constexpr int kWatchKnownForFrames = 20;
 constexpr double kWatchFewestPerFrame = 8;  // points that should have been found; fewer say nothing
 constexpr std::size_t kWatchFewestFrames = 3;
-// Where less of the other points is found, the tracker itself has a problem.
+// If a smaller share of the other points is found, the tracker itself has a problem.
 constexpr double kWatchRestShare = 0.5;
 
 // Returns the subject's distance where none is given: the mean depth of the tracked points near the middle of

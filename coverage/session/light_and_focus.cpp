@@ -14,7 +14,7 @@ namespace {
 constexpr double kLookEvery_s = 0.25;  // a frame is looked at so often; each costs some milliseconds
 constexpr double kLookBestOf_s = 2;    // a moving camera blurs some frames
 
-// Of each side that are looked at, in the middle of the outline's box; more takes longer.
+// At most so many pixels of each side are looked at, in the middle of the outline's box; more takes longer.
 constexpr int kDetailMost_px = 1024;
 // Grey values that the coarser octave needs at an edge: less may be noise. Where no part has edges enough,
 // the picture is looked at once more at half the size, where a lens far out of focus still shows some.

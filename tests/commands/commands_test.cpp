@@ -1,6 +1,6 @@
 // Tests: main, commands/commands, commands/about/wrong_usage, commands/light_field/info_command,
 // commands/reports/light_field_report, commands/capture/capture_command, commands/capture/plan_command,
-// coverage/session/record/map_cache.
+// coverage/session/record/map_cache, commands/options/subcommands, coverage/bound/capture_presets.
 //
 // The commands as a person or a script meets them.
 #include <gmock/gmock.h>
@@ -555,7 +555,7 @@ TEST(InfoCommand, MissingThingsAreErrorsThatNameThem) {
   EXPECT_EQ(RunUlf("info " + scratch.path().string() + " --cap 1x").exit_code, 2);
 }
 
-TEST(InfoCommand, RealCaptureInARow) {
+TEST(InfoCommand, DescribesARealCaptureInARow) {
   ULF_NEED_TEST_DATA(fox, "fox_half");
   const auto json = JsonOf(RunUlf("info " + fox.string() + " --cap 60x40 --json"));
   EXPECT_EQ(json["views"], 50);

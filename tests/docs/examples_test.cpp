@@ -14,6 +14,7 @@
 #include <optional>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "tests/support/test_paths.h"
@@ -119,6 +120,29 @@ TEST(Examples, NameOnlyOptionsThatThereAre) {
           << page << ": ulf " << command << " has no " << option;
     }
   EXPECT_GT(options, 100);
+}
+
+// Programs that are started, and others or tests of ctest's that are named.
+TEST(Examples, TestsNamedOnPagesExist) {
+  const fs::path programs = fs::path(std::getenv("ULF_BINARY")).parent_path();
+  std::set<std::string> started, named;
+  std::ifstream list(programs / "test_sources.txt");
+  for (std::string source, program, entry, line; std::getline(list, line);) {
+    std::istringstream(line) >> source >> program >> entry;
+    started.insert(program);
+    named.insert({program, entry});
+  }
+  static const std::regex start(
+      R"((?:ninja -C \S+ |build/\w+/)(\w+_tests?)\b|\b(\w+_tests?) --gtest_filter)");
+  static const std::regex name(R"((?:`|-R )([a-z0-9_]+_tests?)[` ])");
+  for (const std::string& page : Pages()) {
+    const std::string text = TextOf(Checkout() / page);
+    for (std::sregex_iterator at(text.begin(), text.end(), start), end; at != end; ++at)
+      EXPECT_TRUE(started.contains((*at)[1].str() + (*at)[2].str())) << page << ": " << at->str();
+    for (std::sregex_iterator at(text.begin(), text.end(), name), end; at != end; ++at)
+      EXPECT_TRUE(named.contains((*at)[1])) << page << ": " << at->str();
+  }
+  EXPECT_GT(started.size(), 10u);
 }
 
 TEST(Examples, AreTriedOrLeftOutByRules) {

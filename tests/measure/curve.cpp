@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <map>
 
+#include "tests/measure/provenance.h"
+
 namespace ulf::test {
 namespace {
 
@@ -67,13 +69,6 @@ std::string WrongWords(const MeasuredCurve& measured) {
       measured.points, {}, [](const CurvePoint& point) { return point.Share(Verdict::kWrong); });
   if (worst->Share(Verdict::kWrong) == 0) return "none";
   return fmt::format("{:.0f}, at {:g}", worst->Share(Verdict::kWrong) * measured.trials, worst->difficulty);
-}
-
-// A caption (provenance.h) without its command.
-std::string MadeBy(const std::string& caption) {
-  const std::string between = "  ·  ";
-  const std::size_t end = caption.find(between);
-  return end == std::string::npos ? "" : caption.substr(end + between.size());
 }
 
 }  // namespace
@@ -204,7 +199,7 @@ std::string StabilityPage(const std::vector<MeasuredCurve>& measured, const std:
     page += m.points.empty() ? "– | not measured | – | – |\n"
                              : fmt::format("{} | {} | {} | {} |\n", m.trials, BreakingWords(m),
                                            BeyondWords(m), WrongWords(m));
-    const std::string made_by = MadeBy(m.caption);
+    const std::string made_by = WithoutCommand(m.caption);
     if (!made_by.empty() && std::ranges::find(makers, made_by) == makers.end()) makers.push_back(made_by);
   }
   page += fmt::format("\nMeasured: {}.\n", fmt::join(makers, "; "));

@@ -38,8 +38,14 @@ std::string Provenance(const std::string& command) {
   if (!changed.empty() && !std::getenv(kMeasureChanged))
     throw Error("{} could not be made again: the tree differs from its commit ({}); commit, or set {}=1",
                 command, changed, kMeasureChanged);
-  return fmt::format("{}  ·  {} of {}  ·  {:%Y-%m-%d}  ·  {}{}", command, std::thread::hardware_concurrency(),
-                     Processor(), fmt::gmtime(std::time(nullptr)), commit, changed.empty() ? "" : "+");
+  return fmt::format("{1}{0}{2} of {3}{0}{4:%Y-%m-%d}{0}{5}{6}", kBetween, command,
+                     std::thread::hardware_concurrency(), Processor(), fmt::gmtime(std::time(nullptr)),
+                     commit, changed.empty() ? "" : "+");
+}
+
+std::string WithoutCommand(const std::string& provenance) {
+  const std::size_t end = provenance.find(kBetween);
+  return end == std::string::npos ? "" : provenance.substr(end + kBetween.size());
 }
 
 void ReplacePart(const std::string& page, const std::string& name, const std::string& text) {

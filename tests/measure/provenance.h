@@ -12,6 +12,10 @@ inline constexpr char kMeasureChanged[] = "ULF_MEASURE_CHANGED";
 // where files other than pages differ from the commit, so that nobody could make the same again.
 std::string Provenance(const std::string& command);
 
+// What stands behind the command and the first kBetween; empty where there is none.
+std::string WithoutCommand(const std::string& provenance);
+inline const std::string kBetween = "  ·  ";
+
 // Puts `text` into the file `page` between the marks `<!-- NAME -->` and `<!-- /NAME -->`; if it has no
 // marks, they are added at its end. Throws Error when the page cannot be written.
 void ReplacePart(const std::string& page, const std::string& name, const std::string& text);

@@ -35,16 +35,15 @@ std::map<std::string, Measurement>& Registry() {
 int Make(const Measurement& one, const std::string& part, const Arguments& arguments) {
   const fs::path table = arguments.folder / (one.name + ".csv");
   if (arguments.draw && !fs::exists(table)) return 0;
+  const std::string command =
+      fmt::format("./run measure {}{}/{}", arguments.quick ? "--quick " : "", part, one.name);
   // Before measuring: the tree may change meanwhile, the program does not.
-  const std::string caption =
-      arguments.draw ? ReadChart(table).caption
-                     : Provenance(fmt::format("./run measure {}{}/{}", arguments.quick ? "--quick " : "",
-                                              part, one.name));
+  const std::string measured = arguments.draw ? "" : Provenance(command);
   Chart chart = arguments.draw ? ReadChart(table) : one.measure({arguments.quick});
   chart.name = one.name;
   chart.title = one.title;
   chart.about = one.about;
-  chart.caption = caption;
+  chart.caption = arguments.draw ? command + kBetween + WithoutCommand(chart.caption) : measured;
   WriteChart(table, chart);
   DrawChart(arguments.folder, chart);
   const std::string complaint = one.complaint ? one.complaint(chart) : "";

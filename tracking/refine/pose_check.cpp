@@ -388,7 +388,7 @@ PoseCheck CheckPoses(const RefineInput& input,
                   Median(sigmas));
   }
 
-  // Where no third view shows the corners of two, these still confirm each other by their epipolar lines.
+  // If no third view shows the corners of two, these still confirm each other by their epipolar lines.
   std::vector<bool> fits_one(scene.views.size());
   std::vector<double> medians_px;
   for (const UnguidedPair& pair : pairs) {

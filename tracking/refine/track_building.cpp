@@ -298,7 +298,7 @@ bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, 
   std::vector<RayObservation> rays;
   for (const TrackObservation& o : all) rays.push_back(RayOf(scene, o));
   offer(TriangulatePoint(rays));
-  // Where not all agree, try pairs that are far apart in the order of views.
+  // If not all agree, try pairs that are far apart in the order of views.
   for (int k = 0; k < std::min(count, kTrackTriedPairs) && static_cast<int>(best.size()) < count; ++k) {
     const auto a = At(k), b = At((k + count / 2) % count);
     if (a != b)

@@ -142,7 +142,7 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray, bool is_par
       found.board.push_back({0.001 * points[At(view.ids[i])], view.img[i], kMarkerCornerSigmaPx});
       found.all.emplace_back(static_cast<float>(view.img[i].x()), static_cast<float>(view.img[i].y()));
     }
-    // Where something stands on the board, hardly any of its squares meet in sight: the markers' own corners,
+    // If something stands on the board, hardly any of its squares meet in sight: the markers' own corners,
     // which are less exact, have to do.
     constexpr std::size_t kEnough = 4;  // for a pose
     if (is_part || april || view.ids.size() >= kEnough) return found;
@@ -222,7 +222,7 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
     const bool sure = candidates[1].error - candidates[0].error > sure_difference_ * worse;
     if (!sure && apart(first, second) > kMarkerSameRad)
       between = 0.5 * (first.OriginInSource() - second.OriginInSource()).norm();
-    // Where the centres are close, either pose will do: the predicted error covers both.
+    // If the centres are close, either pose will do: the predicted error covers both.
     if (between > kMarkerCloseShare * first.translation.norm()) {
       const double to_first = history ? apart(first, *history) : 1;
       const double to_second = history ? apart(second, *history) : 1;

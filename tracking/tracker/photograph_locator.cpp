@@ -15,7 +15,7 @@ constexpr double kPhotographGateSigmas = 3;  // of the first refinement. Guessed
 // A pose that was refined in the full photograph is kept where at least this share of the points agrees: a
 // photograph that is sharp only when it is small keeps the pose of the small one. Guessed.
 constexpr double kMinSharpShare = 0.5;
-// Where the points lie farther (median) from where the expected pose projects them, that pose does not say
+// If the points lie farther (median) from where the expected pose projects them, that pose does not say
 // which of several like things the photograph shows. Guessed.
 constexpr double kUnmovedPx = 4;
 

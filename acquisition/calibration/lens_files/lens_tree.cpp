@@ -224,7 +224,7 @@ bool IsSectionHead(const std::string& line) {
          std::isalpha(static_cast<unsigned char>(line[1])) != 0 && line.find(',') == std::string::npos;
 }
 
-// Of a line "key = value", with a key of one word, as in ini and TOML; empty: it is none.
+// Returns the key of a line "key = value", one word as in ini and TOML; empty for other lines.
 std::string AssignedKey(const std::string& line) {
   const std::size_t equals = line.find('=');
   if (equals == std::string::npos || line.substr(equals).starts_with("==")) return "";

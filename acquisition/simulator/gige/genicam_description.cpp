@@ -269,7 +269,7 @@ std::string ChunkDataControl() {
          values;
 }
 
-// Of the sets: how long the shutter is open, and which set follows.
+// Describes the sets: how long the shutter is open, and which set follows.
 std::string SequencerControl() {
   const auto set_number = [](const char* name, std::uint32_t address, const char* description) {
     return Node(

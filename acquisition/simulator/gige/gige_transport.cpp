@@ -20,7 +20,7 @@ constexpr std::uint32_t kPtpDisabled = 3, kPtpListening = 4, kPtpUncalibrated = 
 // listens. Made up.
 constexpr std::int64_t kPtpResidualNs = 180;
 constexpr double kPtpListens = 0.5;
-// Of a clock that lost its master: that of an ordinary quartz.
+// A clock that lost its master drifts as an ordinary quartz does.
 constexpr double kDriftShare = 20e-6;
 
 std::uint64_t HostNs() {

@@ -38,7 +38,7 @@ constexpr std::chrono::milliseconds kRenderPatience(1500);  // wait for a frame,
 constexpr int kAnswerTries = 10;
 constexpr std::chrono::milliseconds kAnswerPatience(200);
 constexpr std::chrono::milliseconds kStopCheck(100);  // so often it checks whether it is to stop; guessed
-// Of frames and pulses, as their registers accept it. The camera looks for a software trigger as often.
+// The registers of frames and pulses accept no less. The camera looks for a software trigger as often.
 constexpr std::uint32_t kShortestPeriodUs = 1000;
 // Frames are numbered from 1 to 65535 again and again. The first number is a late one, so that a client that
 // takes the overflow for a fault shows it early.

@@ -201,41 +201,48 @@ void CollectFiles(const fs::path& dir, const JournalContents& journal, FolderChe
   }
 }
 
+void AddWords(FolderCheck& check, const std::string& problem, const std::string& advice = "") {
+  check.problems.push_back(problem);
+  check.words.push_back(problem + advice);
+}
+
 void AddMessage(const fs::path& dir, const char* name, const Derived& derived, FolderCheck& check) {
-  const std::string file = (dir / name).string();
-  const std::string repair =
-      fmt::format("'ulf repair {}' shows what can be put back", ShellWord(dir.string()));
+  const std::string file = (dir / name).string(), word = ShellWord(dir.string());
+  const std::string show = fmt::format("; 'ulf repair {}' shows what can be put back", word),
+                    make = fmt::format(", 'ulf repair {}' makes it again", word);
   if (derived.lineage == Lineage::kUnreadable) {
-    check.words.push_back(fmt::format("{}; it is derived from the journal, 'ulf repair {}' makes it again",
-                                      derived.problem, ShellWord(dir.string())));
+    AddWords(check, derived.problem + "; it is derived from the journal", make);
   } else if (derived.KnowsMoreThanJournal()) {
     if (!derived.unknown.empty())
-      check.words.push_back(fmt::format("{} holds {} that the journal has lost ({}); {}", file,
-                                        Counted(derived.unknown.size(), "view"), ViewNumbers(derived.unknown),
-                                        repair));
+      AddWords(check,
+               fmt::format("{} holds {} that the journal has lost ({})", file,
+                           Counted(derived.unknown.size(), "view"), ViewNumbers(derived.unknown)),
+               show);
     else if (derived.lost_poses.empty() && derived.other_poses.empty())
-      check.words.push_back(
+      AddWords(
+          check,
           fmt::format("the journal was longer when {} was made from it: its last lines are lost (subject, "
-                      "goal, counts of frames; all poses are there); {}",
-                      file, repair));
+                      "goal, counts of frames; all poses are there)",
+                      file),
+          show);
     else
-      check.words.push_back(fmt::format(
-          "the journal was longer when {} was made from it: corrections of poses may be lost ({} differ); {}",
-          file,
-          Counted(derived.lost_poses.empty() ? derived.other_poses.size() : derived.lost_poses.size(),
-                  "pose"),
-          repair));
+      AddWords(
+          check,
+          fmt::format(
+              "the journal was longer when {} was made from it: corrections of poses may be lost ({} differ)",
+              file,
+              Counted((derived.lost_poses.empty() ? derived.other_poses : derived.lost_poses).size(),
+                      "pose")),
+          show);
   } else if (derived.is_cut) {
-    check.words.push_back(
-        fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes it again", file,
-                    ShellWord(dir.string())));
+    AddWords(check, file + " is cut short; it is derived from the journal", make);
   } else if (derived.lineage == Lineage::kForeign) {
-    check.words.push_back(fmt::format("{} is by another program: the journal is used", file));
+    AddWords(check, file + " is by another program: the journal is used");
   } else if (derived.WasChanged()) {
     std::set<int> ids = Ids(derived.unknown);
     ids.merge(Ids(derived.other_poses));
-    check.words.push_back(fmt::format("{} differs from the journal ({}): the journal is used", file,
-                                      ids.empty() ? "its cameras" : ViewNumbers(ids)));
+    AddWords(check, fmt::format("{} differs from the journal ({}): the journal is used", file,
+                                ids.empty() ? "its cameras" : ViewNumbers(ids)));
   }
 }
 
@@ -314,11 +321,11 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
   FolderCheck check;
   check.refused_links = RefusedLinks(dir, journal.light_field.views);
   if (!check.refused_links.empty()) {
-    check.words.push_back(Words(dir, check.refused_links));
+    AddWords(check, Words(dir, check.refused_links));
     return check;
   }
   for (const DamagedLine& line : journal.damaged)
-    check.words.push_back(fmt::format("{}, {}", (dir / kJournalFile).string(), line.Words()));
+    AddWords(check, fmt::format("{}, {}", (dir / kJournalFile).string(), line.Words()));
   if (!being_written) {
     check.transforms = CheckTransforms(dir, journal, check.from_transforms);
     check.model = CheckModel(dir, journal);
@@ -333,27 +340,25 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
           Ids(check.transforms.unknown) == Ids(check.model.unknown)))
       AddMessage(dir, "sparse/0/images.txt", check.model, check);
     if (fs::exists(dir / "sparse/0/images.bin"))
-      check.words.push_back(
+      AddWords(
+          check,
           fmt::format("{}: COLMAP reads the binary model that lies there, not the text model of this light "
                       "field; move the .bin files elsewhere",
                       (dir / "sparse/0").string()));
   }
   CollectFiles(dir, journal, check);
   if (!being_written && !check.unnamed.empty() && !check.KnowsMoreThanJournal())
-    check.words.push_back(
-        fmt::format("{}: the journal does not name {} ({}{}); nothing will be written over {}", dir.string(),
-                    Counted(check.unnamed.size(), "file"), check.unnamed.front(),
-                    check.unnamed.size() > 1 ? " to " + check.unnamed.back() : "",
-                    check.unnamed.size() == 1 ? "it" : "them"));
+    AddWords(check, fmt::format("{}: the journal does not name {} ({}{}); nothing will be written over {}",
+                                dir.string(), Counted(check.unnamed.size(), "file"), check.unnamed.front(),
+                                check.unnamed.size() > 1 ? " to " + check.unnamed.back() : "",
+                                check.unnamed.size() == 1 ? "it" : "them"));
   if (!check.missing_masters.empty())
-    check.words.push_back(
-        fmt::format("{}: the masters of {} are missing: their photographs of 8 bits are used", dir.string(),
-                    ViewNumbers(check.missing_masters)));
+    AddWords(check, fmt::format("{}: the masters of {} are missing: their photographs of 8 bits are used",
+                                dir.string(), ViewNumbers(check.missing_masters)));
   if (!being_written && !check.unmade_images.empty())
-    check.words.push_back(
-        fmt::format("{}: images/ has no photographs of {}: they are read from masters/, and "
-                    "'ulf repair {} --write' makes them again",
-                    dir.string(), ViewNumbers(check.unmade_images), ShellWord(dir.string())));
+    AddWords(check, fmt::format("{}: images/ has no photographs of {}: they are read from masters/, and "
+                                "'ulf repair {} --write' makes them again",
+                                dir.string(), ViewNumbers(check.unmade_images), ShellWord(dir.string())));
   return check;
 }
 

@@ -57,6 +57,7 @@ struct FolderCheck {
   int highest_number = 0;                  // the highest view number in a file name of the folder
   bool not_closed = false;                 // derived files are missing or older
   std::vector<std::string> words;          // messages; empty: no problem
+  std::vector<std::string> problems;       // the same without the advice to run `ulf repair`
   bool KnowsMoreThanJournal() const {
     return transforms.KnowsMoreThanJournal() || model.KnowsMoreThanJournal();
   }

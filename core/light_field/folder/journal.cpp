@@ -362,9 +362,9 @@ void ApplyLine(std::string_view line, const std::optional<json>& object, Journal
 }
 
 void ReadHeader(const std::optional<json>& object, const std::string& where, JournalContents& contents) {
-  if (!object)
-    throw Error("{}: the header is damaged; 'ulf repair {}' shows what can be put back", where,
-                ShellWord(contents.light_field.root.string()));
+  const std::string advice = fmt::format("'ulf repair {}' shows what can be put back",
+                                         ShellWord(contents.light_field.root.string()));
+  if (!object) throw DamagedHeaderError(where + ": the header is damaged", advice);
   const JsonPlace event{*object, where};
   try {
     if (event.Text("event") != "header")
@@ -373,8 +373,7 @@ void ReadHeader(const std::optional<json>& object, const std::string& where, Jou
   } catch (const NewerFormatError&) {
     throw;
   } catch (const Error& error) {
-    throw Error("{}; 'ulf repair {}' shows what can be put back", error.what(),
-                ShellWord(contents.light_field.root.string()));
+    throw DamagedHeaderError(error.what(), advice);
   }
 }
 

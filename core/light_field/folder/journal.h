@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/file_descriptor.h"
 #include "core/light_field/light_field.h"
 
@@ -61,6 +62,13 @@ struct JournalContents {
   // Derived files made from this many bytes are current: only findings follow.
   std::size_t derived_bytes = 0;
   std::vector<KeptFinding> kept_findings;  // the last of each check
+};
+
+// Its text ends with the advice to run `ulf repair`.
+struct DamagedHeaderError : Error {
+  DamagedHeaderError(const std::string& problem, const std::string& advice)
+      : Error("{}; {}", problem, advice), problem(problem) {}
+  std::string problem;
 };
 
 // Throws Error when the file cannot be read or begins with no header, NewerFormatError for a newer version.

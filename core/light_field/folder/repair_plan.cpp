@@ -29,6 +29,7 @@ struct Found {
   std::optional<LightField> header;    // cameras and device
   std::optional<LightField> settings;  // the header with subject, goal and counts
   std::string problem;                 // why its own header cannot be used
+  std::string damage;                  // the same of a damaged one, without advice
   const char* header_from = kTransformsFile;
 };
 
@@ -93,6 +94,9 @@ Found FindJournal(const fs::path& dir) {
     return found;
   } catch (const NewerFormatError&) {
     throw;
+  } catch (const DamagedHeaderError& error) {
+    found.problem = error.what();
+    found.damage = error.problem;
   } catch (const Error& error) {
     found.problem = error.what();
   }
@@ -280,13 +284,6 @@ void PlanPictures(const fs::path& dir, const LightField& light_field, RepairPlan
                     ViewNumbers(alone)));
 }
 
-// Removes the hint to run `ulf repair`, which is running.
-std::string WithoutRepairHint(std::string words) {
-  for (const char* pointer : {"; 'ulf repair", ", 'ulf repair"})
-    if (const std::size_t at = words.find(pointer); at != std::string::npos) words.resize(at);
-  return words;
-}
-
 // Returns whether two texts differ by the rounding of numbers alone, as texts by two builds of ulf for one
 // journal may.
 bool SameButForRounding(const std::string& a, const std::string& b) {
@@ -369,11 +366,11 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   }
   if (found.header)
     plan.found.push_back(
-        fmt::format("{}; {}", WithoutRepairHint(found.problem),
+        fmt::format("{}; {}", found.damage.empty() ? found.problem : found.damage,
                     found.settings ? "a flat field or a colour profile that the header had cannot be put back"
                                    : FieldsMissingInModel()));
   plan.header_from = found.header_from;
-  for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
+  plan.found.insert(plan.found.end(), check.problems.begin(), check.problems.end());
   plan.header = found.header;
   for (const DamagedLine& line : journal.damaged) plan.damaged_lines += static_cast<std::size_t>(line.lines);
   plan.damaged_lines -= journal.staying_lines;

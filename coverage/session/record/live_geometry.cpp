@@ -23,7 +23,7 @@ namespace {
 // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
 constexpr int kLiveTriangles = 30000;
 
-// Where the kernel refuses, the thread stays as it is.
+// If the kernel refuses, the thread stays as it is.
 void SetPolicy(std::thread& thread, int policy) {
   const sched_param none{};
   pthread_setschedparam(thread.native_handle(), policy, &none);

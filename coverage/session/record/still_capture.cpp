@@ -91,7 +91,7 @@ void StillCapture::MeasureLags() {
   }
 }
 
-// Where the device was given a lag, its time contains it.
+// If the device was given a lag, its time contains it.
 double StillCapture::ExpectedTime(const Frame& still) const {
   const bool contains_lag = !still.requested_s || still.device_time_s != *still.requested_s;
   return contains_lag ? still.device_time_s : *still.requested_s + counts_.lag_s.value_or(0);

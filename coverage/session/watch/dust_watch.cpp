@@ -41,7 +41,7 @@ cv::Rect DustWatch::Area(int row, int column) const {
 void DustWatch::CompareCell(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast,
                             Cell& cell) {
   if (cell.contrast.empty()) return;
-  // Where this piece of the scene was in the look before: near where its points say.
+  // In the look before, this piece of the scene was near where its points say.
   const int search = std::max(2, log_light.cols / 100);
   const cv::Rect near(area.x - cvRound(cell.moved.x) - search, area.y - cvRound(cell.moved.y) - search,
                       area.width + 2 * search, area.height + 2 * search);

@@ -129,7 +129,7 @@ void LightWatch::LookForChange() {
   if (std::abs(change) >= std::abs(finding_.changed.value_or(0))) finding_.changed = change;
 }
 
-// Of light against the mean of its neighbours in time: slow changes are gone, and an amplitude a at a
+// Looks at light against the mean of its neighbours in time: slow changes are gone, and an amplitude a at a
 // frequency f is a (1 - cos(2 pi f / frames a second)).
 void LightWatch::LookForFlicker() {
   constexpr std::size_t kFewest = 24;

@@ -73,7 +73,7 @@ TEST(CalibrationFormats, ComeBackAsTheyWereWritten) {
 
 // An image of 641 x 481 pixels whose principal point is the very middle: by hand, 320 and 240 where centres
 // are integers, 320.5 and 240.5 where the first pixel's centre is one half.
-TEST(CalibrationFormats, HalfPixelByHand) {
+TEST(CalibrationFormats, HalfPixelIsAsWorkedOutByHand) {
   const CameraModel middle{641, 481, 500, 500, 320.5, 240.5, Distortion::kNone, {}};
   EXPECT_THAT(CalibrationText(CalibrationFormat::kKalibr, middle, ""), HasSubstr("[500, 500, 320, 240]"));
   EXPECT_THAT(CalibrationText(CalibrationFormat::kRos, middle, ""),
@@ -84,7 +84,7 @@ TEST(CalibrationFormats, HalfPixelByHand) {
               HasSubstr("500., 0., 320., 0., 500., 240., 0., 0., 1."));
 }
 
-TEST(CalibrationFormats, KalibrByHand) {
+TEST(CalibrationFormats, KalibrIsAsWorkedOutByHand) {
   const std::string text =
       "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n  distortion_coeffs: [-0.28, 0.07, 1.9e-04, "
       "1.8e-05]\n"
@@ -105,7 +105,7 @@ TEST(CalibrationFormats, KalibrByHand) {
   EXPECT_THAT(ErrorOf(text), HasSubstr("2 cameras"));
 }
 
-TEST(CalibrationFormats, RosByHand) {
+TEST(CalibrationFormats, RosIsAsWorkedOutByHand) {
   const CameraModel camera = ReadAs(
       CalibrationFormat::kRos,
       "image_width: 640\nimage_height: 480\ncamera_name: head_camera\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
@@ -118,7 +118,7 @@ TEST(CalibrationFormats, RosByHand) {
   EXPECT_THAT(camera.coefficients, ElementsAre(0.1, -0.2, 0.001, 0.002, 0.3));
 }
 
-TEST(CalibrationFormats, OpenCvByHand) {
+TEST(CalibrationFormats, OpenCvIsAsWorkedOutByHand) {
   const CameraModel camera =
       ReadAs(CalibrationFormat::kOpenCv,
              "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: "
@@ -131,7 +131,7 @@ TEST(CalibrationFormats, OpenCvByHand) {
   EXPECT_THAT(camera.coefficients, ElementsAre(0.1, -0.2, 0.001, 0.002, 0.3));
 }
 
-TEST(CalibrationFormats, ColmapByHand) {
+TEST(CalibrationFormats, ColmapIsAsWorkedOutByHand) {
   const auto read = [](const std::string& line) {
     return ReadAs(CalibrationFormat::kColmap, "# Camera list\n" + line + "\n");
   };

@@ -172,7 +172,7 @@ TEST_F(Intrinsics, AnotherSerialIsAnErrorUnlessForced) {
   EXPECT_NO_THROW(ResolveCalibration(StillDevice(""), args, 640, 480)) << "images have no serial";
 }
 
-TEST_F(Intrinsics, WithoutASerialModelAndPlaceCount) {
+TEST_F(Intrinsics, GoByModelAndPlaceWithoutASerial) {
   const auto path = scratch_ / "webcam.json";
   UpdateCalibration(path, CameraIdentity::Of(Webcam("", "HD Cam", "usb-1.2")), "a test", "live",
                     {.camera = WithFocal(600)});

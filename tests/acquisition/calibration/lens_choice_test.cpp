@@ -172,7 +172,7 @@ TEST(Calibrate, WarnsOfPoorSets) {
   EXPECT_THAT(all, ::testing::AnyOf(HasSubstr("cover"), HasSubstr("determine"))) << all;
 }
 
-TEST(Calibrate, FromRenderedPictures) {
+TEST(Calibrate, FindsTheLensOfRenderedPictures) {
   for (const char* lens : {"barrel", "fisheye"}) {
     const BoardScene scene({.board = Board(), .camera = SimulatedLens(lens, 640, 480)});
     std::vector<BoardView> views;
@@ -197,7 +197,7 @@ CalibrationResult OfFolder(const std::filesystem::path& folder, const char* boar
   return CalibrateFromViews(parsed, collected.views, collected.width, collected.height);
 }
 
-TEST(CalibrateReal, ArucoBoard) {
+TEST(CalibrateReal, FindsTheLensOfAnArucoBoard) {
   ULF_NEED_TEST_DATA(folder, "aruco_board");
   const CalibrationResult result = OfFolder(folder / "aruco_data", "aruco:4x5:37.5:5:DICT_6X6_1000");
   ASSERT_TRUE(result.ok()) << result.refusal;

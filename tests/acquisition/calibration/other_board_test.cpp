@@ -1,6 +1,6 @@
 // Tests: acquisition/calibration/other_board, acquisition/calibration/layout_fit,
-// acquisition/calibration/layout_fit, acquisition/calibration/calibration_capture,
-// commands/calibration/calibrate_command, commands/calibration/calibrate_source.
+// acquisition/calibration/calibration_capture, commands/calibration/calibrate_command,
+// commands/calibration/calibrate_source.
 //
 // Another board than was said is told by its text; a right one never, however poor its views are.
 #include "acquisition/calibration/other_board.h"

@@ -1,5 +1,4 @@
-// Tests: acquisition/device/frame_recording, acquisition/device/replay_device,
-// acquisition/device/replay_device, core/image/files/exif.
+// Tests: acquisition/device/frame_recording, acquisition/device/replay_device, core/image/files/exif.
 #include "acquisition/device/frame_recording.h"
 #include "acquisition/opening/open_device.h"
 

@@ -1,5 +1,5 @@
-// Tests: acquisition/device/replay_device, acquisition/device/replay_source,
-// acquisition/device/replay_device, core/image/files/image_header, core/base/name_order.
+// Tests: acquisition/device/replay_device, acquisition/device/replay_source, core/image/files/image_header,
+// core/base/name_order.
 #include <gmock/gmock.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>

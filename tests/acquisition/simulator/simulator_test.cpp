@@ -3,7 +3,7 @@
 // acquisition/simulator/scene/ray_caster, acquisition/simulator/scene/primitive,
 // acquisition/simulator/scene/lanes, acquisition/simulator/scene/texture, acquisition/simulator/scene/bake,
 // acquisition/simulator/scene/materials, acquisition/simulator/scene/noise,
-// acquisition/simulator/scene/bake, acquisition/simulator/scene/studio_scenes.
+// acquisition/simulator/scene/studio_scenes.
 //
 // The simulated scene, sensor and camera against what they claim: exact geometry, physical light, repeatable
 // bytes.

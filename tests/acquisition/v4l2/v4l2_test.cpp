@@ -1,6 +1,6 @@
 // Tests: acquisition/v4l2/v4l2_device, acquisition/v4l2/v4l2_controls, acquisition/v4l2/v4l2_features,
-// acquisition/v4l2/v4l2_modes, acquisition/v4l2/v4l2_node,
-// acquisition/device/stream_statistics, acquisition/v4l2/v4l2_stream.
+// acquisition/v4l2/v4l2_modes, acquisition/v4l2/v4l2_node, acquisition/device/stream_statistics,
+// acquisition/v4l2/v4l2_stream, acquisition/device/live_driver.
 //
 // Webcams through the kernel's interface, against a camera emulated at the level of its calls: formats,
 // controls, both kinds of buffers, and what goes wrong with cameras.

@@ -1,8 +1,8 @@
 // How restless pictures are along a camera path whose true pictures are known: blending fields and proxies of
 // one light field, as `ulf render` draws them.
 //
-//   temporal_quality DIR --path orbit [--frames 480] [--truth sim:studio?seed=7] [--strips F.png] [--plot
-//   F.svg] [--json]
+//   temporal_quality DIR --path orbit [--frames 480] [--truth sim:studio?seed=7] [--strips F.png]
+//                    [--plot F.svg] [--json]
 //
 // Options of the scene, the fields and the proxies are those of `ulf evaluate`. The table goes to standard
 // output.

@@ -120,25 +120,27 @@ TEST(MistakesLong, ATurntableAndExposureBracketsAreNone) {
   EXPECT_THAT(NoticedBy("'sim:lightbox?seed=212' --bracket 3x2EV --max-seconds 25"), ::testing::IsEmpty());
 }
 
-TEST(MistakesLong, OutOfFocus) { NoticesInAll("&fault=defocus=8", "out of focus"); }
-TEST(MistakesLong, AutoExposureThatIsTold) { NoticesInAll("&fault=auto_exposure=told", "auto exposure"); }
-TEST(MistakesLong, AutoExposureThatIsNotTold) {
+TEST(MistakesLong, OutOfFocusIsNoticed) { NoticesInAll("&fault=defocus=8", "out of focus"); }
+TEST(MistakesLong, AutoExposureThatIsToldIsNoticed) {
+  NoticesInAll("&fault=auto_exposure=told", "auto exposure");
+}
+TEST(MistakesLong, AutoExposureThatIsNotToldIsNoticed) {
   NoticesInAll("&fault=auto_exposure=untold", "auto exposure", {}, kUnevenlyLit);
 }
-TEST(MistakesLong, AutoFocusHunts) { NoticesInAll("&fault=hunting=5:1.6", "auto focus hunts"); }
-TEST(MistakesLong, RollingShutter) { NoticesInAll("&readout_ms=25", "rolling shutter"); }
-TEST(MistakesLong, FlickerOf100Hertz) { NoticesInAll("&fault=flicker=100:0.4", "flickering lamps"); }
-TEST(MistakesLong, FlickerOf50Hertz) { NoticesInAll("&fault=flicker=50:0.2", "flickering lamps"); }
-TEST(MistakesLong, FlickerInBands) {
+TEST(MistakesLong, HuntingAutoFocusIsNoticed) { NoticesInAll("&fault=hunting=5:1.6", "auto focus hunts"); }
+TEST(MistakesLong, RollingShutterIsNoticed) { NoticesInAll("&readout_ms=25", "rolling shutter"); }
+TEST(MistakesLong, FlickerOf100HertzIsNoticed) { NoticesInAll("&fault=flicker=100:0.4", "flickering lamps"); }
+TEST(MistakesLong, FlickerOf50HertzIsNoticed) { NoticesInAll("&fault=flicker=50:0.2", "flickering lamps"); }
+TEST(MistakesLong, FlickerInBandsIsNoticed) {
   NoticesInAll("&readout_ms=20&fault=flicker=100:0.4", "flickering lamps", {"rolling shutter"});
 }
-TEST(MistakesLong, UnsteadyLight) { NoticesInAll("&fault=drift=12", "unsteady light"); }
+TEST(MistakesLong, UnsteadyLightIsNoticed) { NoticesInAll("&fault=drift=12", "unsteady light"); }
 // In a large room the scene takes long to move on beneath a place of the picture, ten times.
-TEST(MistakesLong, DustOnTheLens) {
+TEST(MistakesLong, DustOnTheLensIsNoticed) {
   constexpr int kSeconds = 45;
   NoticesInAll("&fault=dust=6", "dust on the lens", {}, kMistaken, kSeconds);
 }
-TEST(MistakesLong, AnotherLens) { NoticesInAll("&fault=lens=0.85", "wrong lens"); }
+TEST(MistakesLong, AnotherLensIsNoticed) { NoticesInAll("&fault=lens=0.85", "wrong lens"); }
 
 // By others. The kitchen was taken with automatic exposure and under a rolling shutter: to say so is right.
 // The scan's exposure is automatic, too, but changes so little at once that nothing need be said of it.

@@ -44,7 +44,7 @@ Scores Measure(const std::filesystem::path& data, const std::string& import_opti
   return scores;
 }
 
-TEST(ProxyOfPhotographs, FoxHeldInTheHand) {
+TEST(ProxyOfPhotographs, ShowsAFoxHeldInTheHand) {
   ULF_NEED_TEST_DATA(data, "fox_half");
   const Scores scores = Measure(data, "");
   EXPECT_GE(scores.mesh_db, 25.5);
@@ -53,7 +53,7 @@ TEST(ProxyOfPhotographs, FoxHeldInTheHand) {
   EXPECT_LE(scores.mesh["peak_mib"], 4096);
 }
 
-TEST(ProxyOfPhotographs, ShopFromAGrid) {
+TEST(ProxyOfPhotographs, ShowsAShopFromAGrid) {
   ULF_NEED_TEST_DATA(data, "shop_grid_even");
   const Scores scores = Measure(data, "--subject 0,0,-8.12,1.5");
   EXPECT_GE(scores.mesh_db, scores.plane_db + 4.5);

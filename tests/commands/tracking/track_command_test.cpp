@@ -1,6 +1,5 @@
 // Tests: commands/tracking/track_command, commands/capture/capture_command,
-// commands/options/tracking_options, commands/options/tracking_options, commands/tracking/track_report,
-// commands/options/tracking_options.
+// commands/options/tracking_options, commands/tracking/track_report.
 // ulf track as a process: told to stop, it writes what it has.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

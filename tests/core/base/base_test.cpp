@@ -1,8 +1,8 @@
 // Tests: core/base/quantile, core/base/counted, core/base/json_text, core/base/lowercase,
-// core/base/shell_word, core/base/at, core/base/model_choice, core/base/parallel_for, core/base/output_path,
-// core/base/progress, core/base/stop_signal, core/geometry/silent_solver, core/base/available_memory,
-// core/base/host_time, core/base/stage_times, core/base/device_uri, core/base/error, core/base/mutex,
-// core/base/json_fields, core/base/waiting.
+// core/base/shell_word, core/base/at, core/base/model_choice, core/base/parallel_for,
+// core/base/output_path, core/base/progress, core/base/stop_signal, core/geometry/silent_solver,
+// core/base/available_memory, core/base/host_time, core/base/stage_times, core/base/device_uri,
+// core/base/error, core/base/mutex, core/base/json_fields, core/base/waiting, core/base/file_descriptor.
 #include <gmock/gmock.h>
 #include <malloc.h>
 #include <sys/resource.h>

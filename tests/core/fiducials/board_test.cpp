@@ -1,6 +1,6 @@
 // Tests: core/fiducials/board, core/fiducials/board_detector, core/fiducials/marker_detector,
 // core/fiducials/aruco_calls, acquisition/calibration/board_sheet, acquisition/simulator/simulated_board,
-// commands/calibration/board_command, core/fiducials/marker_detector.
+// commands/calibration/board_command.
 #include "core/fiducials/board.h"
 
 #include <gmock/gmock.h>

@@ -364,7 +364,7 @@ TEST(CriterionSpecialCase, WideConeSeesAllOfTheSphere) {
     EXPECT_NEAR(BoundPx(At(600, 0, 1), At(600, angle, 1), Sphere(radius)), 0.600, 1e-3) << angle;
 }
 
-TEST(CriterionSpecialCase, NeverAboveTheSpheresImage) {
+TEST(CriterionSpecialCase, NeverExceedsTheSpheresImage) {
   std::mt19937 random(15);
   for (int i = 0; i < 2000; ++i) {
     const Pair pair = RandomPair(random, 0.5, 2, 0, 179);
@@ -409,7 +409,7 @@ TEST(CriterionSpecialCase, DistortionIsLeftOut) {
   EXPECT_DOUBLE_EQ(view.height, 480);
 }
 
-TEST(CriterionSpecialCase, DegenerateSphereAtACamera) {
+TEST(CriterionSpecialCase, DegenerateSphereHasNoBound) {
   EXPECT_EQ(BoundPx(At(600, 0, 1), At(600, 0, 1), {At(600, 0, 1).center_in_world, 0.1}), kInfinity);
 }
 

@@ -92,7 +92,7 @@ TEST(Window, KeysWheelMouseAndCloseButtonAreEvents) {
   EXPECT_TRUE(close);
 }
 
-TEST(Window, FullScreenAndBack) {
+TEST(Window, GoesFullScreenAndBack) {
   const auto window = OpenWindow("ulf test", {400, 300});
   window->ToggleFullScreen();
   for (int i = 0; i < 20 && window->Size() == cv::Size(400, 300); ++i) window->TakeEvents(0.05);

@@ -65,7 +65,7 @@ struct GoesOn {
   }
 };
 
-TEST(CaptureFaults, AFullDisk) {
+TEST(CaptureFaults, AFullDiskLosesNoView) {
   const ScratchFolder scratch;
   if (const auto problem = MountSmallDisk(scratch.path(), 32 << 20)) GTEST_SKIP() << *problem;
   int tried = 0;
@@ -94,7 +94,7 @@ TEST(CaptureFaults, AFullDisk) {
   PrintFaultRow("disk full in mid-capture, then room again", tried, fmt::format("{} views", lost), longest_s);
 }
 
-TEST(CaptureFaults, ASlowDisk) {
+TEST(CaptureFaults, ASlowDiskLosesNoView) {
   int tried = 0;
   std::uint64_t lost = 0, paused = 0;
   double longest_s = 0;
@@ -124,7 +124,7 @@ TEST(CaptureFaults, ASlowDisk) {
 }
 
 // As a kernel turns it when it finds errors on it: whatever is written is refused.
-TEST(CaptureFaults, ADiskThatBecomesReadOnly) {
+TEST(CaptureFaults, ADiskTurnedReadOnlyEndsIt) {
   int tried = 0;
   std::size_t taken = 0, unwritten = 0, recorded_lost = 0;
   double longest_s = 0;
@@ -169,7 +169,7 @@ TEST(CaptureFaults, ADiskThatBecomesReadOnly) {
       longest_s);
 }
 
-TEST(CaptureFaults, ADiskThatIsReadOnlyFromTheStart) {
+TEST(CaptureFaults, AReadOnlyDiskEndsItAtTheStart) {
   const ScratchFolder scratch;
   if (const auto problem = MountSmallDisk(scratch.path(), 24 << 20)) GTEST_SKIP() << *problem;
   const fs::path dir = scratch / "lf";
@@ -195,7 +195,7 @@ TEST(CaptureFaults, ADiskThatIsReadOnlyFromTheStart) {
 
 // Moved away or deleted by another program while the capture runs: it ends. What was moved is whole; of what
 // was deleted the views taken since are set aside.
-TEST(CaptureFaults, AFolderThatIsRemoved) {
+TEST(CaptureFaults, ARemovedFolderEndsIt) {
   int tried = 0, moved_lost = 0;
   std::size_t uncounted = 0;
   double longest_s = 0;
@@ -249,7 +249,7 @@ TEST(CaptureFaults, AFolderThatIsRemoved) {
 
 // The same with frames that have masters, in folders of their own, and in every step of closing: never is a
 // folder made anew under the old name, and both names are said.
-TEST(CaptureFaults, AFolderThatIsRemovedIsNotMadeAnew) {
+TEST(CaptureFaults, ARemovedFolderIsNotMadeAnew) {
   for (const char* at : {"a frame", "the last views to the disk",
                          "poses, points and the files for other programs", "depth maps and the mesh"})
     for (const bool deleted : {false, true}) {
@@ -325,7 +325,7 @@ TEST(CaptureFaults, CommandReportsARemovedFolder) {
 // ---- The clock. ----
 
 // The same capture with true time, set back by an hour, forward by two.
-TEST(CaptureFaults, AClockThatIsSetBack) {
+TEST(CaptureFaults, AClockSetBackLosesNoView) {
   const double before_s = EpochSeconds();
   ShiftHostClock(-3600);
   ASSERT_NEAR(EpochSeconds() - before_s, -3600, 60) << "the clock was not set";
@@ -453,7 +453,7 @@ TEST(CaptureFaults, ACameraThatGoesComesBackOrIsAnother) {
 }
 
 // Every third frame has pixels missing: it is no view, and no other is the worse for it.
-TEST(CaptureFaults, ACorruptPayload) {
+TEST(CaptureFaults, ACorruptPayloadSpoilsNoView) {
   const ScratchFolder scratch;
   Capture(scratch / "whole", Arc(30));
   const auto whole = Photographs(scratch / "whole");
@@ -474,7 +474,7 @@ TEST(CaptureFaults, ACorruptPayload) {
 // ---- Another capture. ----
 
 // Started at once, one of them gets the folder; the other says so, and takes nothing from it.
-TEST(CaptureFaults, TwoCapturesIntoOneFolder) {
+TEST(CaptureFaults, TheSecondCaptureOfAFolderIsRefused) {
   int tried = 0;
   for (int round = 0; round < 3; ++round) {
     const ScratchFolder scratch;

@@ -1,5 +1,5 @@
 // Tests: coverage/session/capture_session, coverage/session/record/capture_recorder,
-// coverage/bound/sphere_outline.
+// coverage/bound/sphere_outline, coverage/session/capture_summary, coverage/session/record/capture_options.
 #include "coverage/session/capture_session.h"
 #include "coverage/bound/criterion.h"
 

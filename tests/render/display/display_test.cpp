@@ -1,5 +1,5 @@
-// Tests: render/display/surface, render/display/painter, render/display/shapes, render/display/live_texture,
-// render/display/plain_panels, render/display/live_texture, render/display/surface.
+// Tests: render/display/surface, render/display/painter, render/display/shapes,
+// render/display/live_texture, render/display/plain_panels.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

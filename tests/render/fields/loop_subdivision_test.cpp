@@ -139,7 +139,7 @@ TEST(LoopSubdivision, IgnoresTheChosenDiagonal) {
   EXPECT_GT(largest, 0.3);
 }
 
-TEST(LoopSubdivision, RulesByHand) {
+TEST(LoopSubdivision, FollowsRulesWorkedOutByHand) {
   // A closed tetrahedron: valence three everywhere.
   const std::vector<Vector3d> corners{{1, 1, 1}, {-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}};
   const std::vector<Triangle> faces{{0, 1, 3}, {0, 2, 1}, {0, 3, 2}, {1, 2, 3}};
@@ -154,7 +154,7 @@ TEST(LoopSubdivision, RulesByHand) {
     for (const auto& [of, weight] : open.weights[v]) EXPECT_NEAR(weight, 0.5, 1e-15) << of;
 }
 
-TEST(LoopSubdivision, LoopsOwnRulesByHand) {
+TEST(LoopSubdivision, FollowsLoopsOwnRulesByHand) {
   const std::vector<Vector3d> still(3, Vector3d::Zero());
   const std::vector<Vector3d> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const SubdividedMesh open = SubdivideWeights(corners, still, {{0, 1, 2}}, 1, SubdivisionRules::kLoop);

@@ -395,7 +395,7 @@ TEST_F(RenderToFiles, AKilledRenderGoesOn) {
     EXPECT_EQ(ReadWholeFile(scratch_ / "killed" / name), ReadWholeFile(scratch_ / "whole" / name)) << name;
 }
 
-TEST_F(RenderToFiles, FormatsAndSizes) {
+TEST_F(RenderToFiles, HasTheAskedFormatsAndSizes) {
   ASSERT_EQ(RunUlf(Render("--width 1 --height 1 -o " + Out("dot.png"))).exit_code, 0);
   EXPECT_EQ(cv::imread(Out("dot.png")).size(), cv::Size(1, 1));
   ASSERT_EQ(RunUlf(Render("--width 1 --height 1 --weights -o " + Out("dot.exr"))).exit_code, 0);

@@ -170,7 +170,7 @@ TEST(Quilt, TheWindowStandsWhereTheSubjectIsSeen) {
   }
 }
 
-TEST(Quilt, NamesAndDisplays) {
+TEST(Quilt, NamesTellFormatAndDisplay) {
   EXPECT_EQ(QuiltName("vase", {8, 6, 3360, 3360, 0.75}), "vase_qs8x6a0.75.png");
   EXPECT_EQ(QuiltName("vase", QuiltOfDisplay("go")), "vase_qs11x6a0.5625.png");
   for (const NamedQuilt& known : QuiltDisplays()) {

@@ -162,7 +162,7 @@ TEST_F(PhotographStoreTest, MissingPhotographIsALateError) {
   EXPECT_NO_THROW(store.PhotographOf(4)->Level(0));
 }
 
-TEST_F(PhotographStoreTest, ManyReadersAtOnce) {
+TEST_F(PhotographStoreTest, ServesManyReadersAtOnce) {
   std::vector<ViewPyramid> truths;
   for (std::size_t i = 0; i < 9; ++i) truths.push_back(Truth(i));
   std::atomic<int> wrong = 0;

@@ -102,7 +102,7 @@ TEST(FillHoles, TakesWhatIsAroundAndLeavesTheRest) {
   EXPECT_EQ(cv::countNonZero(off), 0);
 }
 
-TEST(FillHoles, FromOnePixelAllAndFromNoneNothing) {
+TEST(FillHoles, OnePixelFillsAllAndNoneFillsNothing) {
   cv::Mat depth = cv::Mat::zeros(30, 41, CV_32F);
   FillHoles(depth);
   EXPECT_EQ(cv::countNonZero(depth), 0);

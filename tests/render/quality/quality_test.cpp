@@ -20,14 +20,14 @@ cv::Mat Noise(int seed) {
 
 const cv::Mat kAll(64, 80, CV_8U, cv::Scalar(255));
 
-TEST(Quality, IdenticalPictures) {
+TEST(Quality, IdenticalPicturesAreBest) {
   const Quality quality = CompareImages(Noise(1), Noise(1), kAll);
   EXPECT_EQ(quality.psnr_db, 100);
   EXPECT_NEAR(quality.ssim, 1, 1e-12);
   EXPECT_EQ(quality.pixels, 64 * 80);
 }
 
-TEST(Quality, PsnrOfAKnownDifference) {
+TEST(Quality, PsnrIsThatOfAKnownDifference) {
   const cv::Mat base(64, 80, CV_8UC3, cv::Scalar(100, 100, 100));
   for (const int step : {1, 5, 20}) {
     const cv::Mat other = base + cv::Scalar::all(step);
@@ -36,7 +36,7 @@ TEST(Quality, PsnrOfAKnownDifference) {
 }
 
 // Constant pictures: variances vanish and SSIM is its luminance term alone.
-TEST(Quality, SsimOfConstantPictures) {
+TEST(Quality, SsimIsExactForConstantPictures) {
   const cv::Mat a(64, 80, CV_8UC3, cv::Scalar::all(100)), b(64, 80, CV_8UC3, cv::Scalar::all(140));
   const double c1 = std::pow(0.01 * 255, 2);
   const double expected = (2.0 * 100 * 140 + c1) / (100.0 * 100 + 140.0 * 140 + c1);
@@ -51,7 +51,7 @@ TEST(Quality, SsimOfAnInvertedPictureIsNegative) {
   EXPECT_LT(CompareImages(a, b, kAll).ssim, 0);
 }
 
-TEST(Quality, WorseWithMoreNoise) {
+TEST(Quality, FallsWithMoreNoise) {
   const cv::Mat a = Noise(3);
   double last_psnr = 1000, last_ssim = 2;
   for (const double share : {0.05, 0.2, 0.5}) {

@@ -162,7 +162,7 @@ TEST(StereoViewMaker, PictureIsUndistortedAndReduced) {
   }
 }
 
-TEST(GrowingGeometry, NoMoreMapsThanAsked) {
+TEST(GrowingGeometry, MakesNoMoreMapsThanAsked) {
   GrowingGeometryOptions options = Small();
   options.least_apart = Radians(1.6);
   options.depth_maps = 4;

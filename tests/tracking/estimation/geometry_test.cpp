@@ -53,7 +53,7 @@ TEST(OpenGvBridge, FivePointEssentialTakesFirstToSecond) {
   }
 }
 
-TEST(Sampling, SameSeedSameModel) {
+TEST(Sampling, TheSameSeedGivesTheSameModel) {
   const auto scene = MakeAbsoluteScene(200, 1, 0.6, 5);
   const auto first = AbsolutePose(test::SceneCamera(), scene.matches, {.seed = 9});
   const auto second = AbsolutePose(test::SceneCamera(), scene.matches, {.seed = 9});
@@ -128,7 +128,7 @@ TEST(RefinePoseTest, PerturbationIsATwistOnTheLeft) {
   EXPECT_LT((after - before - expected).norm(), 1e-10);
 }
 
-TEST(TriangulationTest, ExactWithoutNoise) {
+TEST(TriangulationTest, IsExactWithoutNoise) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     Draw draw(seed);
     const Rigid3 first = test::RandomPose(draw, 0.4, 0.5), second = test::RandomPose(draw, 0.4, 0.5);

@@ -193,7 +193,7 @@ struct Streamed {
 };
 
 // Poses come 60 ms after their time and in an order that jumps; every frame has its own.
-TEST(PoseStreamFaults, LateAndOutOfOrder) {
+TEST(PoseStreamFaults, LateAndUnorderedPosesAreFound) {
   Streamed s({.clock = SenderClock::kDevice, .wait_s = 20});
   std::thread sending([&] {
     const Sender sender(s.stream->Port());
@@ -224,7 +224,7 @@ TEST(PoseStreamFaults, LateAndOutOfOrder) {
 }
 
 // Half a second is missing: its frames have no pose, all others do.
-TEST(PoseStreamFaults, AGap) {
+TEST(PoseStreamFaults, AGapLeavesItsFramesWithoutPoses) {
   Streamed s({.clock = SenderClock::kDevice, .wait_s = 0.2});
   const Sender sender(s.stream->Port());
   for (int i = 0; i < 300; ++i)
@@ -242,7 +242,7 @@ TEST(PoseStreamFaults, AGap) {
 }
 
 // Lines that mean nothing are counted and the first is named; poses between them are kept.
-TEST(PoseStreamFaults, LinesThatCannotBeRead) {
+TEST(PoseStreamFaults, UnreadableLinesAreCounted) {
   Streamed s({.clock = SenderClock::kDevice});
   const Sender sender(s.stream->Port());
   sender.Send("# a comment\n\n" + Line(0, WorldFromTool(0)) + "hello robot\n0.1 1 2 3\n0.1 1 2 3 0 0 0 0\n" +
@@ -256,7 +256,7 @@ TEST(PoseStreamFaults, LinesThatCannotBeRead) {
 }
 
 // The sender goes: frames pass without a pose and without waiting. It comes back: they have poses again.
-TEST(PoseStreamFaults, ASenderThatLeavesAndComesBack) {
+TEST(PoseStreamFaults, ASenderMayLeaveAndComeBack) {
   Streamed s({.clock = SenderClock::kDevice, .wait_s = 10});
   {
     const Sender sender(s.stream->Port());

@@ -89,7 +89,7 @@ TEST(TrackerLong, TheLastAdjustmentMakesPosesBetter) {
 }
 
 // Fifty times shaken or covered, and then before any side that was seen in the first 40 s.
-TEST(TrackerLong, FiftyRelocalisations) {
+TEST(TrackerLong, FiftyLossesAreFoundAgain) {
   SimulationOptions options;
   options.looks_away = false;
   const SimulatedCamera camera(options);

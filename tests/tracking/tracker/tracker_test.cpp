@@ -146,7 +146,7 @@ TEST(TrackerTest, AMapGrowsWithTheWayAndNotWithTime) {
   EXPECT_GE(on.map_points, 1.2 * again.map_points);
 }
 
-TEST(TrackerTest, FoundAgainAfterDarkness) {
+TEST(TrackerTest, IsFoundAgainAfterDarkness) {
   const TexturedRoom room({});
   Tracker tracker(kSmall, kSmallRepeatable);
   const auto make = [&](int k) {
@@ -196,7 +196,7 @@ TEST(TrackerTest, TheSameFramesGiveTheSamePosesTwice) {
   }
 }
 
-TEST(TrackerTest, WithTheMapperInItsOwnThread) {
+TEST(TrackerTest, TracksWithTheMapperInItsOwnThread) {
   const TexturedRoom room({});
   Tracker tracker(kSmall, {.features = 500, .wait_for_mapper = true});
   const Result result =

@@ -149,7 +149,7 @@ std::string RosEcho(const std::string& k, const std::string& d, const std::strin
       model, k[0] == 'K' ? "D" : "d", d, k, kK, more);
 }
 
-TEST(LensFiles, RosEchoesAndOst) {
+TEST(LensFiles, RosEchoesAndOstAreRead) {
   const std::string five = "[-0.1, 0.05, 0.001, -0.002, 0.0]";
   for (const char* k : {"K", "k"}) {
     const ReadLens read = Read(RosEcho(k, five, "plumb_bob"));
@@ -200,7 +200,7 @@ TEST(LensFiles, RosEchoesAndOst) {
   ExpectLens(Read(pair, "narrow_stereo/right"), Radial());
 }
 
-TEST(LensFiles, SizesAndMatricesOfScripts) {
+TEST(LensFiles, SizesAndMatricesOfScriptsAreRead) {
   const std::string rows =
       "- - 600.5\n  - 0.0\n  - 320.5\n- - 0.0\n  - 601.25\n  - 239.25\n- - 0.0\n  - 0.0\n  - 1.0\n";
   const std::string d = "dist_coeff:\n- - -0.1\n  - 0.05\n  - 0.001\n  - -0.002\n  - 0.0\n";

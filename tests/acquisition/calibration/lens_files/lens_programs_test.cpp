@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-TEST(LensPrograms, KalibrAndEuroc) {
+TEST(LensPrograms, KalibrAndEurocAreRead) {
   const std::string four = "[600.5, 601.25, 320.5, 239.25]";
   const auto camera = [&](const std::string& indent, const char* model, const char* d, const char* key) {
     return fmt::format(
@@ -39,7 +39,7 @@ TEST(LensPrograms, KalibrAndEuroc) {
   ExpectLens(Read(sensor + camera("", "equidistant", kFisheyeD, "distortion_coefficients")), Fisheye());
 }
 
-TEST(LensPrograms, Maplab) {
+TEST(LensPrograms, MaplabIsRead) {
   struct Camera {
     std::string label, type, parameters;
     int count = 4;
@@ -95,7 +95,7 @@ TEST(LensPrograms, Maplab) {
   EXPECT_THAT(ErrorOf(rig({{"cam0", "equidistant", kFisheyeD, 5}})), HasSubstr("'parameters'"));
 }
 
-TEST(LensPrograms, OrbSlam) {
+TEST(LensPrograms, OrbSlamIsRead) {
   const auto settings = [](const char* camera, const char* type, const char* more) {
     return fmt::format(
         "%YAML:1.0\n\n#----\n# Camera\nCamera.type: \"{1}\"\n{0}.fx: 600.5\n{0}.fy: 601.25\n{0}.cx: 320.5\n"
@@ -142,7 +142,7 @@ TEST(LensPrograms, OrbSlam) {
   EXPECT_EQ(Read(pair, "Camera").lens.camera.distortion, Distortion::kNone);
 }
 
-TEST(LensPrograms, Vins) {
+TEST(LensPrograms, VinsIsRead) {
   const auto file = [](const char* model, const char* distortion, const char* projection) {
     return fmt::format(
         "%YAML:1.0\n---\nmodel_type: {}\ncamera_name: cam\nimage_width: 640\nimage_height: 480\n"
@@ -162,7 +162,7 @@ TEST(LensPrograms, Vins) {
       HasSubstr("differ"));
 }
 
-TEST(LensPrograms, BasaltAndCalibIo) {
+TEST(LensPrograms, BasaltAndCalibIoAreRead) {
   const auto basalt = [](const std::string& type, const std::string& more) {
     return fmt::format(
         "{{\"value0\": {{\"T_imu_cam\": [], \"intrinsics\": [{{\"camera_type\": \"{}\", \"intrinsics\": "
@@ -200,7 +200,7 @@ TEST(LensPrograms, BasaltAndCalibIo) {
 
 // By Agisoft's formulas: u = w/2 + cx + x' (f + b1), v = h/2 + cy + y' f, with the middle of the first pixel
 // at one half; x' has P1 (r² + 2x²) + 2 P2 x y, where OpenCV's has 2 p1 x y + p2 (r² + 2x²).
-TEST(LensPrograms, Metashape) {
+TEST(LensPrograms, MetashapeIsRead) {
   const auto file = [](const char* projection, const char* more) {
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<calibration>\n  <projection>{}</projection>\n"
@@ -226,7 +226,7 @@ TEST(LensPrograms, Metashape) {
     EXPECT_THAT(ErrorOf(file(projection, "")), HasSubstr(projection));
 }
 
-TEST(LensPrograms, SetsOfPhotographs) {
+TEST(LensPrograms, SetsOfPhotographsAreRead) {
   const std::string lens =
       "\"w\": 640, \"h\": 480, \"fl_x\": 600.5, \"fl_y\": 601.25, \"cx\": 321, \"cy\": 239.75";
   const std::string radial = ", \"k1\": -0.1, \"k2\": 0.05, \"p1\": 0.001, \"p2\": -0.002",

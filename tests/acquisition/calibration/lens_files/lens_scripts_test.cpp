@@ -1,5 +1,4 @@
 // Tests: acquisition/calibration/lens_files/lens_numbers, acquisition/calibration/lens_files/marked_keys,
-// acquisition/calibration/lens_files/matrix_files, acquisition/calibration/lens_files/lens_numbers,
 // acquisition/calibration/lens_files/matrix_files, acquisition/calibration/lens_files/lens_tree.
 //
 // What scripts and small programs write: sizes under many words, lenses without a matrix, ini, TOML and
@@ -149,7 +148,7 @@ TEST(LensScripts, TheMatrixOfPicturesAsTaken) {
       Radial());
 }
 
-TEST(LensScripts, IniAndToml) {
+TEST(LensScripts, IniAndTomlAreRead) {
   const auto camera = [](const char* name, const char* d, const char* more) {
     return fmt::format(
         "[{}]\nname = \"A # 1\"  # the first\nsize = [ 640, 480,]\nmatrix = [ [ 600.5, 0.0, 320.5,],\n"
@@ -234,7 +233,7 @@ TEST(LensScripts, ACameraIsNamedByNumberNameOrTopic) {
   ExpectLens(Read("{\"pictures\": [" + same + ", " + same + ", " + same + "]}"), Radial());
 }
 
-TEST(LensScripts, Gyroflow) {
+TEST(LensScripts, GyroflowIsRead) {
   const auto profile = [](const std::string& more, const std::string& d = kFisheyeD) {
     return fmt::format(
         "{{\"name\": \"A\", \"camera_brand\": \"A\", \"camera_model\": \"HERO9 Black\", \"lens_model\": "
@@ -261,7 +260,7 @@ TEST(LensScripts, Gyroflow) {
               HasSubstr("input_horizontal_stretch: 1.33"));
 }
 
-TEST(LensScripts, OkvisAndMcCalib) {
+TEST(LensScripts, OkvisAndMcCalibAreRead) {
   const auto okvis = [](const char* d, const char* type) {
     return fmt::format(
         "  - {{T_SC: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1], image_dimension: [640, 480],\n"

@@ -179,7 +179,7 @@ TEST_F(GigeSimulator, EveryPixelFormatArrivesAsRendered) {
   }
 }
 
-TEST_F(GigeSimulator, TwoCamerasAtOnce) {
+TEST_F(GigeSimulator, ServesTwoCamerasAtOnce) {
   GigeServerOptions options = Options(), other_options = Options();
   other_options.interface = "127.0.0.2";
   other_options.serial = "ULF-SIM-2";
@@ -206,7 +206,7 @@ TEST_F(GigeSimulator, TwoCamerasAtOnce) {
       << "another hand";
 }
 
-TEST_F(GigeSimulator, PartOfTheSensor) {
+TEST_F(GigeSimulator, SendsPartOfTheSensor) {
   const SimulatedGigeCamera server(Options());
   const Frame part = Take("aravis:127.0.0.1?format=Mono8&roi=80x60+40+30", 2).back();
   EXPECT_EQ(part.image.width(), 80);

@@ -80,7 +80,7 @@ class TriggeredCamera : public ::testing::Test {
   guint64 last_id_ = 0;
 };
 
-TEST_F(TriggeredCamera, AsManyFramesAsSoftwareTriggers) {
+TEST_F(TriggeredCamera, ExposesAtEachSoftwareTrigger) {
   Arm("Software");
   EXPECT_EQ(Frames(300ms), 0) << "before any trigger";
   int frames = 0;
@@ -93,7 +93,7 @@ TEST_F(TriggeredCamera, AsManyFramesAsSoftwareTriggers) {
   EXPECT_EQ(server_->Statistics().served, 12u);
 }
 
-TEST_F(TriggeredCamera, AsManyFramesAsPulsesOnTheLine) {
+TEST_F(TriggeredCamera, ExposesAtEachPulseOnTheLine) {
   Arm("Line0");
   const auto begin = std::chrono::steady_clock::now();
   const int frames = Frames(1s, 30);

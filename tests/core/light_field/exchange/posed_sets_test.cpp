@@ -2,7 +2,7 @@
 // core/light_field/exchange/colmap_set, core/light_field/exchange/llff_set,
 // core/light_field/exchange/npy_file, core/light_field/exchange/subject_of_set,
 // core/light_field/exchange/set_readers, core/light_field/formats/colmap_files,
-// core/light_field/formats/set_format.
+// core/light_field/formats/set_format, core/base/binary_file.
 //
 // The same cameras before the same wall in every format: what is read is what was written, and what is
 // damaged is refused by name.

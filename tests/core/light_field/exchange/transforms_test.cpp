@@ -59,64 +59,64 @@ class BadTransforms : public testing::Test {
   json document_;
 };
 
-TEST_F(BadTransforms, MissingKeys) {
+TEST_F(BadTransforms, MissingKeysAreRefused) {
   document_["frames"][1].erase("transform_matrix");
   ExpectError("frame 1", "'transform_matrix' is missing");
 }
-TEST_F(BadTransforms, MissingFilePath) {
+TEST_F(BadTransforms, MissingFilePathIsRefused) {
   document_["frames"][2].erase("file_path");
   ExpectError("frame 2", "'file_path' is missing");
 }
-TEST_F(BadTransforms, MissingFocalLength) {
+TEST_F(BadTransforms, MissingFocalLengthIsRefused) {
   document_.erase("fl_x");
   ExpectError("frame 0", "fl_x");
 }
-TEST_F(BadTransforms, PrincipalPointInPartsOfThePicture) {
+TEST_F(BadTransforms, PrincipalPointInPartsIsRefused) {
   document_["cx"] = 0.5;
   document_["cy"] = 0.5;
   ExpectError("'cx' and 'cy' are 0.5 and 0.5", "Write pixels");
 }
-TEST_F(BadTransforms, TangentialDistortionOfAFisheye) {
+TEST_F(BadTransforms, FisheyeWithTangentialTermsIsRefused) {
   document_["camera_model"] = "OPENCV_FISHEYE";
   document_["p1"] = 0.001;
   ExpectError("'p1' and 'p2' are 0.001", "OPENCV_FISHEYE");
 }
-TEST_F(BadTransforms, MissingFrames) {
+TEST_F(BadTransforms, MissingFramesAreRefused) {
   document_.erase("frames");
   ExpectError("'frames'", "missing");
 }
-TEST_F(BadTransforms, NoFrames) {
+TEST_F(BadTransforms, EmptyFramesAreRefused) {
   document_["frames"] = json::array();
   ExpectError("'frames'", "empty");
 }
-TEST_F(BadTransforms, WrongType) {
+TEST_F(BadTransforms, WrongTypeIsRefused) {
   document_["fl_x"] = "wide";
   ExpectError("'fl_x'", "must be a number");
 }
-TEST_F(BadTransforms, FramesOfAWrongType) {
+TEST_F(BadTransforms, FramesOfAWrongTypeAreRefused) {
   document_["frames"] = 7;
   ExpectError("'frames'", "list");
 }
-TEST_F(BadTransforms, MatrixOfAWrongShape) {
+TEST_F(BadTransforms, MatrixOfAWrongShapeIsRefused) {
   document_["frames"][0]["transform_matrix"] = {{1, 0}, {0, 1}};
   ExpectError("frame 0", "4 rows of 4");
 }
-TEST_F(BadTransforms, NotARotation) {
+TEST_F(BadTransforms, MatrixThatIsNoRotationIsRefused) {
   document_["frames"][1]["transform_matrix"][0][0] = 3.0;
   ExpectError("frame 1", "not a rotation");
 }
-TEST_F(BadTransforms, Mirrored) {
+TEST_F(BadTransforms, MirroredPoseIsRefused) {
   for (std::size_t r = 0; r < 3; ++r)
     document_["frames"][1]["transform_matrix"][r][0] =
         -document_["frames"][1]["transform_matrix"][r][0].get<double>();
   ExpectError("frame 1", "not a rotation");
 }
-TEST_F(BadTransforms, NotFinite) {
+TEST_F(BadTransforms, PoseThatIsNotFiniteIsRefused) {
   document_["frames"][1]["transform_matrix"][0][3] =
       std::numeric_limits<double>::quiet_NaN();  // written as null
   ExpectError("frame 1", "not a finite number");
 }
-TEST_F(BadTransforms, LiteralNan) {
+TEST_F(BadTransforms, LiteralNanIsRefused) {
   std::string text = JsonText(document_);
   text.replace(text.find("\"cx\":") + 5, 4, "NaN ");
   std::ofstream(scratch_ / "lf/transforms.json") << text;
@@ -125,24 +125,24 @@ TEST_F(BadTransforms, LiteralNan) {
       ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json, line 1, column "),
                                  HasSubstr("not valid JSON: NaN ("), HasSubstr("export the set again"))));
 }
-TEST_F(BadTransforms, BracketsOneLevelTooDeep) {
+TEST_F(BadTransforms, BracketsOneLevelTooDeepAreRefused) {
   constexpr std::size_t kLevels = 101;  // within the whole's
   std::ofstream(scratch_ / "lf/transforms.json")
       << "{\"w\": " << std::string(kLevels, '[') << std::string(kLevels, ']') << "}";
   EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); },
               ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json"), HasSubstr("nested too deeply"))));
 }
-TEST_F(BadTransforms, CutInTheMiddle) {
+TEST_F(BadTransforms, FileCutInTheMiddleIsRefused) {
   const std::string text = JsonText(document_);
   std::ofstream(scratch_ / "lf/transforms.json") << text.substr(0, text.size() / 2);
   EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); }, ThrowsMessage<Error>(HasSubstr("not valid JSON")));
 }
-TEST_F(BadTransforms, AnotherKindOfFile) {
+TEST_F(BadTransforms, AnotherKindOfFileIsRefused) {
   std::ofstream(scratch_ / "poses.txt") << "0.0 1 2 3 0 0 0 1\n";
   EXPECT_THAT([&] { ReadLightField(scratch_ / "poses.txt"); },
               ThrowsMessage<Error>(AllOf(HasSubstr("is no light field"), HasSubstr("ulf import"))));
 }
-TEST_F(BadTransforms, PathLeavesTheFolder) {
+TEST_F(BadTransforms, PathOutOfTheFolderIsRefused) {
   cv::imwrite((scratch_ / "outside.png").string(), NoiseFrame(0).image.pixels);
   document_["frames"][0]["file_path"] = "../outside.png";
   ExpectError("../outside.png", "leaves the folder");
@@ -152,45 +152,45 @@ TEST_F(BadTransforms, PathLeavesTheFolder) {
   document_["frames"][0]["file_path"] = "images/link.png";
   ExpectError("link.png", "leaves the folder");
 }
-TEST_F(BadTransforms, MissingImage) {
+TEST_F(BadTransforms, MissingImageIsRefused) {
   fs::remove(scratch_ / "lf/images/000002.png");
   ExpectError("000002.png", "missing");
 }
-TEST_F(BadTransforms, TruncatedImage) {
+TEST_F(BadTransforms, TruncatedImageIsRefused) {
   const fs::path image = scratch_ / "lf/images/000002.png";
   fs::resize_file(image, fs::file_size(image) - 20);
   const LightField read = Read();
   EXPECT_THAT([&] { ReadViewImage(read, read.views[1]); },
               ThrowsMessage<Error>(AllOf(HasSubstr("000002.png"), HasSubstr("truncated"))));
 }
-TEST_F(BadTransforms, ImageOfAnotherSize) {
+TEST_F(BadTransforms, ImageOfAnotherSizeIsRefused) {
   document_["w"] = 65;
   const LightField read = Read();
   EXPECT_THAT([&] { ReadViewImage(read, read.views[0]); },
               ThrowsMessage<Error>(AllOf(HasSubstr("64x48"), HasSubstr("65x48"))));
 }
-TEST_F(BadTransforms, SubjectWithoutExtent) {
+TEST_F(BadTransforms, SubjectWithoutExtentIsRefused) {
   document_["ulf"]["subject"]["radius"] = -1;
   ExpectError("'radius'", "must be positive");
 }
-TEST_F(BadTransforms, IdThatIsNoWholeNumber) {
+TEST_F(BadTransforms, IdThatIsNoWholeNumberIsRefused) {
   document_["frames"][1]["ulf"]["id"] = 1e300;
   ExpectError("frame 1", "whole number");
 }
-TEST_F(BadTransforms, ReasonsThatAreNoCounts) {
+TEST_F(BadTransforms, ReasonsThatAreNoCountsAreRefused) {
   document_["ulf"]["reasons"] = {{"covered", "many"}};
   ExpectError("'covered'", "must be a count");
 }
-TEST_F(BadTransforms, NewerFormat) {
+TEST_F(BadTransforms, NewerFormatIsRefused) {
   document_["ulf"]["format_version"] = 99;
   ExpectError("99", "newer");
 }
-TEST_F(BadTransforms, IdsGivenTwice) {
+TEST_F(BadTransforms, IdsGivenTwiceAreRefused) {
   document_["frames"][1]["ulf"]["id"] = 1;
   ExpectError("id 1", "given once");
 }
 
-TEST(BadLightField, EmptyAndMissingFolders) {
+TEST(BadLightField, EmptyAndMissingFoldersAreRefused) {
   ScratchFolder scratch;
   EXPECT_THAT([&] { ReadLightField(scratch.path()); },
               ThrowsMessage<Error>(HasSubstr("holds no light field")));
