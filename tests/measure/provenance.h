@@ -12,7 +12,7 @@ inline constexpr char kMeasureChanged[] = "ULF_MEASURE_CHANGED";
 // where files other than pages differ from the commit, so that nobody could make the same again.
 std::string Provenance(const std::string& command);
 
-// What stands behind the command and the first kBetween; empty where there is none.
+// Returns what follows the command and the first kBetween; empty if there is none.
 std::string WithoutCommand(const std::string& provenance);
 inline const std::string kBetween = "  ·  ";
 
