@@ -11,9 +11,11 @@ std::optional<FeatureType> KindOf(ArvGcNode* node);
 // Returns the value as text ("Off", "true", "512"), empty for an enumeration whose register has none of its
 // numbers; none if the camera does not return it, or the node has no value.
 std::optional<std::string> ValueOf(ArvGcNode* node);
-// Returns the features that a description names. It asks no camera, so all of them count as available.
+// Answers from a description, which must outlive the answers. No camera is asked: all features
+// count as available.
 NamedFeatures FeaturesOf(ArvGc* description);
-// Returns the features that the camera has, available now or not, with the choices that are available now.
+// Asks the camera, which must outlive the answers, at each call; offers the choices available now. A failed
+// call answers as for a missing feature.
 NamedFeatures FeaturesOf(ArvCamera* camera);
 
 }  // namespace ulf::acquisition

@@ -23,8 +23,8 @@ class AravisStream {
   AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
                const AravisConfigured& configured);
 
-  // Returns a warning if the system granted a receive buffer that is too small, which is known when the first
-  // packets have arrived; none if it is large enough.
+  // Returns a warning if the system granted a receive buffer smaller than a frame, or than the URI asks for;
+  // none if it is large enough or unknown.
   std::optional<std::string> SocketBufferWarning() const;
   // Returns messages about what the system did not grant and which packets were refused, each once.
   // `frames_came`: at least one frame has arrived.

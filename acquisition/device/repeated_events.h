@@ -1,8 +1,10 @@
-// Turns a device's events into lines for people: the first of a kind at once, repetitions collected into one
-// line with their number and the time of the first: "no frame for 6 s (12 times since 10:03)".
+// Turns a device's events into lines for people: the first of a kind at once, repetitions collected into
+// one line with the sum of silences, their number and the first's local time: "no frame for 6 s (12 times
+// since 10:03)".
 //
 // Stalls count as repetitions whatever their numbers, notices, which may name files, only with the same text.
-// Losses and returns of the camera (kFaulted, kReconnecting, kRestored) are each reported.
+// The return of frames is said after a first stall alone. Losses and returns of the camera (kFaulted,
+// kReconnecting, kRestored) are each reported.
 #pragma once
 
 #include <string>

@@ -22,7 +22,7 @@ class CameraWatch {
   void Begin(bool target_is_memory);
   // Looks for changes. Returns a result that is not ok() if the camera may be gone.
   GphotoResult Poll();
-  // Returns whether the camera answers questions about its storage, so that they show whether it is there.
+  // Returns whether the camera tells of its storage; if not, Poll() cannot notice that the camera is gone.
   bool HasStorage() const { return has_storage_; }
 
  private:

@@ -42,7 +42,8 @@ class PhotographRequests {
 
   // Call it before the camera's thread runs, when all settings are made.
   void ReadSettings() { sets_shutter_ = shutter_bracket_.IsPossible(); }
-  // Releases the shutter if that is due. Call it often: a busy camera is asked again in later calls.
+  // Call it often. Releases the shutter if due, trying a busy camera for 10 s; waits 60 s for its
+  // photographs. A failure is a notice.
   void Work();
   // Returns whether the shutter was released and not all of its photographs have come.
   bool IsReleased() const { return released_at_.has_value(); }
@@ -51,11 +52,12 @@ class PhotographRequests {
   double ReleasedHostS() const { return released_host_s_; }  // the last release, since the epoch
   // Call it when a photograph of that stem is announced. Returns whether it answers the release.
   bool IsAnsweredBy(const std::string& stem);
-  // Sets Frame::asked_stops of a photograph of a bracket. `told_s`: the exposure time in its Exif data.
+  // Call it before Came(). Sets asked_stops of a bracket's photograph; without `told_s` (Exif's exposure
+  // time) the camera's own bracket also sets exposure_s to 0.
   void TellExposure(Frame& still, const std::optional<double>& told_s);
   // Notes that a photograph of the release at `released_s` (ReleasedHostS()) has arrived, or will not.
   void Came(double released_s);
-  // Drops the release that is due; a photograph that was released may still come.
+  // Call it when the camera is lost, and Work() no more. A released photograph may still come.
   void ReleaseNoMore() { still_wanted_ = false; }
   // Drops the request for the present photograph, as if it had come.
   void Clear();

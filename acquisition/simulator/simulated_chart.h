@@ -2,7 +2,7 @@
 //
 //   sim:chart  a chart of 24 patches with the published colours (core/fiducials/color_chart_patches.h) on
 //              black, before a plain wall, held in a hand that is not quite still
-//   sim:grey   a grey card that fills most of the picture
+//   sim:grey   a grey card that fills the picture
 //
 // The image is sampled by area, then converted by the sensor's colours and the sensor itself (sensor.h).
 // Everything is a pure function of the options and the frame number.
@@ -22,9 +22,9 @@ struct ChartSceneOptions {
   SensorFormat format = SensorFormat::kRgb8;
   SensorColors colors = {};
   double white = 0.75;   // brightest channel of the white patch, or card, of full scale; above 1 it clips
-  double gradient = 0;   // of the lighting, from the left edge of the picture to the right, as a share
+  double gradient = 0;   // of the light: right edge minus left, as a share of the middle's
   double turn_deg = 5;   // of the chart in the picture, clockwise
-  double tilt_deg = 10;  // of the chart away from the camera
+  double tilt_deg = 10;  // about its upright axis, the left edge away from the camera
   bool noise = true;
 };
 

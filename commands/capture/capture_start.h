@@ -58,7 +58,7 @@ struct CaptureArgs {
   std::string truth;
 };
 
-// Combines `poses_text` and `turntable`. Throws UsageError for both, and for a turntable whose world varies.
+// Combines `poses_text` and `turntable`. Throws UsageError for both, and for a turntable of several markers.
 tracking::PosesSpec PosesFrom(const CaptureArgs& args);
 
 // Returns the options that do not depend on the device; `args.poses` must be set. Throws UsageError for

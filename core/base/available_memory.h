@@ -6,8 +6,8 @@
 
 namespace ulf {
 
-// Returns the bytes that this process may still take: the least of what the machine, its control group and
-// its own limit (ulimit -v) leave.
+// Returns the bytes that this process may still take: the least of what the machine, its container (cgroup 2)
+// and its own limit (ulimit -v) leave.
 std::uint64_t AvailableMemory();
 
 // Limits the C library to two heaps, for processes that run for hours with many threads: by default it has

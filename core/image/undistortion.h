@@ -19,8 +19,8 @@ struct Undistortion {
 
 // Keeps the focal lengths and the largest rectangle around the axis that the camera's picture covers
 // completely, at most 60 degrees from the axis (beyond it, pixels are stretched to more than four times their
-// area). Throws an Error that begins with `owner`, the view's or the camera's name, if the axis is not in the
-// picture or fewer than 16 px are left.
+// length). Throws an Error that begins with `owner`, the view's or the camera's name, if the axis is not in
+// the picture or fewer than 16 px are left.
 Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner);
 // Uses one camera with square pixels for all: the rectangle that fits into every camera's largest one, with
 // the largest mean focal length. `owners` has a name for each camera. Throws as UndistortionOf() does.
@@ -34,7 +34,7 @@ struct UndistortionMap {
 UndistortionMap MapOf(const Undistortion& undistortion);
 
 cv::Mat Undistorted(const UndistortionMap& map, const cv::Mat& pixels);
-// Does the same for a mask (0 and 255): a pixel that a masked pixel contributes to is masked.
+// The same for a mask (0: masked, else used): a pixel is masked if one of the four around its place is.
 cv::Mat UndistortedMask(const UndistortionMap& map, const cv::Mat& mask);
 
 }  // namespace ulf

@@ -1,6 +1,6 @@
 // Writes a video through FFmpeg's libraries that every player and browser shows with the colours of its
-// pictures: an MP4 of H.264 (MPEG-4 Part 2 if the libraries have no H.264) in BT.709's limited range, which
-// the stream names, with the index before the pictures.
+// pictures: an MP4 of H.264 (without it MPEG-4 Part 2, which few browsers show) in BT.709's limited range,
+// which the stream names, with the index before the pictures.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ class VideoWriter {
   VideoWriter& operator=(const VideoWriter&) = delete;
   ~VideoWriter();  // without Close() the file is no video
 
-  // Adds a picture, CV_8UC3 of this size. Throws Error or DiskFullError, as Close() does.
+  // Adds a picture of this size, CV_8UC3, B, G, R. Throws Error or DiskFullError, as Close() does.
   void Add(const cv::Mat& srgb8);
   void Close();
 

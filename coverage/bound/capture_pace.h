@@ -1,4 +1,4 @@
-// Measures how fast a capture covers its cap, and predicts from that how long the rest takes.
+// Measures how fast a capture covers its cap (coverage_map.h), and predicts how long the rest takes.
 //
 // Only time of work counts. Signs of work are new views that cover area, and movements of the camera by more
 // than a disc radius; more than 5 s between two signs are a pause, and are left out. The pace is that of the

@@ -3,9 +3,9 @@
 //
 // A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
 // the first view's camera) has a bound (criterion.h) within the threshold from some recorded view. The
-// threshold may differ by direction. The map keeps a grid of directions, with three cells or more to the
-// disc radius (the angle around its direction that one view covers), and paints the cells around each new
-// view.
+// threshold may differ by direction. The map keeps a grid of directions, with three cells or more (from
+// FinestDiscRadius() on) to the disc radius (the angle around its direction that one view covers), and paints
+// the cells around each new view.
 //
 // Directions are unit vectors from the subject's centre, in world coordinates. The cap that a capture is
 // asked for lies around the direction of the first recorded view: azimuth and elevation both are 0 there, and
@@ -124,7 +124,7 @@ class CoverageMap {
   // Returns the threshold, pixels, in the direction of a viewpoint.
   double ThresholdAt(const Eigen::Vector3d& direction) const;
   // Returns the disc radius of a view at the reference distance, by the threshold without its factor,
-  // radians; 0 before the first view.
+  // radians, at most 0.3 and no less than the grid allows; 0 before the first view.
   double DiscRadius() const { return spacing_ * options_.cells_per_disc_radius; }
 
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }

@@ -71,8 +71,9 @@ class PreflightReporter {
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric,
               FrameSource source);
   // Call it while the session has recorded no view, with `input` without its prediction. Reports each failed
-  // check the first time, but "tracking" only after the prediction, because before it RunningCapture reports
-  // why there is no pose, and never a lens that images contradict, which RunningCapture reports, too.
+  // check the first time, but "tracking" only after the prediction (or without a subject), because before it
+  // RunningCapture reports why there is no pose, and never a lens that images contradict, which
+  // RunningCapture reports, too.
   void Check(PreflightInput input);
   const std::vector<PreflightItem>& preflight() const { return preflight_; }
   const std::optional<CapturePrediction>& prediction() const { return prediction_; }

@@ -1,5 +1,5 @@
-// The views' depth maps in graphics memory: a layer of a texture array for each view that was requested so
-// far, two bytes a pixel. The context must be current for all functions.
+// The views' depth maps (ViewDepthMap) in graphics memory: a layer of a texture array for each view that was
+// requested so far, GL_R16. The context must be current for all functions.
 #pragma once
 
 #include <opencv2/core.hpp>

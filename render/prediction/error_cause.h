@@ -24,8 +24,8 @@ inline constexpr std::array kErrorCauses{ErrorCause::kNone,     ErrorCause::kNot
 const char* Name(ErrorCause cause);     // for files: "none", "not_seen", ...
 const char* InWords(ErrorCause cause);  // for the person with the camera
 
-// From `good_db` on, inside the silhouette and without noise, only kNotSeen, kPose, kLight and kFocus are
-// still found. Guessed.
+// From `good_db` on, inside the silhouette and without noise, only kNotSeen, kPose, kLight (by exposure
+// factors) and kFocus are still found, else kNone. Guessed.
 ErrorCause CauseOf(const PredictionError& error, double good_db = 33);
 
 }  // namespace ulf::render

@@ -75,7 +75,7 @@ std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates
 // with the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever
 // proxy was chosen), because geometry matters more than weights. With too few views to leave some out, the
 // choice is the DefaultField(), if it is among the fields, and the last proxy, which has the most geometry.
-// Lumigraph weights are also used if the viewpoints span no surface.
+// If the viewpoints do not allow the first field, FieldThatServes() replaces all of them.
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options = {});

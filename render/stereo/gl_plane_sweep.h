@@ -17,7 +17,7 @@ class GlPlaneSweep {
   explicit GlPlaneSweep(std::size_t band_bytes = kBandBytes) : band_bytes_(band_bytes) {}
   ~GlPlaneSweep();
 
-  // Call it only in the thread that made the object.
+  // Call it only in the thread that made the object. Throws Error if the pictures are too large for the GPU.
   CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                            const InverseDepthRange& range, const SweepOptions& options = {});
   const std::string& device() const { return context_.device(); }

@@ -107,7 +107,7 @@ struct TrackerCore {
   int frame = 0;
   int last_keyframe_frame = -1;
   double last_keyframe_s = 0;
-  int frames_tracked = 0;                       // number since the part in work was begun
+  int frames_tracked = 0;                       // in the part in work; from kProvenFrames on it is kept
   int part = 0;                                 // the part in work: where the last frame was tracked
   std::unordered_map<int, int> frames_of_part;  // number of tracked frames by part
   std::optional<double> lost_since_s;
@@ -132,6 +132,7 @@ struct TrackerCore {
   double ZoomByRows() const;
   void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
+  // These return whether the image has a pose now. `joins`: SharedMap::joins when it was found.
   bool Follow(TrackedImage& image, Track& track);
   bool Relocalize(TrackedImage& image, Track& track);
   bool ReturnToMainPart(TrackedImage& image, Track& track);
@@ -143,10 +144,12 @@ struct TrackerCore {
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
   std::optional<CalibrationCheck> InOriginalPixels(const std::optional<CalibrationCheck>& working) const;
   std::optional<RefinedLens> RefinedLensInOriginalPixels() const;
+  // Returns false if parts of the map were joined since the pose was found.
   bool Accept(double time_s, const FramePose& frame_pose, int joins, Track& track);
   Anchored AnchorOf(const FramePose& frame_pose) const ULF_REQUIRES(shared.mutex);
   void Describe(const FramePose& frame_pose, const std::optional<Twist>& between, Track& track) const
       ULF_REQUIRES(shared.mutex);
+  // World units.
   double RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between, double distance) const;
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
                                         const std::optional<Rigid3>& near,

@@ -7,7 +7,7 @@
 //   frustum  round the z axis from z = 0 to size[2], radius size[0] below and size[1] above (equal radii: a
 //            cylinder)
 //   torus    round the z axis, radius size[0], tube radius size[1]
-//   bust     a smooth head on shoulders, size[0] high; its origin is in the neck, from where all of its
+//   bust     a smooth head on shoulders, 0.6 size[0] high; its origin is in the neck, from where all of its
 //            surface can be seen, z is up, -y the way it looks
 #pragma once
 
@@ -33,11 +33,11 @@ struct Primitive {
   Shape shape = Shape::kSphere;
   std::array<float, 3> size{};
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the origin, world
-  int material = 0;
-  float texel_m = 0.001f;          // side of a texel on the surface
+  int material = 0;                                    // material::Name (materials.h)
+  float texel_m = 0.001f;                              // side of a texel on the surface
   float light_m = 0.003f;          // distance between the points at which the incident light is computed
   bool of_subject = true;          // part of the subject, not of its surroundings
-  Finish finish = Finish::kMatte;  // kPolished and kGlass: not for boxes, rooms and tori
+  Finish finish = Finish::kMatte;  // others: only spheres, frusta and busts; kGlass: no busts
   float mirrored = 0.045f;         // share of light that is mirrored at right angles; 0.045: index 1.54
   float glow = 1;       // its light over what the lamps give it: in a light box above 1, behind glass below
   bool thin = false;    // may be thinner than a pixel, which then gets more rays
@@ -56,7 +56,8 @@ struct Primitive {
   double FarthestFrom(const Eigen::Vector3d& point_in_world) const;
 };
 
-// A point of the surface: its chart, coordinates (u, v) on the chart, 0 to 1, and outward normal (local).
+// A point of the surface: its chart, coordinates (u, v) on the chart, 0 to 1, and normal (local; outward, in
+// a room inward).
 struct SurfacePoint {
   int chart = 0;  // within the primitive
   float u = 0, v = 0;
@@ -75,7 +76,8 @@ struct ChartSize {
 };
 ChartSize SizeOfChart(const Primitive& primitive, int chart);
 
-// Returns the distance along a unit direction `d` from `o` (both local) to the surface; infinity for a miss.
+// Returns the distance along a unit direction `d` from `o` (both local) to the surface ahead; infinity for a
+// miss. From inside a torus or bust: 0.
 template <typename T>
 T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d);
 

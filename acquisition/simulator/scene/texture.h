@@ -30,8 +30,9 @@ class MipTexture {
   bool wrap_u() const { return wrap_u_; }
   bool wrap_v() const { return wrap_v_; }
 
-  // Returns the filtered radiance. u, v: 0 to 1 across the texture. `footprint`: side of the area that a
-  // pixel of the image sees, in texels of the finest level.
+  // Returns the filtered radiance; not of an empty texture. u, v: 0 to 1 from the edges of the first
+  // column and row, not periodic. `footprint`: side of the area that a pixel of the image sees, in texels
+  // of the finest level.
   F4 Sample(float u, float v, float footprint) const;
 
  private:

@@ -7,7 +7,7 @@
 
 namespace ulf {
 
-// What a file says of its picture, because of which its own numbers show another one.
+// What a file says of its numbers (colours, orientation): without it they show another picture.
 struct PictureNote {
   enum class Kind {
     kTagged,  // by a colour profile, or the mark of orientation: ImageMagick understands it, too
@@ -36,7 +36,7 @@ void TakePixels(const cv::Mat& pixels, StoredPicture& picture);
 // Removes words that begin with a digit from a sentence, so that a folder's repeated fault is reported once.
 std::string WithoutNumbers(const std::string& sentence);
 
-// Notes an orientation (Exif's numbers, 1 to 8) for display, which is not applied.
+// Notes an orientation for display (Exif's 2 to 8; others add nothing), which is not applied.
 void NoteOrientation(int orientation, StoredPicture& picture);
 
 // Checks CV_32F pixels of a file, before any conversion, for numbers that are no light, and changes none. A

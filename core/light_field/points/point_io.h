@@ -14,7 +14,9 @@ namespace ulf {
 
 // Reads points.ulf of light_field.root; if it is missing or damaged, the positions in points.ply. Points that
 // are observed by views whose pose or camera has changed since are computed again, because the journal's
-// poses take precedence; so are all errors. Problems are added to light_field.doubts.
+// poses take precedence. All reprojection errors are measured, and misplaced observations removed
+// (point_tracks.h). Problems are added to light_field.doubts; throws Error if points.ply cannot be read
+// beside points.ulf.
 void ReadPoints(LightField& light_field);
 
 // Reads positions from a PLY file; returns false if there is no file. A damaged one only adds a message to

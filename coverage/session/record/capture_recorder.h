@@ -36,8 +36,9 @@ class CaptureRecorder {
                   CaptureRecord& record, ExposureMatch light, const CaptureOptions& options,
                   const std::function<void(const std::string&)>& say);
 
-  // Call it for each complete live frame, with the track of ForTracking(frame). Records the frame, or returns
-  // why not. `frame_period_s`: between the device's frames; 0 while it is not known.
+  // Call it for each complete live frame, with the track of ForTracking(frame). Records the frame (without a
+  // subject, holds it: RecordHeld()), or returns why not. `frame_period_s`: between the device's frames; 0
+  // while it is not known.
   Decision Take(const Frame& frame, const tracking::Track& track, double frame_period_s);
   // Returns the frame as the tracker is to see it.
   Frame ForTracking(const Frame& frame) const { return bracket_ ? bracket_->ForTracking(frame) : frame; }

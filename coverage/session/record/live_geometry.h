@@ -43,9 +43,9 @@ struct LiveMesh {
   Subject subject;  // in whose sphere it was made
   std::shared_ptr<const render::TriangleMesh> mesh;
   int maps = 0;  // how many it is made of
-  std::optional<Subject>
-      subject_seen;  // as render/proxy/subject_in_mesh finds it; none: nothing stands apart
-  int lens = 0;      // how often StartAgain() was called before
+  // By render/proxy/subject_in_mesh; none: nothing stands apart, or Finish() made it.
+  std::optional<Subject> subject_seen;
+  int lens = 0;  // how often StartAgain() was called before
 };
 
 struct LiveGeometryState {
@@ -69,7 +69,7 @@ struct FinishedGeometry {
   // The mesh's depth maps under the views' last poses, for the renderer, by View::id; empty without a mesh.
   std::map<int, render::ViewDepthMap> maps_for_rendering;
   std::map<int, Rigid3> map_poses;  // these last poses, cam_from_world
-  int written_maps = 0;             // how many of the maps WriteGeometry() has written
+  int written_maps = 0;             // how many WriteGeometry() (geometry_files.h) has written
   std::set<int> views_left_out;     // by View::id: there was no time even to look at them
   std::set<int> unreadable_views;   // by View::id: their pictures could not be read
   double seconds = 0;               // how long Finish() and the writing took
@@ -97,7 +97,7 @@ class LiveGeometry {
     std::filesystem::path light_field;  // for messages: 'ulf proxy' of it makes what is missing here
     bool threaded = true;  // false: WorkNow() and Finish() make everything, and leave nothing out
   };
-  // Reads a picture, 8-bit sRGB, in the geometry's thread.
+  // Reads a picture, 8-bit sRGB B G R, in the geometry's thread.
   using ReadPicture = std::function<cv::Mat()>;
   // Says where a picture is until it is reduced: one that is held in memory must not wait in any number.
   enum class Picture { kIsRead, kIsHeld };

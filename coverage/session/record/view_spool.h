@@ -56,7 +56,7 @@ class ViewSpool {
   ViewSpool(const ViewSpool&) = delete;
   ViewSpool& operator=(const ViewSpool&) = delete;
 
-  // Returns the id that the writer has reserved for the view; none when there is no room.
+  // Returns the id reserved for the view, even after a Failure(); none when there is no room.
   std::optional<int> TryAddView(const Frame& frame, const View& view);
   // Accepts the view although there is no room, and writes it when there is: for photographs, which come
   // seldom. Ask Pause() before asking the camera for one.
@@ -76,7 +76,7 @@ class ViewSpool {
   // is full: try again later.
   bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
   // Journals the poses together with their lens and its source: in one line, before any view that is added
-  // later. This and what follows is accepted even where the queue is full.
+  // later. Only Try...() need room in the queue.
   void UpdateLens(const CameraModel& camera, const std::string& source, std::map<int, Rigid3> cam_from_world);
   void SetSubject(const Subject& subject);
   void NoteGap(double from_s, double to_s, const std::string& reason);  // LightFieldWriter::NoteGap()
