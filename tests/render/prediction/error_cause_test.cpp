@@ -23,8 +23,10 @@ namespace {
 using Eigen::Vector3d;
 using test::SeenScene;
 
+constexpr int kDrawnPx = 640;
+
 const SeenScene& Studio() {
-  static const SeenScene scene("studio", Radians(5));
+  static const SeenScene scene("studio", Radians(5), kDrawnPx);
   return scene;
 }
 
@@ -110,7 +112,7 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
       });
     }
     case ErrorCause::kMoved: {
-      static const SeenScene branch("branch", Radians(5));
+      static const SeenScene branch("branch", Radians(5), kDrawnPx);
       FramePredictor predictor = branch.Predictor();
       return NamedAtPlaces(
           [&](int i) { return Named(predictor, branch.Look(Place(branch, i), seed(i), 0.4 + 0.07 * i)); });
@@ -126,13 +128,13 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
       return NamedAtPlaces([&](int i) { return Named(predictor, StudioLook(i)); });
     }
     case ErrorCause::kSurface: {
-      static const SeenScene glass("glass", Radians(10));
+      static const SeenScene glass("glass", Radians(10), kDrawnPx);
       FramePredictor predictor = glass.Predictor();
       return NamedAtPlaces([&](int i) { return Named(predictor, glass.Look(Place(glass, i), seed(i))); });
     }
     case ErrorCause::kDetail: {
       // Few views, over the surfaces that many have found.
-      static const SeenScene sparse("studio", Radians(12));
+      static const SeenScene sparse("studio", Radians(12), kDrawnPx);
       FramePredictor predictor = sparse.Predictor();
       predictor.SetGeometry(Studio().subject(), Studio().mesh());
       return NamedAtPlaces([&](int i) { return Named(predictor, sparse.Look(Place(sparse, i), seed(i))); });

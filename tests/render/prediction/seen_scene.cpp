@@ -14,17 +14,18 @@ using Eigen::Vector3d;
 
 constexpr int kSmallPx = 320;
 
-SimulationOptions OptionsOf(const std::string& name) {
+SimulationOptions OptionsOf(const std::string& name, int drawn_px) {
   SimulationOptions options;
   options.scene = name;
-  options.width = kSmallPx;  // what is looked at afterwards
-  options.height = kSmallPx * 3 / 4;
+  options.width = drawn_px;
+  options.height = drawn_px * 3 / 4;
   return options;
 }
 
 }  // namespace
 
-SeenScene::SeenScene(const std::string& name, double spacing) : camera_(OptionsOf(name)) {
+SeenScene::SeenScene(const std::string& name, double spacing, int drawn_px)
+    : camera_(OptionsOf(name, drawn_px)) {
   const double most_azimuth = Radians(15), most_elevation = Radians(10);
   std::vector<ViewDepth> maps;
   unsigned seed = 0;

@@ -14,8 +14,9 @@ namespace ulf::test {
 
 class SeenScene {
  public:
-  // Views every `spacing` radians, up to 15 degrees to the sides and 10 up and down.
-  SeenScene(const std::string& name, double spacing);
+  // Views every `spacing` radians, up to 15 degrees to the sides and 10 up and down. Pictures are drawn
+  // `drawn_px` wide and reduced to 320: those of a transparent scene need the finer drawing.
+  SeenScene(const std::string& name, double spacing, int drawn_px = 320);
 
   const Subject& subject() const { return camera_.scene().subject(); }
   Rigid3 PoseFrom(double azimuth, double elevation) const;
