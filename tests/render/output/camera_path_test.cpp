@@ -103,10 +103,10 @@ TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
   for (const auto& [name, says] : {std::pair{"bad.txt", "bad.txt:2: expected eight numbers"},
                                    {"zero.txt", "zero.txt:3: not a pose"},
                                    {"empty.txt", "no pose"},
-                                   {"none.txt", "no such"}})
-    EXPECT_THAT([&, name = name] { PathFromFile(scratch / name, {}, {}); },
-                testing::ThrowsMessage<Error>(HasSubstr(says)))
-        << name;
+                                   {"none.txt", "no such"}}) {
+    const std::filesystem::path file = scratch / name;
+    EXPECT_THAT([&] { PathFromFile(file, {}, {}); }, testing::ThrowsMessage<Error>(HasSubstr(says))) << file;
+  }
 }
 
 // ---- Vertigo and spiral ----

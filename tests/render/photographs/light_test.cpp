@@ -317,10 +317,12 @@ TEST(Light, FaultyExrFilesAreNamed) {
   EXPECT_EQ(ReadImageFile((scratch / "grey.exr").string()).at<cv::Vec3f>(3, 3), cv::Vec3f(1, 1, 1));
   for (const auto& [name, says] : {std::pair{"layers.exr", "neither R, G and B"},
                                    {"cut.exr", "truncated or damaged"},
-                                   {"text.exr", "it is damaged, or of another kind"}})
-    EXPECT_THAT([&, name = name] { ReadImageFile((scratch / name).string()); },
+                                   {"text.exr", "it is damaged, or of another kind"}}) {
+    const std::string file = (scratch / name).string();
+    EXPECT_THAT([&] { ReadImageFile(file); },
                 testing::ThrowsMessage<Error>(testing::AllOf(HasSubstr(name), HasSubstr(says))))
         << name;
+  }
 }
 
 }  // namespace
