@@ -1,5 +1,5 @@
 // The data of a light field: photographs with poses, and a sphere around the subject (thesis "Unstructured
-// Light Fields", MIT 2012, section 2.1). light_field_io.h reads and writes it.
+// Light Fields", MIT 2012, section 2.1). core/light_field/folder/light_field_io.h reads and writes it.
 #pragma once
 
 #include <Eigen/Core>
