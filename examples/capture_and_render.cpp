@@ -1,7 +1,7 @@
 // capture_and_render DEVICE FOLDER PICTURE.png: records views of a subject until a cap of 30 x 20 degrees
-// around it is covered, says where the next viewpoint would be, and renders what a camera sees halfway
-// between the first two views. DEVICE is a simulated camera, such as sim:studio, which knows its poses:
-// features would be tracked otherwise.
+// around it is covered, says where the next viewpoint would be, and renders over the captured geometry what a
+// camera sees halfway between the first two views. DEVICE is a simulated camera, such as sim:studio, which
+// knows its poses: features would be tracked otherwise.
 #include <cstdio>
 #include <exception>
 
@@ -12,6 +12,7 @@
 #include "coverage/session/capture_session.h"
 #include "coverage/session/prepared_capture.h"
 #include "render/gl/gl_renderer.h"
+#include "render/proxy/proxy_choice.h"
 
 int main(int argc, char** argv) {
   if (argc != 4) return std::fputs("usage: capture_and_render DEVICE FOLDER PICTURE.png\n", stderr), 2;
@@ -25,6 +26,7 @@ int main(int argc, char** argv) {
         ulf::ParseSubject("0,0,0.07,0.162");  // of the simulated studio: centre and radius, metres
     options.cap = ulf::coverage::Cap::FromDegrees({30, 20});
     options.threshold_px = ulf::coverage::kFastThresholdPx;
+    options.geometry = true;
 
     // The device, its lens, the source of poses and the folder fit together, or an error says what does not.
     ulf::coverage::PreparedCapture capture;
@@ -45,7 +47,10 @@ int main(int argc, char** argv) {
       throw ulf::Error("{}: holds fewer than two views; let the camera go on for longer", session.dir);
     const ulf::Rigid3 between =
         Interpolated(light_field.views.at(0).cam_from_world, light_field.views.at(1).cam_from_world, 0.5);
-    const auto renderer = ulf::render::MakeRenderer(ulf::render::LoadScene(light_field, {}),
+    const auto over_plane = ulf::render::LoadScene(light_field, {});
+    const auto proxy = ulf::render::OwnProxy(ulf::render::DefaultProxies(session.dir).front(),
+                                             over_plane->subject, session.dir);
+    const auto renderer = ulf::render::MakeRenderer(WithProxy(*over_plane, proxy),
                                                     {.renderer = ulf::render::RendererKind::kReference});
     const auto picture = renderer->Render(light_field.cameras.at(0).WithoutDistortion(), between);
     ulf::WritePictureFile(argv[3], ulf::Srgb8FromLinear(picture.linear));

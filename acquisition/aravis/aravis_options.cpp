@@ -95,7 +95,8 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
                  "socket_buffer",
                  "buffers",
                  "priority",
-                 "queue"});
+                 "queue",
+                 "reconnect_s"});
   AravisOptions options;
   options.user_set = uri.Option("user_set");
   options.exposure_us = uri.Number("exposure_us");

@@ -1,5 +1,9 @@
 // Holds what the drivers of real cameras have in common: a thread that reads frames into a queue, events,
 // statistics, and the camera's description. Info(), State() and TakeEvents() may be called from any thread.
+//
+// A driver whose library calls back copies the pixels and pushes them from the library's thread. Start()
+// makes the queue before the first call can come; Stop() ends the calls before it closes the queue. `thread_`
+// stays unused.
 #pragma once
 
 #include <atomic>

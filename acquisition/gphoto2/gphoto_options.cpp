@@ -52,6 +52,7 @@ bool HasSerial(const DeviceUri& uri, const GphotoAddress& address) {
 GphotoOptions GphotoOptions::Of(const DeviceUri& uri) {
   std::vector<std::string> known{"target", "liveview_fps", "shutter_lag_ms", "queue"};
   for (const ShotSetting setting : kShotSettings) known.push_back(Name(setting));
+  known.push_back("reconnect_s");
   uri.AllowOnly(known);
   GphotoOptions options;
   // In the order in which they are written: the exposure program decides what else can be set.

@@ -153,7 +153,7 @@ class V4l2Device : public LiveDriver {
     for (const auto& [name, value] : options_.controls) {
       const auto control = FindControl(name);
       if (control == controls_.end()) {
-        std::string list = "format, size, fps, io, settle, queue";
+        std::string list = "format, size, fps, io, settle, queue, reconnect_s";
         for (const V4l2Control& known : controls_)
           list += ", " + (known.short_name.empty() ? known.name : known.short_name);
         throw Refusal("", name, fmt::format("'{}' has no option or control '{}'", uri_, name),

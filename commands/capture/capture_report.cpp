@@ -302,15 +302,13 @@ PoseErrors CompareWithTruth(const std::vector<TimedPose>& truth, const std::vect
                             const LightField& light_field) {
   constexpr double kSameFrame_s = 0.002;  // both use the device's clock
   std::vector<TimedPose> views;
-  std::vector<double> distances;
-  for (const View& view : light_field.views) {
-    views.push_back({view.device_time_s, view.cam_from_world});
-    if (light_field.subject)
-      distances.push_back((view.CenterInWorld() - light_field.subject->center_in_world).norm());
-  }
+  for (const View& view : light_field.views) views.push_back({view.device_time_s, view.cam_from_world});
   PoseErrors errors{CompareTrajectories(live, truth, kSameFrame_s),
                     CompareTrajectories(views, truth, kSameFrame_s)};
-  if (errors.views) errors.subject_distance = errors.views->scale * Median(std::move(distances));
+  if (errors.views && light_field.subject)
+    errors.subject_distance =
+        errors.views->scale *
+        Median(DistancesTo(*light_field.subject, light_field.views, &View::CenterInWorld));
   return errors;
 }
 

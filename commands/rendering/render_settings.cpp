@@ -25,9 +25,11 @@ std::string FieldSetting(const render::FieldOptions& field) {
                          field.lumigraph_resolution, Counted(field.lumigraph_triangles, "triangle"));
     case render::FieldKind::kSoft:
       return fmt::format("{}, width {}", name, field.soft_width);
-    default:
-      return name;
+    case render::FieldKind::kLinear:
+    case render::FieldKind::kNearest:
+      break;
   }
+  return name;
 }
 
 // Photographs are identified by their size on disk, which changes when one is replaced. Their times do not

@@ -47,9 +47,7 @@ Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vect
 }
 
 LightFieldReport::Distances DistancesOf(const LightField& light_field, const Subject& subject) {
-  std::vector<double> distances;
-  for (const View& view : light_field.views)
-    distances.push_back((view.CenterInWorld() - subject.center_in_world).norm());
+  const std::vector<double> distances = DistancesTo(subject, light_field.views, &View::CenterInWorld);
   const auto [nearest, farthest] = std::ranges::minmax(distances);
   return {nearest, Median(distances), farthest};
 }

@@ -78,14 +78,12 @@ ModelChoice Explained(const std::vector<tracking::LensTrial>& trials, std::size_
 std::function<std::string(double)> LengthsOf(const LightField& light_field) {
   if (light_field.units == "metres")
     return [](double metres) { return fmt::format("{:.3f} mm", 1000 * metres); };
-  std::vector<double> distances;
   const bool subject_is_wrong = std::ranges::any_of(
       light_field.findings, [](const Finding& each) { return each.check == Name(Check::kSubject); });
-  if (light_field.subject && !subject_is_wrong)
-    for (const View& view : light_field.views)
-      distances.push_back((view.CenterInWorld() - light_field.subject->center_in_world).norm());
-  if (distances.empty()) return [](double length) { return fmt::format("{:.5f} units", length); };
-  return [distance = Median(std::move(distances))](double length) {
+  if (!light_field.subject || subject_is_wrong || light_field.views.empty())
+    return [](double length) { return fmt::format("{:.5f} units", length); };
+  const auto distances = DistancesTo(*light_field.subject, light_field.views, &View::CenterInWorld);
+  return [distance = Median(distances)](double length) {
     return fmt::format("{:.3f} % of the distance", 100 * length / distance);
   };
 }

@@ -70,12 +70,9 @@ void DeviceUri::Set(const std::string& key, const std::string& value) {
 
 void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {
   for (const auto& [name, value] : options)
-    if (std::ranges::find(known, name) == known.end()) {
-      const bool reconnects = scheme == "aravis" || scheme == "gphoto2";
-      throw Refusal(
-          "", name, fmt::format("'{}' has no option '{}'", Text(), name),
-          fmt::format("known are: {}{}", fmt::join(known, ", "), reconnects ? ", reconnect_s" : ""));
-    }
+    if (std::ranges::find(known, name) == known.end())
+      throw Refusal("", name, fmt::format("'{}' has no option '{}'", Text(), name),
+                    known.empty() ? "leave it out" : fmt::format("known are: {}", fmt::join(known, ", ")));
 }
 
 std::string DeviceUri::Text() const {

@@ -1,5 +1,5 @@
 // The data of a light field: photographs with poses, and a sphere around the subject (thesis "Unstructured
-// Light Fields", MIT 2012, section 2.1). light_field_io.h reads and writes it.
+// Light Fields", MIT 2012, section 2.1). core/light_field/folder/light_field_io.h reads and writes it.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -259,6 +260,16 @@ std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 // medians of distance and field of view); none if there is no such point, if it is behind a camera, or if
 // fewer than half of the photographs show it.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field);
+
+// Returns the distances of the viewpoints from the subject's centre, world units, in their order. `center_of`
+// is the member with a viewpoint's centre in the world, such as &View::CenterInWorld.
+template <typename Viewpoints, typename Center>
+std::vector<double> DistancesTo(const Subject& subject, const Viewpoints& viewpoints, Center center_of) {
+  std::vector<double> distances;
+  for (const auto& viewpoint : viewpoints)
+    distances.push_back((std::invoke(center_of, viewpoint) - subject.center_in_world).norm());
+  return distances;
+}
 
 // Names of files of a view and its other exposures, which a bracket takes (docs/light_field.md).
 

@@ -140,10 +140,7 @@ bool SubjectViews::Covers(const CriterionView& candidate, double threshold_px) c
 }
 
 double SubjectViews::MedianDistance() const {
-  std::vector<double> distances;
-  for (const CriterionView& view : views_)
-    distances.push_back((view.center_in_world - subject_.center_in_world).norm());
-  return Median(std::move(distances));
+  return Median(DistancesTo(subject_, views_, &CriterionView::center_in_world));
 }
 
 CoverageMap::CoverageMap(const Subject& subject, const CoverageMapOptions& options,

@@ -1,7 +1,6 @@
 #include "coverage/operator/marker_mouse.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
@@ -11,12 +10,8 @@ namespace ulf::coverage {
 MarkerMouse::MarkerMouse(const render::RenderScene& scene, const Eigen::Vector3d& middle) : middle_(middle) {
   const Eigen::Vector3d& subject = scene.subject.center_in_world;
   Eigen::Vector3d front = Eigen::Vector3d::Zero();
-  std::vector<double> distances;
-  for (const render::SceneView& view : scene.views) {
-    front += (view.center_in_world - subject).normalized();
-    distances.push_back((view.center_in_world - subject).norm());
-  }
-  distance_ = Median(std::move(distances));
+  for (const render::SceneView& view : scene.views) front += (view.center_in_world - subject).normalized();
+  distance_ = Median(DistancesTo(scene.subject, scene.views, &render::SceneView::center_in_world));
   // Views all around have no mean direction: the first view's is used.
   constexpr double kNoFront = 0.05;  // length of the mean direction; guessed
   if (front.norm() < kNoFront * static_cast<double>(scene.views.size()))

@@ -15,10 +15,19 @@ namespace ulf::render {
 inline std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
                                                 const FieldOptions& options) {
   const FieldOptions serves = FieldThatServes(options, scene->mesh);
-  if (serves.kind == FieldKind::kSoft) throw Error("the soft field has no weights of a point alone");
-  if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level, serves.rules);
-  if (serves.kind == FieldKind::kNearest) return std::make_unique<NearestField>(std::move(scene));
-  return std::make_unique<LumigraphField>(std::move(scene), serves);
+  switch (serves.kind) {
+    case FieldKind::kLinear:
+    case FieldKind::kSubdivision:
+      return std::make_unique<MeshField>(std::move(scene), serves.level, serves.rules);
+    case FieldKind::kLumigraph:
+    case FieldKind::kLumigraphPerPixel:
+      return std::make_unique<LumigraphField>(std::move(scene), serves);
+    case FieldKind::kNearest:
+      return std::make_unique<NearestField>(std::move(scene));
+    case FieldKind::kSoft:
+      break;
+  }
+  throw Error("the soft field has no weights of a point alone");
 }
 
 }  // namespace ulf::render

@@ -76,13 +76,10 @@ Vector3d UsableUp(const RenderScene& scene, const Vector3d& mean) {
 
 Spread SpreadOf(const RenderScene& scene) {
   std::vector<Vector3d> directions;
-  std::vector<double> distances;
   Vector3d sum = Vector3d::Zero();
   for (const SceneView& view : scene.views) {
-    const Vector3d arm = view.center_in_world - scene.subject.center_in_world;
     if (IsAtCenter(scene.subject, view.center_in_world)) continue;
-    directions.push_back(arm.normalized());
-    distances.push_back(arm.norm());
+    directions.push_back((view.center_in_world - scene.subject.center_in_world).normalized());
     sum += directions.back();
   }
   if (directions.empty())
@@ -96,7 +93,7 @@ Spread SpreadOf(const RenderScene& scene) {
     azimuths.push_back(spread.sphere.Azimuth(d));
     elevations.push_back(spread.sphere.Elevation(d));
   }
-  spread.distance = Median(distances);
+  spread.distance = scene.mesh.median_distance;  // of the same views
   spread.all_around = directions.size() >= kFewestOfRing && LargestGap(azimuths) < kGapOfRing;
   const auto middle_and_half = [](const std::vector<double>& values, double& middle, double& half) {
     const double low = Quantile(values, kOutermost), high = Quantile(values, 1 - kOutermost);

@@ -34,7 +34,7 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
 // the first that can be drawn is used.
 std::vector<std::string> DefaultProxies(const std::filesystem::path& light_field);
 
-// Makes one of OwnProxies(); if the depth maps cannot be used, the mesh alone, with a warning.
+// Makes one of DefaultProxies(); if the depth maps cannot be used, the mesh alone, with a warning.
 std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
                                       const std::filesystem::path& light_field);
 

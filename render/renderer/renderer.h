@@ -2,7 +2,8 @@
 // the processor, which defines the result, and OpenGL without a window (render/gl/gl_renderer.h), which is
 // fast and must agree with it.
 //
-//   auto scene = LoadScene(ReadLightField(dir), {});
+//   auto scene = LoadScene(ReadLightField(dir), {});  // over a plane
+//   scene = WithProxy(*scene, OwnProxy(DefaultProxies(dir).front(), scene->subject, dir));  // proxy_choice.h
 //   auto renderer = MakeRenderer(scene, {});  // render/gl/gl_renderer.h
 //   const Rendering picture = renderer->Render(camera, cam_from_world);
 //   WritePictureFile("picture.png", Srgb8FromLinear(picture.linear));

@@ -1,6 +1,7 @@
 // Tests: main, commands/commands, commands/about/wrong_usage, commands/light_field/info_command,
 // commands/reports/light_field_report, commands/capture/capture_command, commands/capture/plan_command,
-// coverage/session/record/map_cache, commands/options/subcommands, coverage/bound/capture_presets.
+// coverage/session/record/map_cache, commands/options/subcommands, coverage/bound/capture_presets,
+// commands/light_field/repair_command.
 //
 // The commands as a person or a script meets them.
 #include <gmock/gmock.h>

@@ -1,6 +1,7 @@
 // Tests: acquisition/calibration/lens_choice, acquisition/calibration/lens_fit,
 // acquisition/calibration/calibrate, acquisition/calibration/calibration_capture,
-// acquisition/calibration/calibration_picture, commands/calibration/calibration_report.
+// acquisition/calibration/calibration_picture, commands/calibration/calibration_report,
+// core/geometry/camera_model.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -178,7 +178,8 @@ TEST_F(V4l2, WishesThatCannotBeMetListWhatThereIs) {
   EXPECT_THAT(ErrorOf([] { Open("&format=XYZ"); }), HasSubstr("XYZ"));
   EXPECT_THAT(ErrorOf([] { Open("&size=640x480"); }), AllOf(HasSubstr("640x480"), HasSubstr("64x48")));
   EXPECT_THAT(ErrorOf([] { Open("&fps=25"); }), AllOf(HasSubstr("25"), HasSubstr("30, 60")));
-  EXPECT_THAT(ErrorOf([] { Open("&sharpnes=3"); }), AllOf(HasSubstr("sharpnes"), HasSubstr("white_balance")));
+  EXPECT_THAT(ErrorOf([] { Open("&sharpnes=3"); }),
+              AllOf(HasSubstr("sharpnes"), HasSubstr("reconnect_s"), HasSubstr("white_balance")));
   EXPECT_THAT(ErrorOf([] { Open("&exposure=1"); }), AllOf(HasSubstr("exposure"), HasSubstr("3 to 2047")));
   EXPECT_THAT(ErrorOf([] { Open("&auto_exposure=often"); }), HasSubstr("Aperture Priority Mode (3)"));
   EXPECT_THROW(Open("&exposure=1"), Refusal);

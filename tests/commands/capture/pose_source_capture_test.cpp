@@ -1,4 +1,4 @@
-// Tests: coverage/operator/marker_mouse, commands/capture/capture_command.
+// Tests: coverage/operator/marker_mouse, commands/capture/capture_command, render/quality/nearest_view.
 //
 // Captures with poses from markers and from outside, and a look round the result with a marker as a mouse.
 #include <arpa/inet.h>

@@ -1,4 +1,5 @@
-// Tests: core/fiducials/marker_detector, core/fiducials/board, core/fiducials/board_detector.
+// Tests: core/fiducials/marker_detector, core/fiducials/board, core/fiducials/board_detector,
+// commands/calibration/board_command.
 //
 // Kalibr's AprilGrid, and boards of other makers by the words behind their text.
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Tests: coverage/operator/pending_requests.
+// Tests: coverage/operator/pending_requests, coverage/operator/subject_tool.
 //
 // Keys that come faster than states: what is asked of the capture is what the person wanted.
 #include "coverage/operator/pending_requests.h"

@@ -1,4 +1,4 @@
-// Tests: coverage/session/cap_watch.
+// Tests: coverage/session/cap_watch, coverage/bound/coverage_map.
 //
 // A cap that cannot be filled is said, with the smaller one that is there; whoever still gains hears nothing.
 #include "coverage/session/cap_watch.h"

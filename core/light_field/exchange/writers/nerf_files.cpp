@@ -19,13 +19,6 @@ namespace {
 // These are the distances of the published sets and their readers.
 constexpr double kCameraDistance = 4, kNearest = 2, kFarthest = 6;
 
-std::vector<double> DistancesTo(const LightField& light_field, const Subject& subject) {
-  std::vector<double> distances;
-  for (const View& view : light_field.views)
-    distances.push_back((view.CenterInWorld() - subject.center_in_world).norm());
-  return distances;
-}
-
 }  // namespace
 
 std::string InstantNgpText(const LightField& exported) {
@@ -43,7 +36,7 @@ std::string InstantNgpText(const LightField& exported) {
 
 Similarity3 NerfFromWorld(const LightField& light_field, const Subject& subject) {
   Similarity3 nerf_from_world;
-  const double distance = Median(DistancesTo(light_field, subject));
+  const double distance = Median(DistancesTo(subject, light_field.views, &View::CenterInWorld));
   nerf_from_world.scale = distance > 0 ? kCameraDistance / distance : 1;
   nerf_from_world.rotation =
       TurnBetween(light_field.UpInWorld(), Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -84,7 +77,7 @@ std::vector<std::string> NerfSyntheticDoubts(const LightField& light_field, cons
         "no view has a mask: readers of this form take what is around the subject for a part of it, and look "
         "no deeper than 6 (the cameras stand about 4 from the subject); export nerfstudio or instant-ngp "
         "for a scene with its background");
-  const std::vector<double> distances = DistancesTo(light_field, subject);
+  const std::vector<double> distances = DistancesTo(subject, light_field.views, &View::CenterInWorld);
   const double scale = NerfFromWorld(light_field, subject).scale;
   const auto cut_off = std::ranges::count_if(distances, [&](double distance) {
     return scale * (distance - subject.radius) < kNearest || scale * (distance + subject.radius) > kFarthest;
