@@ -15,8 +15,8 @@ enum class ViewsEnd { kEnough, kStopped, kDeviceEnded, kNoPhotograph };
 
 struct CollectedViews {
   int width = 0, height = 0;  // of the pictures
-  // Of live frames: those that the guide took; of photographs: all that show the board; of files: one each,
-  // empty where no board was found.
+  // The live frames that the guide took, the photographs that show the board, or one for each file, empty if
+  // it shows no board.
   std::vector<BoardView> views = {};
   std::vector<cv::Mat> pictures = {};  // of a device: the pictures of the views, CV_8UC1
   std::vector<cv::Mat> unseen = {};    // of a device: some of the pictures without the board

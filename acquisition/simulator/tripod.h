@@ -12,8 +12,8 @@ namespace ulf::acquisition {
 
 class Tripod : public HandMotion {
  public:
-  // Of the options it uses the subject, directions, distance, elevation, rows, speed (at which it is raised)
-  // and seed. `stands_s`: time at each height; `unsteady`: 1 trembles and drifts as a hand does.
+  // It uses the options' subject, directions, distance, elevation, rows, speed (at which it is raised) and
+  // seed. `stands_s`: time at each height; `unsteady`: 1 trembles and drifts as a hand does.
   Tripod(const HandOptions& options, double stands_s, double unsteady);
   Rigid3 CamFromWorld(double time_s) const override;
 

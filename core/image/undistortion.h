@@ -27,7 +27,7 @@ Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner)
 std::vector<Undistortion> UndistortionsToOne(const std::vector<CameraModel>& cameras,
                                              const std::vector<std::string>& owners);
 
-// Where each pixel of `to` lies in the picture of `from`: a map of cv::remap, pixel centres at integers.
+// A map of cv::remap: the place of each pixel of `to` in the picture of `from`, pixel centres at integers.
 struct UndistortionMap {
   cv::Mat x, y;  // CV_32FC1
 };

@@ -29,7 +29,7 @@ struct TriangleTopology {
 
 TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& triangles);
 
-// Where several fans of triangles touch in one vertex (a pinch), gives all but one of them a copy of it in
+// Gives all but one of several fans of triangles that touch in one vertex (a pinch) a copy of it in
 // `triangles`. Returns the old vertex of each copy; copies are numbered from `vertex_count` on.
 std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles);
 

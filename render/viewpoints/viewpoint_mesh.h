@@ -83,7 +83,7 @@ bool InsideHull(const ViewpointMesh& mesh, const Eigen::Vector3d& direction_in_w
 
 // Returns whether a point is so near the subject's centre that it has no direction from there.
 inline bool IsAtCenter(const Subject& subject, const Eigen::Vector3d& point_in_world) {
-  // Of the subject's radius, or of one world unit if that is larger: rounding.
+  // Rounding, as a share of the subject's radius or of one world unit, the larger.
   constexpr double kLeastShare = 1e-9;
   return !((point_in_world - subject.center_in_world).norm() > kLeastShare * std::max(1.0, subject.radius));
 }

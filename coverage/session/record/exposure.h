@@ -1,6 +1,6 @@
 // Keeps the exposure of a capture's pictures equal, because they must differ by viewpoint alone.
 //
-// Where a camera reports that it holds its exposure, or which exposure it takes, the capture waits until the
+// If a camera reports that it holds its exposure, or which exposure it takes, the capture waits until the
 // exposure and the light on the subject no longer change. A moving camera changes what it sees, too; so
 // brightness is compared only between frames from nearly the same direction, a fraction of a second apart.
 // For a video, or a webcam that exposes by itself and does not report it, waiting would be useless: its
