@@ -89,8 +89,8 @@ std::optional<Subject> SubjectFromDepths(const LightField& light_field, const De
   return is_before_cameras ? std::optional(subject) : std::nullopt;
 }
 
-// Returns the RMS distance of the cameras from their middle.
-double SpreadOfCenters(const LightField& light_field) {
+// Returns the mean square distance of the cameras from their middle.
+double VarianceOfCenters(const LightField& light_field) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double squares = 0;
   for (const View& view : light_field.views) sum += view.CenterInWorld();
@@ -106,8 +106,8 @@ bool InversesMeet(const LightField& light_field) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
   LightField inverted = light_field;
   for (View& view : inverted.views) view.cam_from_world = view.cam_from_world.Inverse();
-  constexpr double kFarFromEachOther = 4;  // times the spread of the given poses. Guessed
-  if (SpreadOfCenters(inverted) < kFarFromEachOther * SpreadOfCenters(light_field)) return false;
+  constexpr double kFarFromEachOther = 4;  // times the variance of the given poses. Guessed
+  if (VarianceOfCenters(inverted) < kFarFromEachOther * VarianceOfCenters(light_field)) return false;
   if (SubjectFromAxes(inverted)) return true;
   for (View& view : inverted.views) view.cam_from_world = half_turn * view.cam_from_world;
   return SubjectFromAxes(inverted).has_value();
