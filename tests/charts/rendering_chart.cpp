@@ -86,7 +86,7 @@ Chart MeasurePictures(const Effort& effort) {
           renderer->SetField(field);
           const bool in_use = field.kind == FieldKind::kSubdivision && field.level == 1;
           const RenderedQuality quality = MeasureRendering(*renderer, truth);
-          const auto add = [&](const std::string& title, double value) {
+          const auto add = [&, series = series, name = name](const std::string& title, double value) {
             table.Add(title, series, name, quality.cpu_ms, value, in_use);
           };
           add(is_small ? of_small.psnr : of_large.psnr, quality.psnr_db);
