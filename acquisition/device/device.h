@@ -61,7 +61,7 @@ const char* Name(DeviceState state);
 // Returns whether no frame will come any more in this state.
 inline bool IsOver(DeviceState state) { return state == DeviceState::kEnded || state == DeviceState::kLost; }
 
-// What a device reports between frames.
+// A device reports one of these between frames.
 enum class DeviceEventKind {
   kStalled,  // no frame for longer than normal; nothing lost yet
   kFaulted,  // frames are being lost from here on

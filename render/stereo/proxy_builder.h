@@ -22,7 +22,7 @@
 
 namespace ulf::render {
 
-// What compares the photographs.
+// The processor or the graphics card compares the photographs.
 enum class SweepDevice { kProcessor, kGl };
 
 struct ProxyOptions {

@@ -52,7 +52,7 @@ void SayOtherwise(char* text) {
   }
 }
 
-// What stays the same in other words.
+// Returns the characters that other words leave as they are.
 std::string WithoutSmallLetters(std::string text) {
   std::erase_if(text, [](char c) { return c >= 'a' && c <= 'z'; });
   return text;

@@ -24,7 +24,7 @@ namespace ulf::tracking {
 inline constexpr double kFollowedLogOdds = 0;
 inline constexpr double kRelocalizedLogOdds = 7;
 
-// By candidate: whether it does not count.
+// Tells for each candidate whether it is excluded.
 using ExcludedCandidates = std::vector<bool>;
 
 // Returns the natural logarithm of the odds that the pose is right, with even odds beforehand.

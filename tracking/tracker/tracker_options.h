@@ -16,7 +16,7 @@ struct ReadoutArgs {
   bool compensate_found = true;  // a readout that the tracker finds is compensated, else only reported
 };
 
-// What becomes of the given lens if the map's images contradict it.
+// The tracker treats a given lens so if the map's images contradict it.
 enum class LensUse {
   kFixed,  // it is not checked
   kCheck,  // the tracker reports the contradiction

@@ -95,7 +95,7 @@ std::map<int, Rigid3> MovedPoses(const Vector3d& moved) {
   return poses;
 }
 
-// Of all views, made at the end without a thread.
+// Returns the geometry of all views, made at the end without a thread.
 const FinishedGeometry& OfAllViews() {
   static const FinishedGeometry finished = [] {
     LiveGeometry geometry(Small(false));
