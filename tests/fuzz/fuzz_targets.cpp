@@ -23,7 +23,7 @@
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/exchange/npy_file.h"
+#include "core/light_field/exchange/readers/npy_file.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/folder/journal.h"
 #include "core/light_field/formats/colmap_files.h"

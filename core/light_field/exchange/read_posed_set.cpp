@@ -12,7 +12,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"

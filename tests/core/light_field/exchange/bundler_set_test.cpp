@@ -1,4 +1,4 @@
-// Tests: core/light_field/exchange/bundler_set.
+// Tests: core/light_field/exchange/readers/bundler_set.
 //
 // Bundler's files, written here after its manual: that cameras, points and observations come back as they
 // were, and what is said of files that are damaged or belong to other photographs.
@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::bundler_set_test {

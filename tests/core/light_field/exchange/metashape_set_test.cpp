@@ -1,4 +1,4 @@
-// Tests: core/light_field/exchange/metashape_set, core/light_field/formats/xml_file.
+// Tests: core/light_field/exchange/readers/metashape_set, core/light_field/formats/xml_file.
 //
 // Metashape's cameras, written here after its manual: poses and lenses come back, and what is not supported,
 // damaged or left out is said.
@@ -19,7 +19,7 @@
 
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
-#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 #include "core/light_field/formats/xml_file.h"
 #include "tests/support/test_paths.h"
 

@@ -1,5 +1,5 @@
 // Tests: core/light_field/formats/transforms_json, core/light_field/formats/frame_files,
-// core/light_field/exchange/nerf_synthetic_set,
+// core/light_field/exchange/readers/nerf_synthetic_set,
 // core/light_field/formats/posed_set, core/image/files/picture_file.
 //
 // Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those

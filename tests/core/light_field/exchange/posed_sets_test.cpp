@@ -1,7 +1,7 @@
 // Tests: core/light_field/exchange/read_posed_set, core/light_field/formats/posed_set,
-// core/light_field/exchange/colmap_set, core/light_field/exchange/llff_set,
-// core/light_field/exchange/npy_file, core/light_field/exchange/subject_of_set,
-// core/light_field/exchange/set_readers, core/light_field/formats/colmap_files,
+// core/light_field/exchange/readers/colmap_set, core/light_field/exchange/readers/llff_set,
+// core/light_field/exchange/readers/npy_file, core/light_field/exchange/subject_of_set,
+// core/light_field/exchange/readers/set_readers, core/light_field/formats/colmap_files,
 // core/light_field/formats/set_format, core/base/binary_file.
 //
 // The same cameras before the same wall in every format: what is read is what was written, and what is
@@ -27,7 +27,7 @@
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
 #include "core/light_field/exchange/import_light_field.h"
-#include "core/light_field/exchange/npy_file.h"
+#include "core/light_field/exchange/readers/npy_file.h"
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"

@@ -1,4 +1,4 @@
-// Tests: core/light_field/exchange/realityscan_set.
+// Tests: core/light_field/exchange/readers/realityscan_set.
 //
 // XMP files of RealityScan, written here after its paper on camera geometry: poses and lenses come back, and
 // what is not supported, damaged or left out is said.
@@ -15,7 +15,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::realityscan_set_test {

@@ -1,9 +1,9 @@
-// Tests: core/light_field/exchange/tum_set, core/light_field/exchange/read_posed_set.
+// Tests: core/light_field/exchange/readers/tum_set, core/light_field/exchange/read_posed_set.
 //
 // Sets in the layout of the TUM RGB-D benchmark, written here: that poses are those of the
 // photographs' times, whose intrinsics are whose, and what is said of files that are damaged or belong
 // to other photographs.
-#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

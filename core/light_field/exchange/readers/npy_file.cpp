@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/npy_file.h"
+#include "core/light_field/exchange/readers/npy_file.h"
 
 #include <algorithm>
 #include <array>

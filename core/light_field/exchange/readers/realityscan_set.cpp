@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/set_readers.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/light_field/exchange/npy_file.h"
+#include "core/light_field/exchange/readers/npy_file.h"
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"
 
