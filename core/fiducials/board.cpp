@@ -236,7 +236,8 @@ std::string Board::Text() const {
       return fmt::format("chessboard:{}x{}:{}", columns, rows, square_mm);
   }
   if (white_corner) text += ":white-corner";
-  if (order != (kind == BoardKind::kAprilGrid ? kAprilGridOrder : MarkerOrder{})) text += ":" + order.Text();
+  if (order != (kind == BoardKind::kAprilGrid ? kAprilGridOrder : MarkerOrder{}))
+    text += fmt::format(":{}", order.Text());
   if (first_marker != 0) text += fmt::format(":first={}", first_marker);
   return text;
 }

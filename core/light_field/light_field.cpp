@@ -118,7 +118,7 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field) {
     views_of_center += img && camera.Contains(*img);
     half_angles.push_back(std::atan(0.5 * kSubjectSize * camera.width / camera.fx));
   }
-  if (2 * views_of_center < light_field.views.size()) return std::nullopt;  // a walk past many things
+  if (2 * views_of_center <= light_field.views.size()) return std::nullopt;  // a walk past many things
   return Subject{center, Median(distances) * std::sin(Median(half_angles))};
 }
 

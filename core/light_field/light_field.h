@@ -76,9 +76,10 @@ struct MergedExposures {
 
 // A recorded frame: image, camera, pose.
 struct View : StoredExposure {
-  int id = 0;             // unique, in order of recording, never used again
-  std::string mask_path;  // one channel, of the image's size, 0: excluded; empty: no mask
-  int camera = 0;         // index into LightField::cameras
+  int id = 0;                      // unique, in order of recording, never used again
+  std::string mask_path;           // one channel, of the image's size, 0: excluded; empty: no mask
+  bool mask_marks_unused = false;  // the opposite, 0: used; only in sets of instant-ngp, never in a journal
+  int camera = 0;                  // index into LightField::cameras
   Rigid3 cam_from_world;
   // The pose when the view was recorded; later corrections change cam_from_world only.
   std::optional<Rigid3> recorded_cam_from_world;

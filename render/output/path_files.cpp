@@ -89,10 +89,7 @@ struct NerfstudioWorld {
 };
 
 Rigid3 RigidOf(const Eigen::MatrixXd& rows, const JsonPlace& place, const char* key) {
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topRows(3) = rows;
-  RequireRotation(matrix, place.where, key);
-  return Rigid3::FromMatrix(matrix);
+  return {NearestRotation(rows.leftCols(3), place.where, fmt::format("'{}'", key)), rows.col(3).head(3)};
 }
 
 NerfstudioWorld WorldOf(const fs::path& file, const fs::path& light_field) {
@@ -144,15 +141,20 @@ CameraPath FromNerfstudio(const json& document, const fs::path& file, const Path
   if (!cameras.is_array()) throw Error("{}: 'camera_path' must be a list", top.where);
   const NerfstudioWorld world = WorldOf(file, request.light_field);
   CameraPath path;
+  PoseRotations rotations;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const JsonPlace place{cameras[i], fmt::format("{}, camera_path {}", file.string(), i)};
     const Eigen::Matrix4d matrix = MatrixOf(place, "camera_to_world", 4);
-    path.cam_from_world.push_back(world.CamFromWorld(CamFromOpenGl(matrix, place.where, "camera_to_world")));
+    path.cam_from_world.push_back(
+        world.CamFromWorld(CamFromOpenGl(matrix, place.where, "camera_to_world", rotations)));
     const double fov_deg = place.Number("fov");
     if (!(fov_deg > 0 && fov_deg < 180))
       throw Error("{}: 'fov' must lie between 0 and 180 degrees, not {}", place.where, fov_deg);
     path.cameras.push_back(CameraModel::Pinhole(width, height, FocalPx(fov_deg, height)));
   }
+  std::vector<std::string> doubts;
+  rotations.Tell(file.string(), doubts);
+  for (const std::string& doubt : doubts) spdlog::warn("{}", doubt);
   return path;
 }
 

@@ -147,6 +147,7 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
 // Writes a mask as PNG of one channel, from a file or the image's alpha; none if nothing is masked.
 void TakeMask(const LightField& source, const View& view, const fs::path& dir, View& taken) {
   taken.mask_path.clear();
+  taken.mask_marks_unused = false;
   const cv::Mat mask = ReadViewMask(source, view);
   if (mask.empty() || cv::countNonZero(mask) == static_cast<int>(mask.total())) return;
   taken.mask_path = Beside("masks", taken.image_path, ".png");
@@ -264,9 +265,9 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   const std::vector<Finding> quick = QuickFindings(source);
   source.findings.insert(source.findings.end(), quick.begin(), quick.end());
   WarnOnce(dir, source.findings);
+  for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
   if (!source.subject)
     throw Refusal(source_path.string(), "", "the subject cannot be found: " + WhyNoSubject(source), "");
-  for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
 
   LightField& made = imported.light_field;
   made = source;

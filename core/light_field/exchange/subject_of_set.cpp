@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <utility>
 
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/light_field/folder/quick_checks.h"
@@ -113,6 +115,51 @@ bool InversesMeet(const LightField& light_field) {
   return SubjectFromAxes(inverted).has_value();
 }
 
+// Two groups of cameras that are far apart in comparison with their extent, the larger first.
+struct CameraGroups {
+  std::size_t first = 0, second = 0;  // how many cameras
+  Eigen::Vector3d first_middle, second_middle;
+};
+
+// Divides the cameras by the plane halfway between the two that are farthest apart.
+std::optional<CameraGroups> GroupsOf(const LightField& light_field) {
+  constexpr double kFarApart = 4;  // times the largest distance from a group's middle. Guessed
+  constexpr std::size_t kFewest = 2;
+  if (light_field.views.size() < 2 * kFewest) return std::nullopt;
+  const auto farthest_from = [&](const Eigen::Vector3d& from) {
+    Eigen::Vector3d farthest = from;
+    for (const View& view : light_field.views)
+      if ((view.CenterInWorld() - from).squaredNorm() > (farthest - from).squaredNorm())
+        farthest = view.CenterInWorld();
+    return farthest;
+  };
+  const Eigen::Vector3d a = farthest_from(light_field.views.front().CenterInWorld()), b = farthest_from(a);
+  const auto is_first = [&](const Eigen::Vector3d& center) {
+    return (center - a).squaredNorm() < (center - b).squaredNorm();
+  };
+  CameraGroups groups{0, 0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  for (const View& view : light_field.views) {
+    const bool first = is_first(view.CenterInWorld());
+    ++(first ? groups.first : groups.second);
+    (first ? groups.first_middle : groups.second_middle) += view.CenterInWorld();
+  }
+  if (groups.first < kFewest || groups.second < kFewest) return std::nullopt;
+  groups.first_middle /= static_cast<double>(groups.first);
+  groups.second_middle /= static_cast<double>(groups.second);
+  double extent = 0;
+  for (const View& view : light_field.views) {
+    const Eigen::Vector3d center = view.CenterInWorld();
+    extent =
+        std::max(extent, (center - (is_first(center) ? groups.first_middle : groups.second_middle)).norm());
+  }
+  if (groups.first < groups.second) {
+    std::swap(groups.first, groups.second);
+    std::swap(groups.first_middle, groups.second_middle);
+  }
+  const bool are_apart = (groups.first_middle - groups.second_middle).norm() > kFarApart * extent;
+  return are_apart ? std::optional(groups) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<SubjectOfSet> FindSubject(const PosedSet& set) {
@@ -131,6 +178,22 @@ std::optional<SubjectOfSet> FindSubject(const PosedSet& set) {
 
 std::string WhyNoSubject(const LightField& light_field) {
   const std::string give_it = fmt::format("give it with {} x,y,z,radius", Parameter("subject"));
+  if (light_field.views.size() == 1)
+    return fmt::format("one photograph alone does not tell how far away it is; {}", give_it);
+  if (VarianceOfCenters(light_field) == 0)
+    return fmt::format(
+        "all cameras stand at one place, from which no depth follows; are the poses those of the set? If so, "
+        "{}",
+        give_it);
+  if (const auto groups = GroupsOf(light_field)) {
+    const auto words = [](std::size_t count, const Eigen::Vector3d& at) {
+      return fmt::format("{} around {:.3g} {:.3g} {:.3g}", Counted(count, "camera"), at.x(), at.y(), at.z());
+    };
+    return fmt::format(
+        "the cameras stand in two groups far apart ({} and {}): were two sets joined whose worlds differ? "
+        "Import each by itself, or {}",
+        words(groups->first, groups->first_middle), words(groups->second, groups->second_middle), give_it);
+  }
   if (InversesMeet(light_field))
     return fmt::format(
         "the cameras' axes do not meet before them; those of the inverted poses do. Either mend the poses (a "

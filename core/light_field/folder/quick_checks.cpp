@@ -129,6 +129,9 @@ std::string SubjectMisfit(const Subject& subject, const LightField& light_field)
   for (const View* view : views)
     distances.push_back((view->CenterInWorld() - subject.center_in_world).norm());
   const double baseline = views.size() < 2 ? 0 : Baseline(views), distance = Median(std::move(distances));
+  constexpr double kRounding = 1e-9;
+  if (views.size() > 1 && baseline <= kRounding * distance)
+    return "most cameras stand at one place, from which no depth follows";
   if (baseline > 0 && baseline < kLeastBaselineShare * distance)
     return fmt::format("the subject is {:.0f} times as far away as most cameras stand from their middle",
                        distance / baseline);
@@ -153,8 +156,8 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
     if (const std::string misfit = SubjectMisfit(*light_field.subject, light_field); !misfit.empty())
       findings.push_back(
           {Name(Check::kSubject),
-           fmt::format("{}; is it in another unit than the poses? ulf import makes a copy with the subject "
-                       "that {} x,y,z,radius names",
+           fmt::format("{}; is it in another unit than the poses, or are the poses wrong? ulf import makes a "
+                       "copy with the subject that {} x,y,z,radius names",
                        misfit, Parameter("subject")),
            {}});
   return findings;

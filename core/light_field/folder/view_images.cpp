@@ -185,8 +185,14 @@ cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
   if (!view.mask_path.empty()) {
     const fs::path path = light_field.root / view.mask_path;
     cv::Mat levels = ReadImageFile(path.string());
-    if (levels.channels() > 1) cv::extractChannel(levels.clone(), levels, 0);
-    use(levels > 0, path);  // as in nerfstudio
+    if (view.mask_marks_unused) {
+      cv::Mat unused = levels.reshape(1) > 0;  // in any channel
+      cv::reduce(unused.reshape(1, static_cast<int>(levels.total())), unused, 1, cv::REDUCE_MAX);
+      use(unused.reshape(1, levels.rows) == 0, path);
+    } else {
+      if (levels.channels() > 1) cv::extractChannel(levels.clone(), levels, 0);
+      use(levels > 0, path);  // as in nerfstudio
+    }
   }
   const fs::path image = light_field.root / view.image_path;
   if (HasAlphaChannel(image)) use(ReadAlpha(image.string()), image);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/formats/raw_beside.h"
 
@@ -32,6 +33,40 @@ std::optional<std::string> PathWithin(const fs::path& root, const std::string& r
   return fs::path(relative).lexically_normal().generic_string();
 }
 
+// Returns the file relative to `root`, wherever it lies; none if it does not exist.
+std::optional<std::string> PathFrom(const fs::path& root, const std::string& given) {
+  std::error_code unknown;
+  if (given.empty() || !fs::is_regular_file(root / given, unknown)) return std::nullopt;
+  return fs::path(given).is_absolute() ? fs::proximate(given, fs::absolute(root)).generic_string()
+                                       : fs::path(given).lexically_normal().generic_string();
+}
+
+constexpr const char* kEndings[] = {"", ".png", ".jpg", ".jpeg", ".exr"};
+
+std::string FoundAround(const FrameFiles& files, const std::string& given) {
+  for (const SetImages& folder : files.around) {
+    // The folder above holds other things than the set.
+    const bool is_root = &folder == &files.around.front();
+    if (std::string found = is_root ? folder.Find(given) : folder.FindByEnd(given); !found.empty())
+      return fs::proximate(folder.folder() / found, files.root).generic_string();
+  }
+  return {};
+}
+
+std::string PathOfCopied(const FrameFiles& files, const std::string& given, const std::string& where) {
+  for (const std::string& path : {given, WithSlashes(given)}) {
+    for (const char* ending : kEndings)
+      if (auto found = PathFrom(files.root, path + ending)) return *std::move(found);
+    if (const fs::path raw = RawBeside(files.root / path); !raw.empty())
+      return (fs::path(path).parent_path() / raw.filename()).generic_string();
+  }
+  try {
+    return FoundAround(files, given);
+  } catch (const Error& error) {
+    throw Error("{}: {}", where, error.what());
+  }
+}
+
 constexpr const char* kFindByName =
     "'ulf import SET --images FOLDER -o OUT' finds photographs by their names";
 
@@ -45,17 +80,24 @@ std::string PathInside(const fs::path& root, const std::string& relative, const 
       where, relative, root.string());
 }
 
-std::string FileWithin(const fs::path& root, const std::string& given, const std::string& where) {
-  for (const std::string& path : {given, WithSlashes(given)})
-    if (std::string inside = PathInside(root, path, where); fs::is_regular_file(root / inside)) return inside;
+std::string FileOfSet(const FrameFiles& files, const std::string& given, const std::string& where) {
+  for (const std::string& path : {given, WithSlashes(given)}) {
+    if (files.is_copied()) {
+      if (auto found = PathFrom(files.root, path)) return *std::move(found);
+      continue;
+    }
+    if (std::string inside = PathInside(files.root, path, where); fs::is_regular_file(files.root / inside))
+      return inside;
+  }
   return {};
 }
 
 std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, const std::string& where) {
   if (!files.are_read) return given;
   if (files.images) return files.images->Find(given);
+  if (files.is_copied()) return PathOfCopied(files, given, where);
   for (const std::string& path : {given, WithSlashes(given)}) {
-    for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
+    for (const char* ending : kEndings) {
       const auto inside = PathWithin(files.root, path + ending, where);
       if (!inside)
         throw Error(
@@ -71,29 +113,45 @@ std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, 
   return {};
 }
 
-void MissingPhotographs::RequireNone(const FrameFiles& files) const {
+void MissingPhotographs::Tell(const FrameFiles& files, std::size_t there, bool all_needed,
+                              std::vector<std::string>& doubts) const {
   if (count_ == 0) return;
+  const std::string folder = (files.images ? files.images->folder() : files.root).string();
+  if (there == 0 && files.may_be_poses_alone) {
+    doubts.push_back(fmt::format("{}: {} without their photographs left out: poses to be rendered", file_,
+                                 Counted(count_, "frame")));
+    return;
+  }
+  if (!all_needed && count_ <= there) {
+    doubts.push_back(
+        fmt::format("{}: {} in {} and left out ('{}'{})", file_,
+                    count_ == 1 ? "1 photograph is not" : fmt::format("{} photographs are not", count_),
+                    folder, first_, count_ == 1 ? "" : " is the first"));
+    return;
+  }
   const std::string which = count_ == 1
                                 ? fmt::format("the image '{}' is missing", first_)
                                 : fmt::format("the image '{}' and {} more are missing", first_, count_ - 1);
   if (files.images)
     throw Error("{}: {} in {}; give the folder that holds all photographs, or take the frames out",
-                first_where_, which, files.images->folder().string());
-  throw Error("{}: {} in {}; restore what is missing or take the frames out; {}", first_where_, which,
-              files.root.string(), kFindByName);
+                first_where_, which, folder);
+  throw Error("{}: {} in {}; restore what is missing or take the frames out; {}", first_where_, which, folder,
+              kFindByName);
 }
 
 fs::path MeasuredPhotograph(const FrameFiles& files, const std::string& given, const std::string& where) {
   for (const std::string& path : {given, WithSlashes(given)})
-    for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"})
-      if (const auto inside = PathWithin(files.root, path + ending, where);
-          inside && fs::is_regular_file(files.root / *inside))
-        return files.root / *inside;
+    for (const char* ending : kEndings)
+      if (const auto found = files.is_copied() ? PathFrom(files.root, path + ending)
+                                               : PathWithin(files.root, path + ending, where);
+          found && fs::is_regular_file(files.root / *found))
+        return files.root / *found;
   return {};
 }
 
 std::string MaskOfSet(const FrameFiles& files, const std::string& given, const std::string& where) {
-  const std::string inside = FileWithin(files.root, given, where);
+  const std::string inside =
+      files.is_copied() ? PathOfCopied(files, given, where) : FileOfSet(files, given, where);
   if (inside.empty())
     throw Error("{}: the mask '{}' is missing in {}; restore it or take it out of the frame", where, given,
                 files.root.string());

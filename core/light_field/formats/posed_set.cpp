@@ -1,11 +1,15 @@
 #include "core/light_field/formats/posed_set.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <climits>
-#include <functional>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <numbers>
 #include <opencv2/core.hpp>
 
 #include "core/base/counted.h"
@@ -62,6 +66,65 @@ std::string StemOf(const fs::path& photograph) {
   return HasImageEnding(photograph) ? photograph.stem().string() : photograph.filename().string();
 }
 
+// Returns the paths of all photographs below a folder, relative to it, by their names without ending in lower
+// case.
+std::multimap<std::string, std::string> PhotographsBelow(const fs::path& folder) {
+  constexpr std::size_t kMost = 200000;  // entries looked at: a set may lie in somebody's whole disk
+  std::vector<std::string> paths;
+  std::error_code unknown;
+  std::size_t entries = 0;
+  constexpr auto kSkip = fs::directory_options::skip_permission_denied;
+  for (auto entry = fs::recursive_directory_iterator(folder, kSkip, unknown);
+       !unknown && entry != fs::recursive_directory_iterator() && ++entries < kMost;
+       entry.increment(unknown)) {
+    if (entry->path().filename().string().starts_with('.')) {
+      entry.disable_recursion_pending();
+      continue;
+    }
+    if (HasImageEnding(entry->path()) && entry->is_regular_file(unknown))
+      paths.push_back(entry->path().lexically_relative(folder).generic_string());
+  }
+  LeaveOutRawTwins(paths);
+  std::ranges::sort(paths, NameOrder);
+  std::multimap<std::string, std::string> by_name;
+  for (std::string& path : paths) by_name.emplace(Lowercase(StemOf(fs::path(path).filename())), path);
+  return by_name;
+}
+
+// Returns how many folders the two paths have in common, from their end, in upper or lower case.
+int CommonEnd(const std::string& one, const std::string& other) {
+  const fs::path a = fs::path(Lowercase(one)).parent_path(), b = fs::path(Lowercase(other)).parent_path();
+  auto i = a.end(), k = b.end();
+  int common = 0;
+  while (i != a.begin() && k != b.begin() && *--i == *--k) ++common;
+  return common;
+}
+
+// Matches what lies beside a set's photographs under their names: smaller copies, masks and maps.
+bool IsReducedCopy(const fs::path& photograph) {
+  return std::ranges::any_of(photograph.parent_path(), [](const fs::path& folder) {
+    const std::string name = Lowercase(folder.string());
+    return name.starts_with("images_") || name.starts_with("mask") || name.starts_with("depth") ||
+           name.starts_with("normal") || name.starts_with("thumb");
+  });
+}
+
+std::string Slashed(std::string name) {
+  std::ranges::replace(name, '\\', '/');  // from Windows
+  return name;
+}
+
+using IsMeant = bool (*)(const std::string& there, const std::string& wanted);
+constexpr IsMeant kWaysToMean[] = {
+    [](const std::string& there, const std::string& wanted) { return there == wanted; },
+    [](const std::string& there, const std::string& wanted) {
+      return !HasImageEnding(wanted) && StemOf(there) == wanted;
+    },
+    [](const std::string& there, const std::string& wanted) { return Lowercase(there) == Lowercase(wanted); },
+    [](const std::string& there, const std::string& wanted) {
+      return Lowercase(StemOf(there)) == Lowercase(StemOf(wanted));
+    }};
+
 }  // namespace
 
 std::string ImagesRemedy() { return fmt::format("say where they lie with {} FOLDER", Parameter("images")); }
@@ -89,6 +152,8 @@ SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::ve
   throw Error("{}: no photographs in {}; {}", base.string(), tried, ImagesRemedy());
 }
 
+SetImages::SetImages(const fs::path& folder) : folder_(folder), names_(PhotographsIn(folder)) {}
+
 const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) const {
   if (folder.empty()) return names_;
   const auto [found, is_new] = names_below_.try_emplace(folder);
@@ -97,25 +162,41 @@ const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) co
 }
 
 std::string SetImages::Find(const std::string& name) const {
-  std::string slashed = name;
-  std::ranges::replace(slashed, '\\', '/');  // from Windows
-  using IsMeant = std::function<bool(const std::string& there, const std::string& wanted)>;
-  const IsMeant ways[] = {
-      [](const std::string& there, const std::string& wanted) { return there == wanted; },
-      [](const std::string& there, const std::string& wanted) {
-        return !HasImageEnding(wanted) && StemOf(there) == wanted;
-      },
-      [](const std::string& there, const std::string& wanted) {
-        return Lowercase(there) == Lowercase(wanted);
-      },
-      [](const std::string& there, const std::string& wanted) { return StemOf(there) == StemOf(wanted); }};
+  std::string found = FindByEnd(name);
+  return found.empty() ? FindBelow(name) : found;
+}
+
+std::string SetImages::FindBelow(const std::string& name) const {
+  if (!all_below_) all_below_ = PhotographsBelow(folder_);
+  const std::string path = Slashed(name), wanted = fs::path(path).filename().string();
+  const auto [begin, end] = all_below_->equal_range(Lowercase(StemOf(wanted)));
+  for (const IsMeant& is_meant : kWaysToMean) {
+    std::string best, other;
+    int most = std::numeric_limits<int>::min();
+    for (auto each = begin; each != end; ++each) {
+      const std::string& there = each->second;
+      if (!is_meant(fs::path(there).filename().string(), wanted)) continue;
+      const int alike = 2 * CommonEnd(there, path) - (IsReducedCopy(there) ? 1 : 0);
+      if (alike == most) other = there;
+      if (alike > most) most = alike, best = there, other.clear();
+    }
+    if (!other.empty())
+      throw Error("{}: both {} and {} may be the photograph '{}'; {}", folder_.string(), best, other, name,
+                  ImagesRemedy());
+    if (!best.empty()) return best;
+  }
+  return {};
+}
+
+std::string SetImages::FindByEnd(const std::string& name) const {
+  const std::string slashed = Slashed(name);
   for (const std::string& given : slashed == name ? std::vector{name} : std::vector{name, slashed}) {
     const std::vector<fs::path> ends = EndsOf(fs::path(given).lexically_normal());
     // Most names match as they are: no folder needs to be read for these.
     std::error_code unknown;
     for (const fs::path& end : ends)
       if (fs::is_regular_file(folder_ / end, unknown)) return end.generic_string();
-    for (const IsMeant& is_meant : ways)
+    for (const IsMeant& is_meant : kWaysToMean)
       for (const fs::path& end : ends) {
         const std::vector<std::string>& there = NamesBelow(end.parent_path());
         const std::string wanted = end.filename().string();
@@ -144,6 +225,13 @@ std::string SetImages::MaskOf(const std::string& name) const {
   return {};
 }
 
+std::string DynamicMaskOf(const fs::path& root, const std::string& image_path) {
+  const fs::path image(image_path);
+  const fs::path mask = image.parent_path() / ("dynamic_mask_" + image.stem().string() + ".png");
+  std::error_code unknown;
+  return fs::is_regular_file(root / mask, unknown) ? mask.generic_string() : "";
+}
+
 CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std::string& where,
                      std::vector<std::string>& doubts) {
   // A raw file has some pixels more than the JPEG that was posed, and is cropped.
@@ -162,6 +250,22 @@ CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std
       size.width, size.height, camera.width, camera.height);
   if (std::ranges::find(doubts, words) == doubts.end()) doubts.push_back(words);
   return camera.ScaledTo(size.width, size.height);
+}
+
+CameraModel HeldByOurModel(const Projection& project, CameraModel without, const std::string& lens,
+                           const std::string& remedy, std::vector<std::string>& doubts) {
+  constexpr double kNothing_px = 0.02, kTooFar_px = 5;  // the first is far below what matching finds; guessed
+  if (CompareCamera(project, without).largest_px <= kNothing_px) return without;
+  if (without.distortion == Distortion::kNone) without.distortion = Distortion::kRadialTangential;
+  const CameraFit fit = FitCamera(project, without);
+  if (fit.largest_px > kTooFar_px)
+    throw Error("{}: the nearest lens that ulf has is off by up to {:.1f} px; {}", lens, fit.largest_px,
+                remedy);
+  doubts.push_back(
+      fmt::format("{}: a term that ulf's lenses lack; the nearest lens is taken, which is off by {:.2g} px "
+                  "(RMS), {:.2g} px at most",
+                  lens, fit.rms_px, fit.largest_px));
+  return fit.camera;
 }
 
 int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras) {
@@ -188,17 +292,72 @@ void NoteUnposed(std::size_t count, const char* noun, const std::string& why, Po
   set.counts_unposed = true;
 }
 
+Eigen::Quaterniond PoseRotations::Read(const Eigen::Matrix3d& matrix, const std::string& where,
+                                       const std::string& what) {
+  // Two decimals are off by 0.005, and nine such numbers by at most 0.015 together.
+  constexpr double kMostChange = 0.02;
+  constexpr double kVisible = 1e-4;  // between what three and four decimals change
+  const auto refuse = [&](const char* fault) {
+    throw Error("{}: {} is not a rotation (orthonormal, determinant 1): {}; export the set again", where,
+                what, fault);
+  };
+  if (!matrix.allFinite()) refuse("a number is not finite");
+  const SingularValues3 svd = SingularValuesOf(matrix);
+  scale_ = svd.values.mean();
+  if (!(scale_ > 0)) refuse("it is zero");
+  if (matrix.determinant() < 0) refuse("it is mirrored, as if an axis were negated or two were exchanged");
+  const Eigen::Matrix3d rotation = svd.u * svd.v.transpose();
+  const Eigen::Matrix3d change = matrix / scale_ - rotation;
+  if ((svd.values.array() / scale_ - 1).abs().maxCoeff() > kMostChange)
+    refuse("its axes differ in length or are not at right angles");
+  const double turn = change.colwise().norm().maxCoeff();
+  if (turn > kVisible || std::abs(scale_ - 1) > kVisible) {
+    least_scale_ = changed_ == 0 ? scale_ : std::min(least_scale_, scale_);
+    most_scale_ = changed_ == 0 ? scale_ : std::max(most_scale_, scale_);
+    most_turn_ = std::max(most_turn_, turn);
+    ++changed_;
+  }
+  return Eigen::Quaterniond(rotation).normalized();
+}
+
+void PoseRotations::Tell(const std::string& file, std::vector<std::string>& doubts) const {
+  if (changed_ == 0) return;
+  constexpr double kSame = 1e-4;
+  std::vector<std::string> changes;
+  if (most_scale_ - least_scale_ > kSame * most_scale_)
+    changes.push_back(fmt::format("scales from {:.4g} to {:.4g} were taken out", least_scale_, most_scale_));
+  else if (std::abs(most_scale_ - 1) > kSame)
+    changes.push_back(fmt::format("a scale of {:.4g} was taken out", most_scale_));
+  if (most_turn_ > kSame)
+    changes.push_back(
+        fmt::format("axes turned by up to {:.2g} degrees", most_turn_ * 180 / std::numbers::pi));
+  doubts.push_back(fmt::format("{}: the matrices of {} were not rotations and were made such: {}", file,
+                               Counted(changed_, "pose"), fmt::join(changes, ", ")));
+}
+
 Eigen::Quaterniond NearestRotation(const Eigen::Matrix3d& matrix, const std::string& where,
                                    const std::string& what) {
-  constexpr double kTolerance = 1e-3;
-  const double error = (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!matrix.allFinite() || error > kTolerance || matrix.determinant() < 0)
-    throw Error(
-        "{}: {} is not a rotation (orthonormal, determinant 1); export the set again without scale or "
-        "mirroring",
-        where, what);
-  const SingularValues3 svd = SingularValuesOf(matrix);
-  return Eigen::Quaterniond(Eigen::Matrix3d(svd.u * svd.v.transpose())).normalized();
+  constexpr double kMostScale = 1e-3;
+  PoseRotations rotations;
+  const Eigen::Quaterniond rotation = rotations.Read(matrix, where, what);
+  if (std::abs(rotations.scale() - 1) > kMostScale)
+    throw Error("{}: {} is not a rotation but scaled by {:.4g}; export the set again", where, what,
+                rotations.scale());
+  return rotation;
+}
+
+ToldOnFailure::ToldOnFailure(const std::vector<std::string>& doubts)
+    : doubts_(doubts), exceptions_(std::uncaught_exceptions()) {}
+
+ToldOnFailure::~ToldOnFailure() {
+  if (std::uncaught_exceptions() == exceptions_) return;
+  for (const std::string& doubt : doubts_) spdlog::warn("{}", doubt);
+}
+
+void RequireLastRow(const Eigen::RowVector4d& row, const std::string& where, const std::string& what) {
+  constexpr double kSinglePrecision = 1e-5;  // of an inverse with a translation of a hundred units. Guessed
+  if (!((row - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < kSinglePrecision))
+    throw Error("{}: the last row of {} must be 0 0 0 1", where, what);
 }
 
 }  // namespace ulf

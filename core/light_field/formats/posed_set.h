@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/camera_fit.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -34,25 +36,37 @@ class SetImages {
   // absolute) that holds photographs is taken. Throws Error with the remedy if none does.
   SetImages(const std::filesystem::path& base, const std::filesystem::path& chosen,
             const std::vector<std::filesystem::path>& folders);
+  // Takes this folder, whatever it holds.
+  explicit SetImages(const std::filesystem::path& folder);
 
   const std::filesystem::path& folder() const { return folder_; }
   // Returns all photographs in the folder itself, without its subfolders, in NameOrder().
   const std::vector<std::string>& names() const { return names_; }
   // Returns the photograph of this name in the folder, relative to it, or "". Tries the whole name, then the
   // name without its first folders; then with an ending added, in upper or lower case, and with another
-  // ending. Folders are separated by `/` or, by programs on Windows, by `\`. Not thread-safe.
+  // ending; then all folders below, of which the one whose path ends most like `name` is taken. Throws Error
+  // if several do alike. Folders are separated by `/` or, by programs on Windows, by `\`. Not thread-safe.
   std::string Find(const std::string& name) const;
+  // Does so without looking into folders that `name` does not end with.
+  std::string FindByEnd(const std::string& name) const;
   // Returns masks/NAME.png, masks/STEM.png or masks/STEM_mask.png beside the folder (beside images_4 in
   // masks_4 first) or in it, or NAME.mask.png or STEM.mask.png in it, relative to it; empty if there is none.
+  // Instant-ngp's masks are found by DynamicMaskOf().
   std::string MaskOf(const std::string& name) const;
 
  private:
   const std::vector<std::string>& NamesBelow(const std::filesystem::path& folder) const;
+  std::string FindBelow(const std::string& name) const;
 
   std::filesystem::path folder_;
   std::vector<std::string> names_;
   mutable std::map<std::filesystem::path, std::vector<std::string>> names_below_;  // cache, filled on demand
+  mutable std::optional<std::multimap<std::string, std::string>> all_below_;       // the same; paths by name
 };
+
+// Returns dynamic_mask_STEM.png beside the photograph, whose pixels that are not black are not to be used
+// (instant-ngp), or "" if there is none. Both paths are relative to `root`.
+std::string DynamicMaskOf(const std::filesystem::path& root, const std::string& image_path);
 
 // Returns the remedy for a set whose photographs are not found, for messages.
 std::string ImagesRemedy();
@@ -63,6 +77,13 @@ std::string ImagesRemedy();
 // pixel off), and Error for a file that cannot be read.
 CameraModel AtSizeOf(const std::filesystem::path& image, const CameraModel& camera, const std::string& where,
                      std::vector<std::string>& doubts);
+
+// Returns a camera of our model for a lens with other terms, which `project` has and `without` lacks: `without`
+// itself if they move no pixel by more than 0.02 px, else the one nearest to it, whose distance `doubts` says.
+// Throws an Error that begins with `lens`, which names the terms, and ends with `remedy`, if that is off by
+// more than five pixels.
+CameraModel HeldByOurModel(const Projection& project, CameraModel without, const std::string& lens,
+                           const std::string& remedy, std::vector<std::string>& doubts);
 
 // Adds the camera to `cameras` unless an equal one is there; returns its index.
 int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras);
@@ -75,9 +96,43 @@ View& AddView(const std::string& image_path, const CameraModel& camera, const Ri
 // there are none.
 void NoteUnposed(std::size_t count, const char* noun, const std::string& why, PosedSet& set);
 
-// Returns the rotation nearest to `matrix`. Throws an Error that begins with `where` and names `what` unless
-// the matrix is a rotation within 1e-3 (orthonormal, determinant 1).
+// Reads the rotations of a set's poses, of which some programs write matrices that are none exactly: with a
+// scale, or with few decimals.
+class PoseRotations {
+ public:
+  // Returns the rotation nearest to `matrix`, whose length it takes out. Throws an Error that begins with
+  // `where` and names `what` if the matrix is mirrored, or farther from a rotation than two decimals explain.
+  Eigen::Quaterniond Read(const Eigen::Matrix3d& matrix, const std::string& where, const std::string& what);
+  // Returns the length of the last matrix, 1 for a rotation.
+  double scale() const { return scale_; }
+  // Adds to `doubts` how many matrices changed, and by how much, if any did so visibly.
+  void Tell(const std::string& file, std::vector<std::string>& doubts) const;
+
+ private:
+  double scale_ = 1;
+  std::size_t changed_ = 0;
+  double least_scale_ = 1, most_scale_ = 1, most_turn_ = 0;
+};
+
+// Does so for one matrix, without telling; also throws for a scale, because it would be one of the world.
 Eigen::Quaterniond NearestRotation(const Eigen::Matrix3d& matrix, const std::string& where,
                                    const std::string& what);
+
+// Warns of what a reader has found so far, if an exception ends it before somebody else could.
+class ToldOnFailure {
+ public:
+  explicit ToldOnFailure(const std::vector<std::string>& doubts);
+  ToldOnFailure(const ToldOnFailure&) = delete;
+  ToldOnFailure& operator=(const ToldOnFailure&) = delete;
+  ~ToldOnFailure();
+
+ private:
+  const std::vector<std::string>& doubts_;
+  int exceptions_;
+};
+
+// Throws an Error that begins with `where` and names `what` unless the row of a pose's matrix is 0 0 0 1, to
+// single precision.
+void RequireLastRow(const Eigen::RowVector4d& row, const std::string& where, const std::string& what);
 
 }  // namespace ulf

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string_view>
 
 #include "core/base/error.h"
@@ -17,11 +19,41 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::string_view kCameraKeys[] = {"fl_x", "fl_y", "cx", "cy", "w", "h", "camera_angle_x",
-                                            "camera_angle_y", "k1", "k2", "k3", "k4", "p1", "p2",
-                                            "camera_model", "is_fisheye",
-                                            // instant-ngp's; refused.
-                                            "ftheta_p0", "latlong", "equirectangular"};
+constexpr std::string_view kFocalKeys[] = {"fl_x",           "fl_y",  "camera_angle_x",
+                                           "camera_angle_y", "x_fov", "y_fov"};
+constexpr std::string_view kDistortionKeys[] = {"k1", "k2", "k3", "k4", "p1", "p2"};
+constexpr std::string_view kOtherKeys[] = {
+    "cx", "cy", "w", "h", "camera_model", "is_fisheye", "distortion_params"};
+
+// Keys of lenses that ulf does not have; the place is refused unless their value is 0 or false.
+struct OtherLensKey {
+  std::string_view begins;  // the key, or what it begins with
+  bool is_whole;
+  const char* lens;
+};
+constexpr OtherLensKey kOtherLensKeys[] = {
+    {"ftheta_", false, "the f-theta lens of instant-ngp"},
+    {"latlong", true, "a panorama"},
+    {"equirectangular", true, "a panorama"},
+    {"orthographic", true, "an orthographic camera"},
+    {"k5", true, "a lens with more than four radial coefficients"},
+    {"k6", true, "a lens with more than four radial coefficients"},
+    {"s1", true, "a lens with a thin prism"},
+    {"s2", true, "a lens with a thin prism"},
+    {"s3", true, "a lens with a thin prism"},
+    {"s4", true, "a lens with a thin prism"},
+};
+
+const OtherLensKey* OtherLensOf(std::string_view key) {
+  for (const OtherLensKey& other : kOtherLensKeys)
+    if (other.is_whole ? key == other.begins : key.starts_with(other.begins)) return &other;
+  return nullptr;
+}
+
+template <std::size_t N>
+bool IsOneOf(const std::string_view (&keys)[N], std::string_view key) {
+  return std::ranges::find(keys, key) != std::end(keys);
+}
 
 constexpr int kMostPx = 1 << 20;
 
@@ -33,10 +65,79 @@ int SidePx(const JsonPlace& place, const char* key) {
   return static_cast<int>(side);
 }
 
+// Returns the focal length along one axis: from its field of view in degrees (instant-ngp), in pixels, or from
+// its field of view in radians (NeRF); none if there is none.
+std::optional<double> FocalPx(const JsonPlace& place, const char* axis, int side_px) {
+  const std::string fov = fmt::format("{}_fov", axis), angle = fmt::format("camera_angle_{}", axis),
+                    pixels = fmt::format("fl_{}", axis);
+  const auto of_angle = [&](const std::string& key, double radians) {
+    if (!(radians > 0 && radians < std::numbers::pi))
+      throw Error("{}: '{}' is {}, a field of view of {:.4g} degrees; it must lie between 0 and 180",
+                  place.where, key, JsonText(place.Raw(key.c_str())).substr(0, 40),
+                  radians * 180 / std::numbers::pi);
+    return 0.5 * side_px / std::tan(0.5 * radians);
+  };
+  std::optional<double> by_pixels, by_angle;
+  std::string angle_key;
+  if (place.Has(pixels.c_str())) by_pixels = place.Number(pixels.c_str());
+  if (place.Has(angle.c_str())) {
+    by_angle = of_angle(angle, place.Number(angle.c_str()));
+    angle_key = angle;
+  }
+  if (place.Has(fov.c_str())) {
+    by_angle = of_angle(fov, place.Number(fov.c_str()) * std::numbers::pi / 180);
+    angle_key = fov;
+  }
+  constexpr double kMostApart = 0.02;  // relative; fields of view are often rounded. Guessed
+  if (HasSize(place) && by_pixels && by_angle && std::abs(*by_angle / *by_pixels - 1) > kMostApart)
+    throw Error(
+        "{}: '{}' says a focal length of {:.6g} px and '{}' one of {:.6g} px for pictures of {} px; take the "
+        "wrong one out",
+        place.where, pixels, *by_pixels, angle_key, *by_angle, side_px);
+  return by_pixels ? by_pixels : by_angle;
+}
+
+// k1 k2 k3 k4 p1 p2, in the order of nerfstudio's distortion_params.
+std::array<double, 6> DistortionOf(const JsonPlace& place) {
+  std::array<double, 6> single{};
+  bool any = false;
+  for (std::size_t i = 0; i < single.size(); ++i) {
+    const std::string key(kDistortionKeys[i]);
+    any = any || place.Has(key.c_str());
+    single[i] = place.Number(key.c_str(), 0);
+  }
+  if (!place.Has("distortion_params")) return single;
+  const json& given = place.Raw("distortion_params");
+  std::array<double, 6> list{};
+  const bool is_list = given.is_array() && given.size() == list.size() &&
+                       std::ranges::all_of(given, [](const json& value) { return value.is_number(); });
+  if (!is_list)
+    throw Error("{}: 'distortion_params' is {}; nerfstudio has six numbers there: k1 k2 k3 k4 p1 p2",
+                place.where, JsonText(given).substr(0, 80));
+  for (std::size_t i = 0; i < list.size(); ++i) list[i] = given[i].get<double>();
+  if (any && list != single)
+    throw Error("{}: 'distortion_params' and 'k1' to 'p2' contradict each other; take the wrong ones out",
+                place.where);
+  return list;
+}
+
+void RefuseOtherLenses(const JsonPlace& place) {
+  for (const auto& [key, value] : place.object.items()) {
+    const OtherLensKey* other = OtherLensOf(key);
+    const bool is_off = value.is_null() || value == false || value == 0;
+    if (other && !is_off)
+      throw Error(
+          "{}: '{}' belongs to {}, which ulf does not have; undistort the photographs to PINHOLE with the "
+          "program that made the set",
+          place.where, key, other->lens);
+  }
+}
+
 }  // namespace
 
 bool IsCameraKey(const std::string& key) {
-  return std::ranges::find(kCameraKeys, key) != std::end(kCameraKeys);
+  return IsOneOf(kFocalKeys, key) || IsOneOf(kDistortionKeys, key) || IsOneOf(kOtherKeys, key) ||
+         OtherLensOf(key);
 }
 
 json CameraKeysOf(const json& object) {
@@ -48,17 +149,27 @@ json CameraKeysOf(const json& object) {
 
 json MergedCameraKeys(const json& set, const json& frame) {
   json keys = set;
-  if (frame.contains("fl_x") || frame.contains("camera_angle_x"))
-    for (const char* focal : {"fl_x", "fl_y", "camera_angle_x", "camera_angle_y"}) keys.erase(focal);
+  const auto erase = [&](const auto& group) {
+    for (const std::string_view key : group) keys.erase(std::string(key));
+  };
+  const auto has = [&](const auto& group) {
+    return std::ranges::any_of(group, [&](std::string_view key) { return frame.contains(key); });
+  };
+  if (has(kFocalKeys)) erase(kFocalKeys);
   if (frame.contains("camera_model") || frame.contains("is_fisheye"))
     for (const char* kind : {"camera_model", "is_fisheye"}) keys.erase(kind);
+  if (frame.contains("distortion_params")) erase(kDistortionKeys);
+  if (has(kDistortionKeys)) keys.erase("distortion_params");
   keys.update(frame);
   return keys;
 }
 
 bool HasSize(const JsonPlace& place) { return place.Has("w") && place.Has("h"); }
 
-bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.Has("camera_angle_x"); }
+bool HasIntrinsics(const JsonPlace& place) {
+  return std::ranges::any_of(kFocalKeys,
+                             [&](std::string_view key) { return place.Has(std::string(key).c_str()); });
+}
 
 CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   CameraModel camera;
@@ -66,18 +177,14 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
                                        : ReadImageSize(example_image.string());
   camera.width = size.width;
   camera.height = size.height;
-  if (place.Has("fl_x")) {
-    camera.fx = place.Number("fl_x");
-    camera.fy = place.Number("fl_y", camera.fx);
-  } else if (place.Has("camera_angle_x")) {
-    camera.fx = 0.5 * camera.width / std::tan(0.5 * place.Number("camera_angle_x"));
-    camera.fy = place.Has("camera_angle_y")
-                    ? 0.5 * camera.height / std::tan(0.5 * place.Number("camera_angle_y"))
-                    : camera.fx;
-  } else {
-    throw Error("{}: neither 'fl_x' nor 'camera_angle_x' is there; add the focal length in pixels as 'fl_x'",
-                place.where);
-  }
+  const auto fx = FocalPx(place, "x", camera.width), fy = FocalPx(place, "y", camera.height);
+  if (!fx && !fy)
+    throw Error(
+        "{}: none of 'fl_x', 'camera_angle_x' and 'x_fov' is there; add the focal length in pixels as "
+        "'fl_x'",
+        place.where);
+  camera.fx = fx ? *fx : *fy;
+  camera.fy = fy ? *fy : *fx;
   camera.cx = place.Number("cx", 0.5 * camera.width);
   camera.cy = place.Number("cy", 0.5 * camera.height);
   // The principal point keeps this margin, in parts of the picture: no lens has its axis at a picture's
@@ -91,20 +198,19 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
         place.where, camera.cx, camera.cy, camera.width, camera.height, 0.5 * camera.width,
         0.5 * camera.height);
 
-  for (const char* other : {"ftheta_p0", "latlong", "equirectangular"})
-    if (place.Has(other) && place.Raw(other) != false)
-      throw Error("{}: '{}' is of a lens model of instant-ngp that ulf does not have; undistort to PINHOLE",
-                  place.where, other);
+  RefuseOtherLenses(place);
   const std::string model = place.Text("camera_model", "OPENCV");
-  const bool fisheye =
-      model == "OPENCV_FISHEYE" || (place.Has("is_fisheye") && place.Raw("is_fisheye") == true);
-  constexpr const char* kPerspective[] = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
-  if (!fisheye && std::ranges::find(kPerspective, model) == std::end(kPerspective))
+  constexpr std::string_view kFisheyes[] = {"OPENCV_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
+  constexpr std::string_view kPerspective[] = {"OPENCV",        "PINHOLE", "SIMPLE_PINHOLE",
+                                               "SIMPLE_RADIAL", "RADIAL",  "FULL_OPENCV"};
+  if (!IsOneOf(kFisheyes, model) && !IsOneOf(kPerspective, model))
     throw Error(
-        "{}: camera model '{}' is not supported; undistort to PINHOLE, or use OPENCV or OPENCV_FISHEYE",
+        "{}: camera model '{}' is not supported; undistort to PINHOLE (a panorama: cut it into perspective "
+        "pictures), or use OPENCV or OPENCV_FISHEYE",
         place.where, model);
-  const double k1 = place.Number("k1", 0), k2 = place.Number("k2", 0), k3 = place.Number("k3", 0);
-  const double k4 = place.Number("k4", 0), p1 = place.Number("p1", 0), p2 = place.Number("p2", 0);
+  const bool fisheye =
+      IsOneOf(kFisheyes, model) || (place.Has("is_fisheye") && place.Raw("is_fisheye") == true);
+  const auto [k1, k2, k3, k4, p1, p2] = DistortionOf(place);
   camera.coefficients =
       fisheye ? std::array<double, 5>{k1, k2, k3, k4, 0} : std::array<double, 5>{k1, k2, p1, p2, k3};
   const bool all_zero = camera.coefficients == std::array<double, 5>{};

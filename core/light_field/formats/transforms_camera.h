@@ -1,5 +1,7 @@
 // Reads and writes cameras in transforms.json: intrinsics with the keys of nerfstudio and instant-ngp, for
-// the whole set or per frame. Lengths are pixels, pixel centres at integer + 0.5, angles radians.
+// the whole set or per frame. Lengths are pixels, pixel centres at integer + 0.5; "camera_angle_x" is in
+// radians, "x_fov" in degrees. "distortion_params" are k1 k2 k3 k4 p1 p2. Keys of lenses that ulf does not
+// have (panoramas, f-theta, thin prisms) are refused.
 #pragma once
 
 #include <filesystem>
@@ -16,12 +18,13 @@ bool IsCameraKey(const std::string& key);
 // Returns the camera keys of an object, without null values.
 nlohmann::json CameraKeysOf(const nlohmann::json& object);
 // Merges camera keys as nerfstudio does: the keys of a frame override those of the set. If a frame contains a
-// key for the focal length, or for the lens model, no such key of the set is used.
+// key for the focal length, or for the lens model, no such key of the set is used; nor are coefficients, if
+// the frame spells them otherwise ("distortion_params" instead of "k1" and so on).
 nlohmann::json MergedCameraKeys(const nlohmann::json& set, const nlohmann::json& frame);
 bool HasSize(const JsonPlace& place);
 bool HasIntrinsics(const JsonPlace& place);
 // The size is that of the file `example_image` if none is given. Throws an Error that names the place and the
-// key if a value is missing, impossible or of another lens model.
+// key if a value is missing, impossible, of another lens model or contradicted by another.
 CameraModel ReadCamera(const JsonPlace& place, const std::filesystem::path& example_image);
 
 void WriteCamera(const CameraModel& camera, nlohmann::json& object);

@@ -38,22 +38,61 @@ constexpr const char* kPointsFile = "points.ply";
 // inverse.
 Eigen::Matrix4d OpenGlFromOurs() { return Eigen::Vector4d(1, -1, -1, 1).asDiagonal(); }
 
-Rigid3 CamFromWorld(const JsonPlace& frame) {
-  const json& rows = frame.Raw("transform_matrix");
+Eigen::Matrix4d WorldFromCam(const JsonPlace& frame, const char* key) {
+  const json& rows = frame.Raw(key);
   if (!rows.is_array() || (rows.size() != 4 && rows.size() != 3))
-    throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+    throw Error("{}: '{}' must be 4 rows of 4 numbers", frame.where, key);
   Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();
   for (std::size_t r = 0; r < rows.size(); ++r) {
     if (!rows[r].is_array() || rows[r].size() != 4)
-      throw Error("{}: 'transform_matrix' must be 4 rows of 4 numbers", frame.where);
+      throw Error("{}: '{}' must be 4 rows of 4 numbers", frame.where, key);
     for (std::size_t c = 0; c < 4; ++c) {
       if (!rows[r][c].is_number() || !std::isfinite(rows[r][c].get<double>()))
-        throw Error("{}: 'transform_matrix' holds {} in row {}, which is not a finite number", frame.where,
+        throw Error("{}: '{}' holds {} in row {}, which is not a finite number", frame.where, key,
                     JsonText(rows[r][c]), r);
       world_from_cam(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
     }
   }
-  return CamFromOpenGl(world_from_cam, frame.where, "transform_matrix");
+  return world_from_cam;
+}
+
+// Returns when the middle of the picture was taken: 0 at transform_matrix_start, 1 at transform_matrix_end.
+// Instant-ngp's rolling_shutter is A, B, C and perhaps D: A + B u + C v + D of the time of exposure, where u
+// and v go from 0 to 1 across the picture.
+double MiddleTime(const JsonPlace& frame, const JsonPlace& set) {
+  const JsonPlace& place = frame.Has("rolling_shutter") ? frame : set;
+  if (!place.Has("rolling_shutter")) return 0.5;
+  const json& given = place.Raw("rolling_shutter");
+  const bool is_list = given.is_array() && (given.size() == 3 || given.size() == 4) &&
+                       std::ranges::all_of(given, [](const json& value) { return value.is_number(); });
+  if (!is_list)
+    throw Error("{}: 'rolling_shutter' is {}; instant-ngp has three or four numbers there", place.where,
+                JsonText(given).substr(0, 80));
+  double time = given[0].get<double>();
+  for (std::size_t i = 1; i < given.size(); ++i) time += 0.5 * given[i].get<double>();
+  return time;
+}
+
+Rigid3 CamFromWorld(const JsonPlace& frame, const JsonPlace& set, PoseRotations& rotations) {
+  const auto pose = [&](const char* key) {
+    return CamFromOpenGl(WorldFromCam(frame, key), frame.where, key, rotations);
+  };
+  if (!frame.Has("transform_matrix_start") || !frame.Has("transform_matrix_end"))
+    return pose(frame.Has("transform_matrix_start") && !frame.Has("transform_matrix")
+                    ? "transform_matrix_start"
+                    : "transform_matrix");
+  return Interpolated(pose("transform_matrix_start"), pose("transform_matrix_end"), MiddleTime(frame, set));
+}
+
+std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
+  if (!top.Has("ulf") || !top.Raw("ulf").contains("journal")) return std::nullopt;
+  const json& stamp = top.Raw("ulf").at("journal");
+  const auto whole = [&](const char* key) {
+    return stamp.is_object() && stamp.contains(key) && stamp[key].is_number_unsigned();
+  };
+  if (!whole("bytes") || !whole("crc32") || stamp["crc32"].get<std::uint64_t>() > 0xFFFFFFFFu)
+    return std::nullopt;
+  return JournalStamp{stamp["bytes"].get<std::uint64_t>(), stamp["crc32"].get<std::uint32_t>()};
 }
 
 void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
@@ -99,9 +138,24 @@ constexpr std::string_view kSetKeys[] = {"frames",
                                          "auto_scale_poses_override",
                                          "applied_transform",
                                          "applied_scale",
-                                         "name"};
-constexpr std::string_view kFrameKeys[] = {"file_path", "transform_matrix", "mask_path", "ulf",
-                                           "sharpness", "colmap_im_id",     "rotation"};
+                                         "name",
+                                         "rolling_shutter",
+                                         "aabb",
+                                         "sharpen",
+                                         "importance_sampling",
+                                         "enable_ray_loading",
+                                         "integer_depth_scale",
+                                         "sharpness_discard_threshold"};
+constexpr std::string_view kFrameKeys[] = {"file_path",
+                                           "transform_matrix",
+                                           "transform_matrix_start",
+                                           "transform_matrix_end",
+                                           "rolling_shutter",
+                                           "mask_path",
+                                           "ulf",
+                                           "sharpness",
+                                           "colmap_im_id",
+                                           "rotation"};
 
 // Parses the set's values without its frames, then each frame, so that one of them is in memory at a time.
 class Document {
@@ -214,7 +268,10 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
   const json shared_keys = CameraKeysOf(document.top());
   Cameras cameras(light_field.cameras);
   std::optional<CameraModel> shared_camera;
-  MissingPhotographs missing;
+  MissingPhotographs missing(file.string());
+  PoseRotations rotations;
+  std::size_t moving = 0;
+  const ToldOnFailure told(light_field.doubts);
   std::map<std::string, std::size_t> unused;
   // A camera without size has that of the measured photograph.
   const auto camera_of = [&](const json& object, const JsonPlace& frame, const std::string& given,
@@ -224,8 +281,10 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     const json keys = MergedCameraKeys(shared_keys, own_keys);
     const JsonPlace place{keys, frame.where};
     if (!HasIntrinsics(place))
-      throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
-                  frame.where);
+      throw Error(
+          "{}: none of 'fl_x', 'camera_angle_x' and 'x_fov' is here or at the top; add the focal length in "
+          "pixels as 'fl_x'",
+          frame.where);
     const fs::path measured =
         files.images && !HasSize(place) ? MeasuredPhotograph(files, given, frame.where) : image;
     if (measured.empty() && place.Has("fl_x"))
@@ -248,23 +307,33 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     view.image_path = PathOfPhotograph(files, given, frame.where);
     if (view.image_path.empty() && files.are_read) return missing.Add(frame.where, given);
     view.mask_path = PathOfMask(files, frame, view.image_path);
-    view.cam_from_world = CamFromWorld(frame);
+    view.cam_from_world = CamFromWorld(frame, top, rotations);
+    moving += frame.Has("transform_matrix_start") && frame.Has("transform_matrix_end");
     const fs::path image = light_field.root / view.image_path;
     CameraModel camera = camera_of(object, frame, given, image);
-    if (files.may_be_resized) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
+    if (files.is_copied()) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
     view.camera = cameras.IndexOf(camera);
     if (frame.Has("ulf")) {
       const JsonPlace ours = frame.Inside("ulf");
       ReadOurView(files, ours, view);
       NoteCalibrationSource(ours, view.camera, light_field);
     }
+    if (view.mask_path.empty() && files.are_read) {
+      view.mask_path = DynamicMaskOf(light_field.root, view.image_path);
+      view.mask_marks_unused = !view.mask_path.empty();
+    }
     for (const auto& [key, value] : object.items())
       if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];
     light_field.views.push_back(std::move(view));
   };
   document.ForEachFrame(add);
-  missing.RequireNone(files);
-  if (files.are_read && light_field.views.empty())
+  missing.Tell(files, light_field.views.size(), StampFrom(top) && !files.is_copied(), light_field.doubts);
+  rotations.Tell(file.string(), light_field.doubts);
+  if (moving > 0)
+    light_field.doubts.push_back(
+        fmt::format("{}: of {} that moved meanwhile, the pose in the middle of the picture is taken",
+                    file.string(), Counted(moving, "frame")));
+  if (files.are_read && light_field.views.empty() && missing.none())
     throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
   std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
   for (std::size_t i = 1; i < light_field.views.size(); ++i)
@@ -285,23 +354,12 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
   return light_field;
 }
 
-void ReadPointsOf(const JsonPlace& top, const fs::path& root, LightField& light_field) {
+void ReadPointsOf(const JsonPlace& top, const FrameFiles& files, LightField& light_field) {
   const std::string given = top.Text("ply_file_path", "");
-  const std::string path = given.empty() ? kPointsFile : FileWithin(root, given, top.where);
-  if (!ReadPointPositions(root / path, light_field) && !given.empty())
+  const std::string path = given.empty() ? kPointsFile : FileOfSet(files, given, top.where);
+  if (!ReadPointPositions(files.root / path, light_field) && !given.empty())
     light_field.doubts.push_back(
         fmt::format("{}: the points '{}' are missing: the set is read without points", top.where, given));
-}
-
-std::optional<JournalStamp> StampFrom(const JsonPlace& top) {
-  if (!top.Has("ulf") || !top.Raw("ulf").contains("journal")) return std::nullopt;
-  const json& stamp = top.Raw("ulf").at("journal");
-  const auto whole = [&](const char* key) {
-    return stamp.is_object() && stamp.contains(key) && stamp[key].is_number_unsigned();
-  };
-  if (!whole("bytes") || !whole("crc32") || stamp["crc32"].get<std::uint64_t>() > 0xFFFFFFFFu)
-    return std::nullopt;
-  return JournalStamp{stamp["bytes"].get<std::uint64_t>(), stamp["crc32"].get<std::uint32_t>()};
 }
 
 json OurKeys(const LightField& light_field) {
@@ -324,7 +382,7 @@ LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
   const Document document(file);
   LightField light_field = ReadFrames(document, file, files);
   const JsonPlace top{document.top(), file.string()};
-  ReadPointsOf(top, files.root, light_field);
+  ReadPointsOf(top, files, light_field);
   if (StampFrom(top) && !fs::exists(files.root / kJournalFile))
     light_field.doubts.push_back(fmt::format(
         "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
@@ -334,29 +392,23 @@ LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
 
 }  // namespace
 
-void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key) {
-  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
-    throw Error("{}: the last row of '{}' must be 0 0 0 1", where, key);
-  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
-  constexpr double kMaxNonOrthogonality = 1e-3;
-  if ((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
-          kMaxNonOrthogonality ||
-      rotation.determinant() < 0)
-    throw Error(
-        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); export the set again "
-        "without scale or mirroring",
-        where, key);
-}
-
-Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key) {
-  RequireRotation(world_from_cam, where, key);
-  return Rigid3::FromMatrix(world_from_cam * OpenGlFromOurs()).Inverse();
+Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key,
+                     PoseRotations& rotations) {
+  const std::string what = fmt::format("'{}'", key);
+  RequireLastRow(world_from_cam.row(3), where, what);
+  Eigen::Matrix4d rigid = world_from_cam;
+  rigid.topLeftCorner<3, 3>() =
+      rotations.Read(world_from_cam.topLeftCorner<3, 3>(), where, "the upper left of " + what)
+          .toRotationMatrix();
+  rigid.row(3) << 0, 0, 0, 1;
+  return Rigid3::FromMatrix(rigid * OpenGlFromOurs()).Inverse();
 }
 
 LightField ReadTransformsJson(const fs::path& file) { return ReadDocument(file, {.root = FolderOf(file)}); }
 
-LightField ReadTransformsSet(const fs::path& file, const fs::path& images) {
-  FrameFiles files{.may_be_resized = true, .root = FolderOf(file)};
+LightField ReadTransformsSet(const fs::path& file, const fs::path& images, bool may_be_poses_alone) {
+  FrameFiles files{.may_be_poses_alone = may_be_poses_alone, .root = FolderOf(file)};
+  files.around = {SetImages(files.root), SetImages(files.root / "..")};
   if (!images.empty()) files.images.emplace(files.root, images, std::vector<fs::path>());
   return ReadDocument(file, files);
 }

@@ -2,8 +2,10 @@
 //
 // Their poses are camera-to-world in OpenGL's axes (x right, y up, z back); those of ulf are cam_from_world
 // with y down and z forward. World coordinates are unchanged. Pixel centres are at integer + 0.5 in both.
-// Intrinsics are at the top level or in every frame (transforms_camera.h). "mask_path" of frames and
-// "ply_file_path" of the set are read too. LightField::doubts names other keys, unless they concern training.
+// Intrinsics are at the top level or in every frame (transforms_camera.h). "mask_path" of frames, the masks of
+// instant-ngp (dynamic_mask_STEM.png beside a photograph) and "ply_file_path" of the set are read too. Poses
+// during a rolling shutter ("transform_matrix_start" and "_end") become the one in the middle of the picture.
+// LightField::doubts names other keys, unless they concern training.
 #pragma once
 
 #include <filesystem>
@@ -11,6 +13,7 @@
 #include <optional>
 #include <string>
 
+#include "core/light_field/formats/posed_set.h"
 #include "core/light_field/journal_stamp.h"
 #include "core/light_field/light_field.h"
 
@@ -18,16 +21,19 @@ namespace ulf {
 
 inline constexpr const char* kTransformsFile = "transforms.json";
 
-// Reads the file with its points. Image paths are relative to its folder (`/` or `\` between folders), must
-// exist and must not leave it. Frames are parsed one at a time, so that a file of a million frames needs no
+// Reads the file with its points. Image paths are relative to its folder (`/` or `\` between folders) and must
+// not leave it. Frames without their photograph are left out, unless most are, or the file is of ulf. Frames are parsed one at a time, so that a file of a million frames needs no
 // more memory than their views. Throws an Error that names file, frame and key for a value that is missing,
 // of the wrong type, not finite or not a rotation.
 LightField ReadTransformsJson(const std::filesystem::path& file);
 
-// Does the same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf).
+// Does the same for a set by another program that is to be copied: cameras are scaled to photographs that
+// were resized (AtSizeOf), and photographs may lie outside its folder and are searched by their names in it.
 // If `images` is not empty, photographs are searched there by name (SetImages::Find); the light field's paths
-// are then relative to it, and masters and exposures under "ulf" are ignored.
-LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {});
+// are then relative to it, and masters and exposures under "ulf" are ignored. With `may_be_poses_alone` a file
+// of which no photograph exists has no views.
+LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {},
+                             bool may_be_poses_alone = false);
 
 // Reads the file only, not the images and points that it names; they need not exist. A frame without an id
 // under "ulf" gets the number in its image's name, else its position in the list, from 1.
@@ -48,9 +54,9 @@ std::string TransformsJsonText(const LightField& light_field,
 // Returns the rows of "transform_matrix" (OpenGL's axes) for a camera-to-world matrix with our axes.
 nlohmann::json OpenGlRows(const Eigen::Matrix4d& world_from_cam);
 
-// Throws Error naming `where` and `key` unless the matrix is a rotation (within 1e-3) and a translation.
-void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key);
-// Returns cam_from_world from a camera-to-world matrix with OpenGL's axes, with the same check.
-Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key);
+// Returns cam_from_world from a camera-to-world matrix with OpenGL's axes. Throws Error naming `where` and
+// `key` as PoseRotations does.
+Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key,
+                     PoseRotations& rotations);
 
 }  // namespace ulf

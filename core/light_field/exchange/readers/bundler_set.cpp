@@ -14,6 +14,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/points/ply_reader.h"
@@ -104,7 +105,7 @@ struct BundleCamera {
   Rigid3 cam_from_world;
 };
 
-BundleCamera ReadBundleCamera(BundleWords& words, const std::string& owner) {
+BundleCamera ReadBundleCamera(BundleWords& words, const std::string& owner, PoseRotations& rotations) {
   BundleCamera camera;
   camera.focal_px = words.Number(owner);
   const std::string where = words.Where();
@@ -120,8 +121,9 @@ BundleCamera ReadBundleCamera(BundleWords& words, const std::string& owner) {
         where, owner, camera.focal_px);
   const Eigen::DiagonalMatrix<double, 3> ours_from_bundler(1, -1, -1);
   camera.cam_from_world.rotation =
-      NearestRotation(ours_from_bundler * rotation, where, "the rotation of " + owner);
-  camera.cam_from_world.translation = ours_from_bundler * translation;
+      rotations.Read(ours_from_bundler * rotation, where, "the rotation of " + owner);
+  // A scale is one of the camera's frame, which leads to the same pixels.
+  camera.cam_from_world.translation = ours_from_bundler * translation / rotations.scale();
   return camera;
 }
 
@@ -154,13 +156,16 @@ fs::path FindBundleList(const fs::path& bundle_out) {
   const std::string stem = bundle_out.stem().string(), name = bundle_out.filename().string();
   const std::string short_stem = fs::path(stem).stem().string();  // COLMAP: a.bundle.out and a.list.txt
   for (const fs::path& place : {folder, folder.parent_path()}) {
-    for (const std::string& list : {name + ".list.txt", stem + ".list.txt", short_stem + ".list.txt",
-                                    std::string("list.txt"), std::string("list.focal.txt")})
+    for (const std::string& list :
+         {name + ".list.txt", stem + ".list.txt", short_stem + ".list.txt", std::string("list.txt"),
+          std::string("list.focal.txt"), std::string("list.rd.txt")})
       if (fs::is_regular_file(place / list, unknown)) return place / list;
     std::vector<fs::path> others;
-    for (const auto& entry : fs::directory_iterator(place, unknown))
-      if (entry.path().filename().string().ends_with(".list.txt") && entry.is_regular_file(unknown))
+    for (const auto& entry : fs::directory_iterator(place, unknown)) {
+      const std::string file = Lowercase(entry.path().filename().string());
+      if ((file.ends_with(".list.txt") || file.ends_with(".lst")) && entry.is_regular_file(unknown))
         others.push_back(entry.path());
+    }
     if (others.size() == 1) return others.front();
     if (others.size() > 1)
       throw Error("{}: {} holds several lists of photographs; name the one that belongs to it {}.list.txt",
@@ -308,10 +313,12 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
   std::map<std::string, std::string> taken;  // name in the list, by photograph
   std::size_t unregistered = 0;
   std::vector<std::string> missing;
+  PoseRotations rotations;
+  const ToldOnFailure told(light_field.doubts);
   for (int i = 0; i < camera_count; ++i) {
     const std::string& name = list.names[At(i)];
     const std::string owner = fmt::format("camera {} of {} ({})", i + 1, camera_count, name);
-    const BundleCamera camera = ReadBundleCamera(words, owner);
+    const BundleCamera camera = ReadBundleCamera(words, owner, rotations);
     if (camera.focal_px == 0) {
       ++unregistered;
       continue;
@@ -335,6 +342,7 @@ PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of {} are not in {}; {}", bundle_out.string(),
                 missing.front(), list.file.string(), root.string(), ImagesRemedy());
+  rotations.Tell(bundle_out.string(), light_field.doubts);
   NoteUnposed(unregistered, "camera", "not registered (focal length 0)", set);
   if (!missing.empty())
     light_field.doubts.push_back(fmt::format("{} left out: no photograph in {}: {}{}",

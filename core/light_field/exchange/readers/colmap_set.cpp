@@ -196,6 +196,7 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   PosedSet set;
   set.format = is_binary ? "COLMAP, binary" : "COLMAP, text";
   LightField& light_field = set.light_field;
+  const ToldOnFailure told(light_field.doubts);
   if (is_binary && HoldsModel(folder, "txt"))
     light_field.doubts.push_back(fmt::format(
         "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));

@@ -24,7 +24,7 @@ struct LlffRow {
   Eigen::Vector2d depths;
 };
 
-LlffRow RowOf(const Eigen::VectorXd& values, const std::string& where) {
+LlffRow RowOf(const Eigen::VectorXd& values, const std::string& where, PoseRotations& rotations) {
   if (!values.allFinite())
     throw Error("{}: holds a number that is not finite; run LLFF's imgs2poses again", where);
   const Eigen::Map<const Eigen::Matrix<double, 3, 5, Eigen::RowMajor>> matrix(values.data());
@@ -35,7 +35,7 @@ LlffRow RowOf(const Eigen::VectorXd& values, const std::string& where) {
   if (!(size.x() >= 1 && size.y() >= 1 && size.x() <= kMostPx && size.y() <= kMostPx && size.z() > 0))
     throw Error("{}: height {}, width {} and focal length {} are no camera's", where, size.x(), size.y(),
                 size.z());
-  LlffRow row{CamFromOpenGl(world_from_cam, where, "3x5 matrix"),
+  LlffRow row{CamFromOpenGl(world_from_cam, where, "3x5 matrix", rotations),
               CameraModel::Pinhole(static_cast<int>(std::lround(size.y())),
                                    static_cast<int>(std::lround(size.x())), size.z()),
               values.tail<2>()};
@@ -67,13 +67,16 @@ PosedSet ReadLlffSet(const fs::path& source, const fs::path& chosen) {
         Counted(names.size(), "photograph"), Parameter("images"));
   LightField& light_field = set.light_field;
   light_field.root = images.folder();
+  PoseRotations rotations;
+  const ToldOnFailure told(light_field.doubts);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string where = fmt::format("{}, row {} ({})", file.string(), i, names[i]);
-    const LlffRow row = RowOf(rows.row(static_cast<Eigen::Index>(i)), where);
+    const LlffRow row = RowOf(rows.row(static_cast<Eigen::Index>(i)), where, rotations);
     const CameraModel camera = AtSizeOf(images.folder() / names[i], row.camera, where, light_field.doubts);
     AddView(names[i], camera, row.cam_from_world, images, light_field);
     set.depth_bounds.push_back(row.depths);
   }
+  rotations.Tell(file.string(), light_field.doubts);
   return set;
 }
 

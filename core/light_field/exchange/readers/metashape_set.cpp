@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -40,7 +41,22 @@ std::vector<XmlElement> CamerasOf(const XmlElement& chunk) {
   return cameras ? cameras->Descendants("camera") : std::vector<XmlElement>();
 }
 
-bool IsPosed(const XmlElement& camera) { return camera.Find("transform").has_value() && IsEnabled(camera); }
+// Returns the cameras by their id.
+std::map<std::string, XmlElement> CamerasById(const XmlElement& chunk) {
+  std::map<std::string, XmlElement> cameras;
+  for (const XmlElement& camera : CamerasOf(chunk))
+    if (const auto id = camera.Attribute("id")) cameras.emplace(*id, camera);
+  return cameras;
+}
+
+// Returns the camera whose transform gives a camera's pose: itself, or the master that it follows in a rig;
+// none if neither was aligned.
+std::optional<XmlElement> Aligned(const XmlElement& camera, const std::map<std::string, XmlElement>& by_id) {
+  if (camera.Find("transform")) return camera;
+  const auto master = by_id.find(camera.Attribute("master_id").value_or(""));
+  return master != by_id.end() && master->second.Find("transform") ? std::optional(master->second)
+                                                                   : std::nullopt;
+}
 
 // ---- Sensors ----
 
@@ -52,7 +68,7 @@ std::optional<XmlElement> CalibrationOf(const XmlElement& sensor) {
   return all.empty() ? std::nullopt : std::optional(all.front());
 }
 
-CameraModel ModelOfSensor(const XmlElement& sensor) {
+CameraModel ModelOfSensor(const XmlElement& sensor, std::vector<std::string>& doubts) {
   const std::string where = sensor.Where() + " " + LabelOf(sensor);
   const auto calibration = CalibrationOf(sensor);
   if (!calibration)
@@ -69,17 +85,7 @@ CameraModel ModelOfSensor(const XmlElement& sensor) {
     const auto element = calibration->Find(name);
     return element ? element->Number() : 0;
   };
-  const auto refuse = [&](const char* name) {
-    if (const double given = value(name); given != 0)
-      throw Error("{}: {} is {}, which is not supported for type '{}'; {}", where, name, given, type,
-                  kOptimiseWithout);
-  };
-  for (const char* name : {"b2", "p3", "p4"}) refuse(name);
   const bool fisheye = type == "fisheye";
-  if (fisheye)
-    for (const char* name : {"p1", "p2"}) refuse(name);
-  else
-    refuse("k4");
   if (!calibration->Find("f"))
     throw Error(
         "{}: its calibration has no <f>: an older PhotoScan wrote it; open the project in Metashape "
@@ -95,32 +101,53 @@ CameraModel ModelOfSensor(const XmlElement& sensor) {
   model.fx = model.fy + value("b1");
   model.cx = 0.5 * model.width + value("cx");
   model.cy = 0.5 * model.height + value("cy");
-  const double k1 = value("k1"), k2 = value("k2"), k3 = value("k3");
+  const double k1 = value("k1"), k2 = value("k2"), k3 = value("k3"), k4 = value("k4");
   if (fisheye) {
     model.distortion = Distortion::kFisheye;
-    model.coefficients = {k1, k2, k3, value("k4"), 0};
+    model.coefficients = {k1, k2, k3, k4, 0};
   } else {
     model.coefficients = {k1, k2, value("p2"), value("p1"), k3};
     if (model.coefficients != std::array<double, 5>{}) model.distortion = Distortion::kRadialTangential;
   }
   model.Validate(where);
-  return model;
+
+  std::vector<std::string> others;  // terms that our model lacks
+  for (const char* name : {"b2", "p3", "p4", fisheye ? "p1" : "k4", fisheye ? "p2" : "k4"})
+    if (value(name) != 0 && (others.empty() || others.back() != name)) others.emplace_back(name);
+  if (others.empty()) return model;
+  const double p1 = value("p1"), p2 = value("p2"), p3 = value("p3"), p4 = value("p4");
+  const auto project = [&](const Eigen::Vector3d& in_cam) -> std::optional<Eigen::Vector2d> {
+    if (!fisheye && in_cam.z() <= 0) return std::nullopt;
+    const double rho = in_cam.head<2>().norm();
+    const double angle = std::atan2(rho, in_cam.z());
+    const Eigen::Vector2d p = rho == 0  ? Eigen::Vector2d(0, 0)
+                              : fisheye ? Eigen::Vector2d(angle / rho * in_cam.head<2>())
+                                        : Eigen::Vector2d(in_cam.head<2>() / in_cam.z());
+    const double r2 = p.squaredNorm(), radial = 1 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * k4)));
+    const double tangential = 1 + r2 * (p3 + r2 * p4);
+    const double x = p.x() * radial + (p1 * (r2 + 2 * p.x() * p.x()) + 2 * p2 * p.x() * p.y()) * tangential;
+    const double y = p.y() * radial + (p2 * (r2 + 2 * p.y() * p.y()) + 2 * p1 * p.x() * p.y()) * tangential;
+    return Eigen::Vector2d(model.cx + model.fx * x + value("b2") * y, model.cy + model.fy * y);
+  };
+  return HeldByOurModel(project, model, fmt::format("{}: {}", where, fmt::join(others, ", ")),
+                        kOptimiseWithout, doubts);
 }
 
 // ---- Transforms ----
+
+Eigen::Matrix3d RotationOf(const XmlElement& element) {
+  const std::vector<double> rows = element.Numbers(9);
+  return NearestRotation(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()),
+                         element.Where(), "the matrix")
+      .toRotationMatrix();
+}
 
 // Returns the transform of a chunk or a component, if any.
 std::optional<Similarity3> TransformOf(const XmlElement& owner, bool& has_scale) {
   const auto transform = owner.Find("transform");
   if (!transform) return std::nullopt;
   Similarity3 world_from_chunk;
-  if (const auto rotation = transform->Find("rotation")) {
-    const std::vector<double> rows = rotation->Numbers(9);
-    world_from_chunk.rotation =
-        NearestRotation(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()),
-                        rotation->Where(), "the matrix")
-            .toRotationMatrix();
-  }
+  if (const auto rotation = transform->Find("rotation")) world_from_chunk.rotation = RotationOf(*rotation);
   if (const auto translation = transform->Find("translation")) {
     const std::vector<double> numbers = translation->Numbers(3);
     world_from_chunk.translation = {numbers[0], numbers[1], numbers[2]};
@@ -165,8 +192,10 @@ class ChunkComponents {
     }
     if (!components_.contains(first)) components_[first] = {LabelOf(chunk), of_chunk};
     first_ = first;
+    const auto by_id = CamerasById(chunk);
     for (const XmlElement& camera : CamerasOf(chunk))
-      if (IsPosed(camera)) ++components_[IdOf(camera)].cameras;
+      if (const auto aligned = Aligned(camera, by_id); aligned && IsEnabled(camera))
+        ++components_[IdOf(*aligned)].cameras;
     largest_ = std::ranges::max_element(components_, {}, [](const auto& entry) {
                  return entry.second.cameras;
                })->first;
@@ -213,18 +242,30 @@ class ChunkComponents {
   std::optional<Eigen::Vector3d> left_out_;
 };
 
-Rigid3 CamFromWorldOf(const XmlElement& camera, const std::optional<Similarity3>& world_from_chunk) {
+Similarity3 ChunkFromCam(const XmlElement& camera, PoseRotations& rotations) {
   const XmlElement transform = camera.Child("transform");
   const std::vector<double> rows = transform.Numbers(16);
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> chunk_from_cam(rows.data());
-  if ((chunk_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
-    throw Error("{}: its last four numbers must be 0 0 0 1; export the cameras again", transform.Where());
-  const Similarity3 chunk{
-      1,
-      NearestRotation(chunk_from_cam.topLeftCorner<3, 3>(), transform.Where(), "the matrix")
-          .toRotationMatrix(),
-      chunk_from_cam.topRightCorner<3, 1>()};
-  const Similarity3 world_from_cam = world_from_chunk.value_or(Similarity3()) * chunk;
+  RequireLastRow(chunk_from_cam.row(3), transform.Where(), "the matrix");
+  return {1,
+          rotations.Read(chunk_from_cam.topLeftCorner<3, 3>(), transform.Where(), "the matrix")
+              .toRotationMatrix(),
+          chunk_from_cam.topRightCorner<3, 1>()};
+}
+
+// Returns where a sensor stands in the rig of its master.
+Similarity3 MasterFromSensor(const XmlElement& sensor) {
+  Similarity3 place;
+  if (const auto rotation = sensor.Find("rotation")) place.rotation = RotationOf(*rotation);
+  if (const auto location = sensor.Find("location")) {
+    const std::vector<double> numbers = location->Numbers(3);
+    place.translation = {numbers[0], numbers[1], numbers[2]};
+  }
+  return place;
+}
+
+Rigid3 CamFromWorldIn(const std::optional<Similarity3>& world_from_chunk, const Similarity3& chunk_from_cam) {
+  const Similarity3 world_from_cam = world_from_chunk.value_or(Similarity3()) * chunk_from_cam;
   return Rigid3{Eigen::Quaterniond(world_from_cam.rotation).normalized(), world_from_cam.translation}
       .Inverse();
 }
@@ -238,7 +279,9 @@ XmlElement ChosenChunk(const XmlElement& document, const fs::path& xml, std::vec
   std::optional<XmlElement> chosen;
   std::vector<std::string> others;
   for (const XmlElement& chunk : chunks)
-    if (!chosen && std::ranges::any_of(CamerasOf(chunk), IsPosed))
+    if (!chosen && std::ranges::any_of(CamerasOf(chunk), [](const XmlElement& camera) {
+          return camera.Find("transform") && IsEnabled(camera);
+        }))
       chosen = chunk;
     else
       others.push_back(LabelOf(chunk));
@@ -271,15 +314,19 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
     sensors.emplace(sensor.Attribute("id").value_or(""), sensor);
   std::map<std::string, CameraModel> models;  // by the sensor's id
   std::map<std::string, std::string> taken;   // the camera, by its photograph
-  std::size_t unaligned = 0, disabled = 0, elsewhere = 0, missing = 0;
+  const auto by_id = CamerasById(chunk);
+  PoseRotations rotations;
+  const ToldOnFailure told(light_field.doubts);
+  std::size_t unaligned = 0, disabled = 0, elsewhere = 0, missing = 0, following = 0;
   std::string first_missing;
   for (const XmlElement& camera : CamerasOf(chunk)) {
     const std::string where = camera.Where() + " " + LabelOf(camera);
-    if (!IsPosed(camera)) {
+    const auto aligned = Aligned(camera, by_id);
+    if (!aligned || !IsEnabled(camera)) {
       ++(IsEnabled(camera) ? unaligned : disabled);
       continue;
     }
-    const PosedComponent* component = components.Of(camera);
+    const PosedComponent* component = components.Of(*aligned);
     if (component == nullptr) {
       ++elsewhere;
       continue;
@@ -301,8 +348,14 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
     if (sensor == sensors.end())
       throw Error("{}: belongs to the sensor '{}', and there is none; export the cameras again", where,
                   sensor_id);
-    if (!models.contains(sensor_id)) models.emplace(sensor_id, ModelOfSensor(sensor->second));
-    const Rigid3 cam_from_world = CamFromWorldOf(camera, component->world_from_chunk);
+    if (!models.contains(sensor_id))
+      models.emplace(sensor_id, ModelOfSensor(sensor->second, light_field.doubts));
+    Similarity3 chunk_from_cam = ChunkFromCam(*aligned, rotations);
+    if (!camera.Find("transform")) {
+      chunk_from_cam = chunk_from_cam * MasterFromSensor(sensor->second);
+      ++following;
+    }
+    const Rigid3 cam_from_world = CamFromWorldIn(component->world_from_chunk, chunk_from_cam);
     const CameraModel model =
         AtSizeOf(light_field.root / path, models.at(sensor_id), where, light_field.doubts);
     AddView(path, model, cam_from_world, photographs, light_field);
@@ -311,6 +364,11 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
     throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
                 first_missing, light_field.root.string(), ImagesRemedy());
   if (components.has_scale()) light_field.units = "metres";
+  rotations.Tell(xml.string(), light_field.doubts);
+  if (following > 0)
+    light_field.doubts.push_back(
+        fmt::format("{} of a rig: posed by the master that each follows and the place of its sensor",
+                    Counted(following, "camera")));
   NoteUnposed(unaligned, "camera", "not aligned", set);
   NoteUnposed(disabled, "camera", "disabled", set);
   NoteUnposed(elsewhere, "camera", "of components without a transform, beside the largest", set);

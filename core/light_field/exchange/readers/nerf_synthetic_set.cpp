@@ -24,7 +24,8 @@ PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::fi
   for (const char* part : kParts) {
     const std::filesystem::path file = FileOfPart(folder, part);
     if (!std::filesystem::exists(file)) continue;
-    LightField light_field = ReadTransformsSet(file, images);
+    // Programs that write no pictures for testing still write the poses (BlenderNeRF).
+    LightField light_field = ReadTransformsSet(file, images, part != kParts[0]);
     for (View& view : light_field.views) {
       view.id = static_cast<int>(all.views.size()) + 1;
       view.camera = IndexOfCamera(light_field.CameraOf(view), all.cameras);

@@ -108,7 +108,7 @@ CameraModel ModelOfXmp(const XmpValues& xmp, const fs::path& image) {
 }
 
 // Returns none if the file has no pose.
-std::optional<Rigid3> PoseOfXmp(const XmpValues& xmp) {
+std::optional<Rigid3> PoseOfXmp(const XmpValues& xmp, PoseRotations& rotations) {
   const auto rotation = xmp.Numbers("Rotation", 9), position = xmp.Numbers("Position", 3);
   if (!rotation && !position) return std::nullopt;
   if (!rotation || !position)
@@ -116,8 +116,8 @@ std::optional<Rigid3> PoseOfXmp(const XmpValues& xmp) {
                 rotation ? "Rotation" : "Position", rotation ? "Position" : "Rotation");
   Rigid3 cam_from_world;
   cam_from_world.rotation =
-      NearestRotation(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation->data()),
-                      xmp.file(), "xcr:Rotation");
+      rotations.Read(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation->data()),
+                     xmp.file(), "xcr:Rotation");
   cam_from_world.translation =
       -(cam_from_world.rotation * Eigen::Vector3d((*position)[0], (*position)[1], (*position)[2]));
   return cam_from_world;
@@ -197,6 +197,8 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
   std::map<std::string, std::size_t> frames;
   std::set<fs::path> taken;
   std::size_t without_file = 0, without_pose = 0, twice = 0;
+  PoseRotations rotations;
+  const ToldOnFailure told(light_field.doubts);
   for (const std::string& name : PhotographsOf(images)) {
     const fs::path file = xmp_of(name);
     if (file.empty()) {
@@ -208,7 +210,7 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
       continue;
     }
     const XmpValues xmp(file);
-    const auto cam_from_world = PoseOfXmp(xmp);
+    const auto cam_from_world = PoseOfXmp(xmp, rotations);
     if (!cam_from_world) {
       ++without_pose;
       continue;
@@ -228,6 +230,7 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
   for (const PosedPhotograph& photograph : posed)
     if (photograph.frame == frame)
       AddView(photograph.path, photograph.camera, photograph.cam_from_world, images, light_field);
+  rotations.Tell(base.string(), light_field.doubts);
   NoteUnposed(without_file, "photograph", "no XMP file", set);
   NoteUnposed(without_pose, "photograph", "no pose in the XMP file", set);
   NoteUnposed(twice, "photograph", "another photograph has the same XMP file", set);

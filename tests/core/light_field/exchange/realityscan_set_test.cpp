@@ -260,7 +260,7 @@ TEST_F(RealityScanSet, UnsupportedLensesAreRefused) {
 TEST_F(RealityScanSet, DamagedFilesAreRefused) {
   ExpectErrorWith("Rotation", "1 0 0 0 1 0 0 0", "xcr:Rotation", "9 numbers, not 8");
   ExpectErrorWith("Rotation", "1 0 0 0 1 0 0 0 1 0", "xcr:Rotation", "there are more");
-  ExpectErrorWith("Rotation", "2 0 0 0 2 0 0 0 2", "xcr:Rotation", "not a rotation");
+  ExpectErrorWith("Rotation", "2 0 0 0 1 0 0 0 1", "xcr:Rotation", "not a rotation");
   ExpectErrorWith("Rotation", "1 0 0 0 1 0 0 0 -1", "xcr:Rotation", "not a rotation");
   ExpectErrorWith("Rotation", "1 0 0 0 1 0 0 0 nan", "xcr:Rotation", "not finite");
   ExpectErrorWith("Rotation", "", "xcr:Position", "no xcr:Rotation");

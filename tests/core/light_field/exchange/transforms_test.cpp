@@ -69,6 +69,7 @@ TEST_F(BadTransforms, MissingFilePathIsRefused) {
 }
 TEST_F(BadTransforms, MissingFocalLengthIsRefused) {
   document_.erase("fl_x");
+  document_.erase("fl_y");
   ExpectError("frame 0", "fl_x");
 }
 TEST_F(BadTransforms, PrincipalPointInPartsIsRefused) {
