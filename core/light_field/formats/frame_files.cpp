@@ -123,10 +123,9 @@ void MissingPhotographs::Tell(const FrameFiles& files, std::size_t there, bool a
     return;
   }
   if (!all_needed && count_ <= there) {
-    doubts.push_back(
-        fmt::format("{}: {} in {} and left out ('{}'{})", file_,
-                    count_ == 1 ? "1 photograph is not" : fmt::format("{} photographs are not", count_),
-                    folder, first_, count_ == 1 ? "" : " is the first"));
+    doubts.push_back(fmt::format("{}: {} missing in {} and left out ('{}'{})", file_,
+                                 Counted(count_, "photograph"), folder, first_,
+                                 count_ == 1 ? "" : " is the first"));
     return;
   }
   const std::string which = count_ == 1

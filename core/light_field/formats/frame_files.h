@@ -54,8 +54,9 @@ class MissingPhotographs {
     if (count_++ == 0) first_where_ = where, first_ = given;
   }
   bool none() const { return count_ == 0; }
-  // Says in `doubts` how many frames are left out. Throws Error with their number and the first of them if
-  // they are more than the `there` that are not, or if none may be missing (`all_needed`: a light field of ulf).
+  // Says in `doubts` how many frames are left out. Throws Error with their number and the first of them
+  // if they are more than the `there` that are not, or if none may be missing (`all_needed`: a light
+  // field of ulf).
   void Tell(const FrameFiles& files, std::size_t there, bool all_needed,
             std::vector<std::string>& doubts) const;
 

@@ -78,10 +78,10 @@ std::string ImagesRemedy();
 CameraModel AtSizeOf(const std::filesystem::path& image, const CameraModel& camera, const std::string& where,
                      std::vector<std::string>& doubts);
 
-// Returns a camera of our model for a lens with other terms, which `project` has and `without` lacks: `without`
-// itself if they move no pixel by more than 0.02 px, else the one nearest to it, whose distance `doubts` says.
-// Throws an Error that begins with `lens`, which names the terms, and ends with `remedy`, if that is off by
-// more than five pixels.
+// Returns a camera of our model for a lens with other terms, which `project` has and `without` lacks:
+// `without` itself if they move no pixel by more than 0.02 px, else the one nearest to it, whose distance
+// `doubts` says. Throws an Error that begins with `lens`, which names the terms, and ends with `remedy`, if
+// that is off by more than five pixels.
 CameraModel HeldByOurModel(const Projection& project, CameraModel without, const std::string& lens,
                            const std::string& remedy, std::vector<std::string>& doubts);
 

@@ -65,8 +65,8 @@ int SidePx(const JsonPlace& place, const char* key) {
   return static_cast<int>(side);
 }
 
-// Returns the focal length along one axis: from its field of view in degrees (instant-ngp), in pixels, or from
-// its field of view in radians (NeRF); none if there is none.
+// Returns the focal length along one axis: from its field of view in degrees (instant-ngp), in pixels, or
+// from its field of view in radians (NeRF); none if there is none.
 std::optional<double> FocalPx(const JsonPlace& place, const char* axis, int side_px) {
   const std::string fov = fmt::format("{}_fov", axis), angle = fmt::format("camera_angle_{}", axis),
                     pixels = fmt::format("fl_{}", axis);

@@ -2,10 +2,10 @@
 //
 // Their poses are camera-to-world in OpenGL's axes (x right, y up, z back); those of ulf are cam_from_world
 // with y down and z forward. World coordinates are unchanged. Pixel centres are at integer + 0.5 in both.
-// Intrinsics are at the top level or in every frame (transforms_camera.h). "mask_path" of frames, the masks of
-// instant-ngp (dynamic_mask_STEM.png beside a photograph) and "ply_file_path" of the set are read too. Poses
-// during a rolling shutter ("transform_matrix_start" and "_end") become the one in the middle of the picture.
-// LightField::doubts names other keys, unless they concern training.
+// Intrinsics are at the top level or in every frame (transforms_camera.h). "mask_path" of frames, the masks
+// of instant-ngp (dynamic_mask_STEM.png beside a photograph) and "ply_file_path" of the set are read too.
+// Poses during a rolling shutter ("transform_matrix_start" and "_end") become the one in the middle of the
+// picture. LightField::doubts names other keys, unless they concern training.
 #pragma once
 
 #include <filesystem>
@@ -21,17 +21,18 @@ namespace ulf {
 
 inline constexpr const char* kTransformsFile = "transforms.json";
 
-// Reads the file with its points. Image paths are relative to its folder (`/` or `\` between folders) and must
-// not leave it. Frames without their photograph are left out, unless most are, or the file is of ulf. Frames are parsed one at a time, so that a file of a million frames needs no
-// more memory than their views. Throws an Error that names file, frame and key for a value that is missing,
-// of the wrong type, not finite or not a rotation.
+// Reads the file with its points. Image paths are relative to its folder (`/` or `\` between folders) and
+// must not leave it. Frames without their photograph are left out, unless most are, or the file is of ulf.
+// Frames are parsed one at a time, so that a file of a million frames needs no more memory than their views.
+// Throws an Error that names file, frame and key for a value that is missing, of the wrong type, not finite
+// or not a rotation.
 LightField ReadTransformsJson(const std::filesystem::path& file);
 
 // Does the same for a set by another program that is to be copied: cameras are scaled to photographs that
 // were resized (AtSizeOf), and photographs may lie outside its folder and are searched by their names in it.
 // If `images` is not empty, photographs are searched there by name (SetImages::Find); the light field's paths
-// are then relative to it, and masters and exposures under "ulf" are ignored. With `may_be_poses_alone` a file
-// of which no photograph exists has no views.
+// are then relative to it, and masters and exposures under "ulf" are ignored. With `may_be_poses_alone` a
+// file of which no photograph exists has no views.
 LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {},
                              bool may_be_poses_alone = false);
 

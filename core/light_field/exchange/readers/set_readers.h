@@ -23,10 +23,10 @@ namespace ulf {
 
 // `images` is the folder of the photographs; if empty, the one that the names in the list share, or images,
 // photos or the folder itself where the list lies, or in its parent. The list is NAME.list.txt, list.txt,
-// list.focal.txt, list.rd.txt or the only other one (NAME.list.txt or any .lst, as RealityCapture writes it), in
-// the folder of `bundle_out` or in its parent; a row is "NAME [0 FOCAL]". Cameras that were not registered (f is 0), and those without a photograph, are left out and named
-// in `doubts`. Throws an Error that names file and line for an invalid file, counts that disagree with its
-// content, and a list of another length.
+// list.focal.txt, list.rd.txt or the only other one (NAME.list.txt or any .lst, as RealityCapture writes it),
+// in the folder of `bundle_out` or in its parent; a row is "NAME [0 FOCAL]". Cameras that were not registered
+// (f is 0), and those without a photograph, are left out and named in `doubts`. Throws an Error that names
+// file and line for an invalid file, counts that disagree with its content, and a list of another length.
 PosedSet ReadBundlerSet(const std::filesystem::path& bundle_out, const std::filesystem::path& images);
 
 // A reconstruction by COLMAP is binary (which COLMAP itself prefers) or text, with points, their tracks, and
@@ -60,10 +60,10 @@ PosedSet ReadLlffSet(const std::filesystem::path& source, const std::filesystem:
 //            y' = y (1 + k1 r² + k2 r⁴ + k3 r⁶ + k4 r⁸) + (p2 (r² + 2y²) + 2 p1 x y) (1 + p3 r² + p4 r⁴)
 //            u = w/2 + cx + (f + b1) x' + b2 y',  v = h/2 + cy + f y'
 //   fisheye: the same with x atan(r)/r and y atan(r)/r in place of x and y
-// The centre of the first pixel is at (0.5, 0.5), as ours. p1 is OpenCV's p2, p2 its p1. Terms that our lenses
-// lack (k4, p3, p4 and b2 of frame cameras, p1 to p4 and b2 of fisheyes) are left out if they move no pixel by
-// more than 0.02 px; else a lens is fitted, whose distance `doubts` says, or refused if it is off by more than
-// five pixels. All other sensors are refused.
+// The centre of the first pixel is at (0.5, 0.5), as ours. p1 is OpenCV's p2, p2 its p1. Terms that our
+// lenses lack (k4, p3, p4 and b2 of frame cameras, p1 to p4 and b2 of fisheyes) are left out if they move no
+// pixel by more than 0.02 px; else a lens is fitted, whose distance `doubts` says, or refused if it is off by
+// more than five pixels. All other sensors are refused.
 //
 // In a rig, a camera with a master_id and no transform of its own has its master's, times the place of its
 // sensor: chunk_from_cam = chunk_from_master [R | l] with the sensor's <rotation> and <location>.
@@ -80,7 +80,8 @@ PosedSet ReadMetashapeSet(const std::filesystem::path& xml, const std::filesyste
 // transforms_test.json with one field of view, and pictures with alpha in train/, val/ and test/.
 
 // Reads all views of the parts that exist, in this order, also those in two parts; photographs' paths begin
-// with the part's folder. A part other than train whose photographs are all missing is left out. PosedSet::background is white. `images` and errors are as in ReadTransformsSet().
+// with the part's folder. A part other than train whose photographs are all missing is left out.
+// PosedSet::background is white. `images` and errors are as in ReadTransformsSet().
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images = {});
 
 // RealityScan (once RealityCapture) exports an XMP file NAME.xmp for the photograph NAME.jpg.

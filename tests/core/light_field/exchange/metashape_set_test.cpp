@@ -370,8 +370,8 @@ TEST_F(MetashapeSet, TermsThatOursLackAreFitted) {
   ExpectError(Xml(), "'lens 0': p1, p2: the nearest lens that ulf has is off by", "Optimize Cameras");
 }
 
-// Every camera of a rig stands where the manual's master and sensor put it; the expected places are worked out
-// with matrices of their own.
+// Every camera of a rig stands where the manual's master and sensor put it; the expected places are worked
+// out with matrices of their own.
 TEST_F(MetashapeSet, CamerasOfARigFollowTheirMaster) {
   const Matrix3d turn = Turned(0.05, {0, 1, 0});
   const Vector3d place(0.12, 0.01, -0.02);

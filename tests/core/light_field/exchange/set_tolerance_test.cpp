@@ -289,7 +289,7 @@ TEST_F(StrangersSet, MissingPhotographsAreLeftOut) {
   const LightField read = Read();
   ASSERT_EQ(read.views.size(), 3u);
   EXPECT_EQ(read.views[1].image_path, "images/shot_2.png");
-  EXPECT_THAT(read.doubts, ElementsAre(AllOf(HasSubstr("2 photographs are not"), HasSubstr("shot_1.png"))));
+  EXPECT_THAT(read.doubts, ElementsAre(AllOf(HasSubstr("2 photographs missing"), HasSubstr("shot_1.png"))));
   EXPECT_EQ(ReadTransformsJson(set() / "transforms.json").views.size(), 3u) << "without importing, too";
   fs::remove(set() / "images/shot_0.png");
   ExpectRefused("'images/shot_0.png' and 2 more are missing", "restore");
