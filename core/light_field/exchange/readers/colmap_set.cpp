@@ -13,6 +13,7 @@
 #include "core/base/binary_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/set_format.h"
@@ -22,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kMapsOfPhotographs[] = {"mask", "depth", "normal"};
 constexpr const char* kFoldersAroundModels[] = {"sparse", "colmap", "dense", "distorted", "undistorted"};
 
 bool HoldsModel(const fs::path& folder, const char* ending) {
@@ -34,26 +36,60 @@ bool IsAroundModel(const std::string& name) {
   return is_number || std::ranges::find(kFoldersAroundModels, name) != std::end(kFoldersAroundModels);
 }
 
-std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& model) {
+// Maps of photographs bear their names.
+bool IsFolderOfMaps(const fs::path& folder) {
+  const std::string name = Lowercase(folder.filename().string());
+  return std::ranges::any_of(kMapsOfPhotographs,
+                             [&](const char* map) { return name.find(map) != std::string::npos; });
+}
+
+// Returns whether some of the model's photographs lie in the folder by their own names.
+bool HoldsSome(const fs::path& folder, const std::vector<ColmapReconstruction::Image>& images) {
+  constexpr std::size_t kEnough = 8;  // guessed; the first may be missing
+  for (std::size_t i = 0; i < std::min(kEnough, images.size()); ++i) {
+    const fs::path name = fs::path(images[i].name).lexically_normal();
+    std::error_code unknown;
+    if (name.is_relative() && !name.empty() && *name.begin() != ".." &&
+        fs::is_regular_file(folder / name, unknown))
+      return true;
+  }
+  return false;
+}
+
+// Returns folders in the order in which photographs are looked for: those of COLMAP's and trainers' layouts
+// and the only other folder beside them with photographs of the model, first the ones that hold some by their
+// own names.
+std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& model_folder,
+                                      const ColmapReconstruction& model) {
   const auto clean = [](const fs::path& path) {
     const fs::path whole = fs::absolute(path).lexically_normal();
     return whole.has_filename() ? whole : whole.parent_path();
   };
-  const fs::path given = clean(source);
-  std::vector<fs::path> folders;
+  const fs::path given = clean(source), inner = clean(model_folder);
+  std::vector<fs::path> folders, others;
   bool is_distorted = false, is_above = false;
   // Searches from the model's own folder up to the one around its layout, at least up to the given one.
-  for (fs::path around = clean(model);; around = around.parent_path()) {
+  for (fs::path around = inner;; around = around.parent_path()) {
     // gaussian-splatting's convert.py keeps in input what distorted/sparse was measured in.
     if (is_distorted) folders.push_back(around / "input");
     for (const char* name : {"images", "images_2", "images_4", "images_8", "input", "photos"})
       folders.push_back(around / name);
+    std::error_code unknown;
+    for (const auto& entry : fs::directory_iterator(around, unknown))
+      if (entry.is_directory(unknown)) others.push_back(entry.path());
     is_distorted |= around.filename() == "distorted";
     is_above |= around == given;
     if (!around.has_relative_path() ||
-        (is_above && around != clean(model) && !IsAroundModel(around.filename().string())))
+        (is_above && around != inner && !IsAroundModel(around.filename().string())))
       break;
   }
+  const auto holds_some = [&](const fs::path& folder) { return HoldsSome(folder, model.images); };
+  std::erase_if(others, [&](const fs::path& folder) {
+    return IsFolderOfMaps(folder) || std::ranges::find(folders, folder) != folders.end() ||
+           !holds_some(folder);
+  });
+  if (others.size() == 1) folders.push_back(others.front());
+  std::ranges::stable_partition(folders, holds_some);
   folders.push_back(given);
   return folders;
 }
@@ -215,7 +251,7 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
     light_field.doubts.push_back(fmt::format(
         "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));
   light_field.doubts.insert(light_field.doubts.end(), model.doubts.begin(), model.doubts.end());
-  const SetImages images(source, chosen, ImagesFoldersOf(source, folder));
+  const SetImages images(source, chosen, ImagesFoldersOf(source, folder, model));
   light_field.root = images.folder();
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);
   for (const TakenImage& each : taken)

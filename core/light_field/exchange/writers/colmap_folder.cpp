@@ -50,36 +50,31 @@ std::string LensOptions(const ColmapReconstruction::Camera& camera) {
                      fmt::join(camera.parameters, ","));
 }
 
-// Returns the options for each run of feature_extractor, so that its database has our numbers.
-std::vector<std::string> ExtractorRuns(const ColmapReconstruction& model, const fs::path& out) {
-  if (model.cameras.size() == 1)
-    return {" --ImageReader.single_camera 1" + LensOptions(model.cameras.front())};
-  // The lenses of a database only serve to verify matches, so that a similar one does.
-  if (IsOneCameraEach(model))
-    return {" --ImageReader.single_camera_per_image 1" + LensOptions(model.cameras.front())};
-  std::vector<std::string> runs;
-  for (const ColmapReconstruction::Camera& camera : model.cameras)
-    runs.push_back(fmt::format(" --image_list_path {} --ImageReader.single_camera 1{}",
-                               ShellWord((out / ListName(camera)).string()), LensOptions(camera)));
-  return runs;
-}
-
 std::vector<std::string> CommandsFor(const ColmapReconstruction& model, const fs::path& out, bool has_masks) {
   constexpr std::size_t kLeastImages = 2;  // of point_triangulator
   if (model.images.size() < kLeastImages) return {};
-  const auto word = [&](const char* name) { return ShellWord((out / name).string()); };
-  const std::string database = "--database_path " + word("database.db");
-  const std::string images = " --image_path " + word("images");
+  const auto word = [&](const std::string& name) { return ShellWord((out / name).string()); };
+  const std::string database = word("database.db"), images = word("images");
+  const std::string mask = has_masks ? " --ImageReader.mask_path " + word("masks") : "";
+  const std::string in_order = " --FeatureExtraction.num_threads 1";
   std::vector<std::string> commands;
-  for (const std::string& run : ExtractorRuns(model, out))
-    commands.push_back(fmt::format("colmap feature_extractor {}{}{}{} --FeatureExtraction.num_threads 1",
-                                   database, images,
-                                   has_masks ? " --ImageReader.mask_path " + word("masks") : "", run));
-  commands.push_back("colmap exhaustive_matcher " + database);
+  // The lenses of a database only serve to verify matches, so that a similar one does.
+  if (const bool is_one = model.cameras.size() == 1; is_one || IsOneCameraEach(model))
+    commands.push_back(fmt::format(
+        "colmap feature_extractor --database_path {} --image_path {}{} --ImageReader.single_camera{} 1{}{}",
+        database, images, mask, is_one ? "" : "_per_image", LensOptions(model.cameras.front()), in_order));
+  else
+    for (const ColmapReconstruction::Camera& camera : model.cameras)
+      commands.push_back(
+          fmt::format("colmap feature_extractor --database_path {} --image_path {} --image_list_path {}{} "
+                      "--ImageReader.single_camera 1{}{}",
+                      database, images, word(ListName(camera)), mask, LensOptions(camera), in_order));
+  commands.push_back(fmt::format("colmap exhaustive_matcher --database_path {}", database));
   commands.push_back("mkdir " + word("triangulated"));
-  commands.push_back(
-      fmt::format("colmap point_triangulator {}{} --input_path {} --output_path {} --clear_points 1",
-                  database, images, word("sparse/0"), word("triangulated")));
+  commands.push_back(fmt::format(
+      "colmap point_triangulator --database_path {} --image_path {} --input_path {} --output_path {} "
+      "--clear_points 1",
+      database, images, word("sparse/0"), word("triangulated")));
   return commands;
 }
 

@@ -227,6 +227,20 @@ TEST_P(ColmapModels, AreFoundWithTheirPhotographsInEveryLayout) {
     EXPECT_EQ(Read(given).root.filename(), "input") << given;
 }
 
+TEST_P(ColmapModels, PhotographsAreFoundInOtherFoldersByTheirNames) {
+  Write(model_, set() / "sparse/0");
+  // A folder of the usual name with other photographs does not stand before the right one.
+  fs::rename(set() / "images", set() / "rgb");
+  fs::create_directories(set() / "images");
+  fs::copy(set() / "rgb" / model_.images[0].name, set() / "images/elsewhere.png");
+  EXPECT_EQ(Read().root.filename(), "rgb");
+  fs::remove_all(set() / "images");
+  for (const char* map : {"masks", "depth"}) fs::copy(set() / "rgb", set() / map);
+  EXPECT_EQ(Read().root.filename(), "rgb");
+  fs::copy(set() / "rgb", set() / "left");  // which?
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("with images")));
+}
+
 // ---- Rigs. ----
 
 // The bytes or words of rigs and frames, one value after another.
