@@ -3,6 +3,7 @@
 //
 // An export for COLMAP and the commands beside it, by the rules of COLMAP 4: what Reconstruction::Load()
 // (src/colmap/scene/reconstruction.cc) compares between a model and the database that the commands make.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

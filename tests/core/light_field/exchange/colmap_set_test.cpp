@@ -3,6 +3,7 @@
 //
 // COLMAP's sets of today, whose files are written here byte by byte after COLMAP's source: every camera
 // model, rigs, several models, other layouts, and values that are no numbers.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -71,7 +72,7 @@ std::vector<Model> EveryModel() {
            "SIMPLE_RADIAL",
            {60, 48, 32, 0.1},
            [](double u, double v) {
-             return Vector2d(48, 32) + 60 * (1 + 0.1 * (u * u + v * v)) * Vector2d(u, v);
+             return Vector2d(Vector2d(48, 32) + 60 * (1 + 0.1 * (u * u + v * v)) * Vector2d(u, v));
            }},
           {6, "FULL_OPENCV", {60, 61, 48, 32, 0, 0, 0, 0, 0, 0.1, 0, 0}, {}, "'FULL_OPENCV' with k4 k5 k6"},
           {7, "FOV", {60, 61, 48, 32, 0}, pinhole},
