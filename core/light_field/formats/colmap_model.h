@@ -70,9 +70,9 @@ ColmapReconstruction NumberedAsInDatabase(const ColmapReconstruction& model);
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera);
 
 // Reads the part of a cameras.txt row behind the camera's number: MODEL WIDTH HEIGHT PARAMS[]. It knows the
-// models 0 to 17 of COLMAP (src/colmap/sensor/models.h of August 2026), and takes each that is equivalent to a
-// CameraModel with its parameters. Throws an Error that begins with `where` for anything else, with the model
-// and the program that converts it.
+// models 0 to 17 of COLMAP (src/colmap/sensor/models.h of August 2026), and takes each that is equivalent to
+// a CameraModel with its parameters. Throws an Error that begins with `where` for anything else, with the
+// model and the program that converts it.
 CameraModel ReadColmapCamera(std::istream& row, const std::string& where);
 
 // Returns how many parameters COLMAP's camera model of this number has. Throws an Error that begins with

@@ -218,10 +218,8 @@ void SettleColmapPoses(const fs::path& dir, bool binary, ColmapReconstruction& m
   }
   if (moved > 0)
     model.doubts.push_back(fmt::format(
-        "{}: {} by rigs and frames other poses than in {}; those of the rigs are taken, as COLMAP "
-        "does",
-        dir.string(), moved == 1 ? "1 image has" : fmt::format("{} images have", moved),
-        file.filename().string()));
+        "{}: {} {} another pose by rigs and frames than in {}; that by the rig is taken, as COLMAP does",
+        dir.string(), Counted(moved, "image"), moved == 1 ? "has" : "have", file.filename().string()));
   if (scaled > 0)
     model.doubts.push_back(fmt::format("{}: {} whose length is not 1 (off by up to {:.2g}): normalised",
                                        file.string(), Counted(scaled, "quaternion"), most_off));

@@ -315,7 +315,7 @@ void RemovePoints(const fs::path& model) {
   WriteFileAtomically(model / "points3D.txt", "");
 }
 
-TEST_F(ExportCommand, ColmapTriangulatesByTheCommandsItSays) {
+TEST_F(ExportCommand, ColmapTriangulatesByItsCommands) {
   ASSERT_TRUE(HasColmap()) << "colmap is not installed: ./run deps";
   const ScratchFolder scratch;
   const fs::path lf = scratch / "lf", out = scratch / "out";

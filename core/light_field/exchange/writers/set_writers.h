@@ -12,9 +12,9 @@
 
 namespace ulf {
 
-// A folder that COLMAP reads holds, beside images/ and masks/, the model in sparse/0: text or binary, with the
-// rigs and frames of COLMAP 3.12 and later, which earlier versions do not open. Cameras and images have the
-// numbers of the database that `commands` make, NumberedAsInDatabase() (colmap_model.h).
+// A folder that COLMAP reads holds, beside images/ and masks/, the model in sparse/0: text or binary, with
+// the rigs and frames of COLMAP 3.12 and later, which earlier versions do not open. Cameras and images have
+// the numbers of the database that `commands` make, NumberedAsInDatabase() (colmap_model.h).
 struct ColmapFolder {
   std::vector<std::pair<std::string, std::string>> files;  // path in the folder, contents
   // By which COLMAP measures points of its own under these poses: one word after another, for a shell.

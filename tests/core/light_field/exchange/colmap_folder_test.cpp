@@ -30,7 +30,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-// The database of feature_extractor (src/colmap/controllers/image_reader.cc and feature_extraction.cc): image,
+// The database of feature_extractor (src/colmap/controllers/image_reader.cc, feature_extraction.cc): image,
 // frame, camera and rig get the next number as they come.
 struct Database {
   std::map<std::string, long> images, camera_of;  // by name

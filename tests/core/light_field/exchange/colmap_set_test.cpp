@@ -206,7 +206,7 @@ TEST_P(ColmapModels, OfSeveralModelsTheLargestIsRead) {
   EXPECT_EQ(Read(set() / "sparse/0").views.size(), 2u) << "the one that was asked for";
 }
 
-TEST_P(ColmapModels, AreFoundWithTheirPhotographsInEveryLayout) {
+TEST_P(ColmapModels, AreFoundInEveryLayout) {
   for (const char* place : {"colmap/sparse/0", "sparse", "sparse/3", "dense/0/sparse", "dense/sparse", "0"}) {
     Write(model_, set() / place);
     ExpectOurPoses(Read(), 6);
@@ -228,7 +228,7 @@ TEST_P(ColmapModels, AreFoundWithTheirPhotographsInEveryLayout) {
     EXPECT_EQ(Read(given).root.filename(), "input") << given;
 }
 
-TEST_P(ColmapModels, PhotographsAreFoundInOtherFoldersByTheirNames) {
+TEST_P(ColmapModels, OtherFoldersAreFoundByNames) {
   Write(model_, set() / "sparse/0");
   // A folder of the usual name with other photographs does not stand before the right one.
   fs::rename(set() / "images", set() / "rgb");
@@ -333,7 +333,7 @@ TEST_P(ColmapModels, EveryCameraGetsItsPoseByItsRig) {
         (read.views[i + 3].cam_from_world.Matrix() - drawn.other_from_rig * drawn.rig_from_world[i]).norm(),
         1e-9);
   }
-  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("6 images have by rigs and frames other poses")));
+  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("6 images have another pose by rigs and frames")));
   // COLMAP's own files agree, and need no word.
   for (std::size_t i = 0; i < 6; ++i) model_.images[i].cam_from_world = read.views[i].cam_from_world;
   Write(model_, set() / "sparse/0");
