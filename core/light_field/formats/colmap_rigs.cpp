@@ -206,10 +206,10 @@ void SettleColmapPoses(const fs::path& dir, bool binary, ColmapReconstruction& m
   double most_off = 0;
   for (ColmapReconstruction::Image& image : model.images) {
     Rigid3& pose = image.cam_from_world;
-    if (const auto by_rig = by_rigs.find(image.id); by_rig != by_rigs.end()) {
+    const auto by_rig = by_rigs.find(image.id);
+    if (by_rig != by_rigs.end()) {
       moved += !IsSameUpToRounding(pose, by_rig->second);
-      pose = by_rig->second;
-      continue;
+      pose = by_rig->second;  // which two far transforms may have brought beyond all numbers
     }
     const double off =
         NormalizeColmapPose(pose, fmt::format("{}, image {} ({})", file.string(), image.id, image.name));
