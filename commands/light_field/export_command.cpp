@@ -77,6 +77,15 @@ void PrintPoints(const PointStatistics& points) {
   fmt::print("\n");
 }
 
+// Only COLMAP has any.
+void PrintCommands(const std::vector<std::string>& commands) {
+  if (commands.empty()) return;
+  fmt::print(
+      "COLMAP's own points under these poses (3.13 or later; 3.12 says SiftExtraction.num_threads, earlier "
+      "ones need neither):\n");
+  for (const std::string& command : commands) fmt::print("    {}\n", command);
+}
+
 void PrintText(const ExportArgs& args, const ExportSummary& summary, const Triangulated& triangulated,
                bool has_points) {
   const std::string how = summary.copied == 0 ? "all drawn anew"
@@ -97,6 +106,7 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Trian
   if (triangulated.unread > 0)
     fmt::print("{} could not be read to measure points\n", Counted(triangulated.unread, "view"));
   for (const std::string& doubt : summary.doubts) fmt::print("{}\n", doubt);
+  PrintCommands(summary.commands);
 }
 
 int RunExport(const ExportArgs& args, ExportForm form) {
@@ -138,6 +148,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
                               {"measured_points", summary.points.tracked},
                               {"observations", summary.points.observations},
                               {"mean_error_px", summary.points.mean_error_px}};
+  if (!summary.commands.empty()) json["commands"] = summary.commands;
   if (triangulated.done) json["pose_error_px"] = triangulated.pose_error_px;
   for (const Undistortion& camera : summary.cameras) json["cameras"].push_back(CameraJson(camera));
   fmt::print("{}\n", JsonText(json, 2));

@@ -23,8 +23,8 @@
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/exchange/readers/npy_file.h"
 #include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/exchange/readers/npy_file.h"
 #include "core/light_field/folder/journal.h"
 #include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/set_format.h"
@@ -110,10 +110,12 @@ void JournalLines(std::string_view bytes) {
   RequireOwnPaths(ReadJournal(FuzzFile(bytes, kJournalFile)).light_field);
 }
 void ColmapText(std::string_view bytes) {
-  ReadSet(bytes, SetFormat::kColmap, std::array{"cameras.txt", "images.txt", "points3D.txt"});
+  ReadSet(bytes, SetFormat::kColmap,
+          std::array{"cameras.txt", "images.txt", "points3D.txt", "rigs.txt", "frames.txt"});
 }
 void ColmapBinary(std::string_view bytes) {
-  ReadSet(bytes, SetFormat::kColmap, std::array{"cameras.bin", "images.bin", "points3D.bin"});
+  ReadSet(bytes, SetFormat::kColmap,
+          std::array{"cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin"});
 }
 void Llff(std::string_view bytes) { ReadSet(bytes, SetFormat::kLlff, std::array{"poses_bounds.npy"}); }
 void Bundler(std::string_view bytes) {

@@ -23,7 +23,6 @@
 #include "core/light_field/exchange/writers/set_writers.h"
 #include "core/light_field/exchange/writers/unit_cube.h"
 #include "core/light_field/folder/view_images.h"
-#include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/image_names.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "core/light_field/points/point_io.h"
@@ -259,15 +258,15 @@ void WritePictures(const Pictures& pictures, std::size_t count, const ExportOpti
     summary.doubts.push_back(std::move(doubt));
 }
 
-void WriteColmap(const LightField& exported, bool binary, const fs::path& folder) {
-  const ColmapReconstruction model = ToColmap(exported);
-  const ColmapFiles files = binary ? ToColmapBinary(model) : ToColmapText(model);
-  const fs::path sparse = folder / "sparse" / "0";
-  const char* ending = binary ? ".bin" : ".txt";
-  MakeFolder(sparse);
-  WriteFileAtomically(sparse / (std::string("cameras") + ending), files.cameras);
-  WriteFileAtomically(sparse / (std::string("images") + ending), files.images);
-  WriteFileAtomically(sparse / (std::string("points3D") + ending), files.points3d);
+void WriteColmap(const LightField& exported, bool binary, const fs::path& folder, const fs::path& out,
+                 ExportSummary& summary) {
+  ColmapFolder colmap = ColmapFolderOf(exported, binary, out);
+  for (const auto& [path, contents] : colmap.files) {
+    MakeFolder((folder / path).parent_path());
+    WriteFileAtomically(folder / path, contents);
+  }
+  summary.commands = std::move(colmap.commands);
+  std::ranges::move(colmap.doubts, std::back_inserter(summary.doubts));
 }
 
 void WriteNerfSynthetic(const LightField& exported, const fs::path& folder) {
@@ -291,13 +290,14 @@ void WriteXmpFiles(const LightField& exported, const fs::path& folder) {
   }
 }
 
-void WriteModel(const LightField& exported, ExportForm form, const fs::path& folder) {
+void WriteModel(const LightField& exported, ExportForm form, const fs::path& folder, const fs::path& out,
+                ExportSummary& summary) {
   if (!exported.points.empty() && (form == ExportForm::kNerfstudio || form == ExportForm::kMetashape))
     WriteFileAtomically(folder / "points.ply", PointPlyBytes(exported.points));
   switch (form) {
     case ExportForm::kColmapText:
     case ExportForm::kColmapBinary:
-      return WriteColmap(exported, form == ExportForm::kColmapBinary, folder);
+      return WriteColmap(exported, form == ExportForm::kColmapBinary, folder, out, summary);
     case ExportForm::kNerfstudio:
       return WriteFileAtomically(folder / kTransformsFile, TransformsJsonText(exported));
     case ExportForm::kInstantNgp:
@@ -430,7 +430,7 @@ ExportSummary ExportLightField(const LightField& light_field, const fs::path& ou
       if (!path.empty()) MakeFolder((folder.path() / path).parent_path());
   WritePictures(Pictures(light_field, exported, summary.cameras, rules.masks, folder.path()),
                 exported.views.size(), options, summary);
-  WriteModel(exported, options.form, folder.path());
+  WriteModel(exported, options.form, folder.path(), out, summary);
   if (options.form == ExportForm::kNerfSynthetic)
     std::ranges::move(
         NerfSyntheticDoubts(exported, SubjectForExport(exported, "nerf-synthetic"), AnyMask(light_field)),

@@ -1,7 +1,7 @@
 // Exports a light field to the folder layouts of other programs, with the photographs unchanged or
 // undistorted, masks, and points with their observations.
 //
-//   COLMAP          images/NAME  masks/NAME.png  sparse/0/{cameras,images,points3D}.{txt,bin}
+//   COLMAP          images/NAME  masks/NAME.png  sparse/0/{cameras,images,points3D,rigs,frames}.{txt,bin}
 //   nerfstudio      images/NAME  masks/NAME.png  transforms.json  points.ply
 //   instant-ngp     images/NAME  images/dynamic_mask_STEM.png  transforms.json
 //   NeRF synthetic  {train,test}/STEM.png (RGBA)  transforms_{train,val,test}.json
@@ -48,7 +48,8 @@ struct ExportSummary {
   std::size_t masks = 0;
   std::vector<Undistortion> cameras;  // by index into LightField::cameras; empty if nothing was undistorted
   PointStatistics points;
-  std::vector<std::string> doubts;  // sentences on what the form's programs will not read as it is
+  std::vector<std::string> doubts;    // sentences on what the form's programs will not read as it is
+  std::vector<std::string> commands;  // of a shell, by which the form's program goes on with the folder
 };
 
 // Throws Refusal naming Parameter(`parameter`) if `out` lies in the light field's folder.

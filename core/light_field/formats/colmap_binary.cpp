@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/byte_stream.h"
+#include "core/light_field/formats/colmap_rigs.h"
 
 namespace ulf {
 namespace {
@@ -106,10 +105,6 @@ void ReadImagesBin(const std::filesystem::path& file, ColmapReconstruction& mode
     image.camera = in.Get<std::uint32_t>();
     image.name = in.GetText();
     RequireWhole(in, file);
-    if (!image.cam_from_world.translation.allFinite() || !(std::abs(q.norm() - 1) < kQuaternionTolerance))
-      throw Error("{}, image {} ({}): has no pose (a unit quaternion and a finite translation)",
-                  file.string(), image.id, image.name);
-    q.normalize();
     image.points.resize(in.Count64(kPointBytes));
     for (ColmapReconstruction::Point2d& point : image.points) {
       point.in_img = in.Get2();
@@ -144,6 +139,7 @@ ColmapReconstruction ReadColmapBinary(const std::filesystem::path& dir) {
   ReadCamerasBin(dir / "cameras.bin", model);
   ReadImagesBin(dir / "images.bin", model);
   if (std::filesystem::exists(dir / "points3D.bin")) ReadPoints3dBin(dir / "points3D.bin", model);
+  SettleColmapPoses(dir, true, model);
   return model;
 }
 

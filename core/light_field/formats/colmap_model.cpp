@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
+#include <map>
+#include <tuple>
 
 #include "core/base/error.h"
 #include "core/light_field/formats/image_names.h"
@@ -12,17 +15,25 @@
 namespace ulf {
 namespace {
 
+// What a parameter must be for a CameraModel to be equivalent, where it is none of its coefficients.
+constexpr int kMustBeZero = -1, kAnything = -2;
+
 struct ColmapLens {
   int number;
   const char* name;
   bool one_focal;
   Distortion distortion;
-  std::vector<int> coefficients;  // CameraModel's index of each further parameter; -1: must be 0
+  std::vector<int> coefficients;  // CameraModel's index of each further parameter, or kMustBeZero, kAnything
+  const char* beyond = "";        // the names of those that must be 0
+  const char* since = "";         // the first version of COLMAP that knows it; empty: all
 };
 
+// The models of COLMAP of August 2026 (src/colmap/sensor/models.h) but for EQUIRECTANGULAR (17), which is no
+// lens.
 const std::vector<ColmapLens>& ColmapLenses() {
   constexpr Distortion kNone = Distortion::kNone, kRadial = Distortion::kRadialTangential,
                        kFish = Distortion::kFisheye;
+  constexpr int kNil = kMustBeZero;
   static const std::vector<ColmapLens> lenses = {
       {0, "SIMPLE_PINHOLE", true, kNone, {}},
       {1, "PINHOLE", false, kNone, {}},
@@ -30,27 +41,51 @@ const std::vector<ColmapLens>& ColmapLenses() {
       {3, "RADIAL", true, kRadial, {0, 1}},
       {4, "OPENCV", false, kRadial, {0, 1, 2, 3}},
       {5, "OPENCV_FISHEYE", false, kFish, {0, 1, 2, 3}},
-      {6, "FULL_OPENCV", false, kRadial, {0, 1, 2, 3, 4, -1, -1, -1}},
+      {6, "FULL_OPENCV", false, kRadial, {0, 1, 2, 3, 4, kNil, kNil, kNil}, "k4 k5 k6, a rational model,"},
+      {7, "FOV", false, kNone, {kNil}, "an omega"},
       {8, "SIMPLE_RADIAL_FISHEYE", true, kFish, {0}},
-      {9, "RADIAL_FISHEYE", true, kFish, {0, 1}}};
+      {9, "RADIAL_FISHEYE", true, kFish, {0, 1}},
+      {10, "THIN_PRISM_FISHEYE", false, kFish, {0, 1, kNil, kNil, 2, 3, kNil, kNil}, "p1 p2 sx1 sy1"},
+      {11,
+       "RAD_TAN_THIN_PRISM_FISHEYE",
+       false,
+       kFish,
+       {0, 1, 2, 3, kNil, kNil, kNil, kNil, kNil, kNil, kNil, kNil},
+       "k4 k5 p0 p1 s0 s1 s2 s3",
+       "3.11"},
+      {12, "SIMPLE_DIVISION", true, kNone, {kNil}, "a k", "4.0"},
+      {13, "DIVISION", false, kNone, {kNil}, "a k", "4.0"},
+      {14, "SIMPLE_FISHEYE", true, kFish, {}},
+      {15, "FISHEYE", false, kFish, {}},
+      {16, "EUCM", false, kNone, {kNil, kAnything}, "an alpha", "4.1"}};
   return lenses;
 }
 
-// The names of COLMAP's models without an equivalent, by number.
-constexpr std::array<std::pair<int, const char*>, 3> kOtherLenses{
-    {{7, "FOV"}, {10, "THIN_PRISM_FISHEYE"}, {11, "RAD_TAN_THIN_PRISM_FISHEYE"}}};
+constexpr int kEquirectangular = 17;
+constexpr const char* kEquirectangularName = "EQUIRECTANGULAR";
+
+[[noreturn]] void RefuseEquirectangular(const std::string& where) {
+  throw Error(
+      "{}: '{}' is a panorama, which is not read, and which 'colmap image_undistorter' leaves as it is; "
+      "COLMAP's python/examples/panorama_sfm.py (4.1 or later) renders perspective photographs of such "
+      "panoramas and poses them",
+      where, kEquirectangularName);
+}
 
 const ColmapLens& LensThat(const std::function<bool(const ColmapLens&)>& is_meant, const std::string& what,
                            const std::string& where) {
-  std::vector<std::string_view> known;
-  for (const ColmapLens& lens : ColmapLenses()) {
+  for (const ColmapLens& lens : ColmapLenses())
     if (is_meant(lens)) return lens;
-    known.emplace_back(lens.name);
-  }
   throw Error(
-      "{}: camera model {} is not supported; supported are {}: convert the set with 'colmap "
-      "image_undistorter'",
-      where, what, fmt::join(known, ", "));
+      "{}: camera model {} is not known (0 to 17 of COLMAP are); 'colmap image_undistorter' of the version "
+      "that wrote the set converts it to PINHOLE",
+      where, what);
+}
+
+[[noreturn]] void RefuseParameters(const ColmapLens& lens, const std::string& where) {
+  const std::string since = lens.since;
+  throw Error("{}: '{}' with {} is not read; 'colmap image_undistorter'{} converts the set to PINHOLE", where,
+              lens.name, lens.beyond, since.empty() ? "" : fmt::format(" (COLMAP {} or later)", since));
 }
 
 CameraModel CameraOf(const ColmapLens& lens, const ColmapReconstruction::Camera& from,
@@ -76,11 +111,8 @@ CameraModel CameraOf(const ColmapLens& lens, const ColmapReconstruction::Camera&
     const int which = lens.coefficients[i];
     if (which >= 0)
       camera.coefficients[static_cast<std::size_t>(which)] = p[first + i];
-    else if (p[first + i] != 0)
-      throw Error(
-          "{}: {} with k4 k5 k6, a rational model, is not supported; convert the set with 'colmap "
-          "image_undistorter'",
-          where, lens.name);
+    else if (which == kMustBeZero && p[first + i] != 0)
+      RefuseParameters(lens, where);
   }
   camera.Validate(where);
   return camera;
@@ -93,7 +125,8 @@ CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
   ColmapReconstruction::Camera camera;
   if (!(row >> name >> camera.width >> camera.height))
     throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
-  const ColmapLens lens =
+  if (name == kEquirectangularName) RefuseEquirectangular(where);
+  const ColmapLens& lens =
       LensThat([&](const ColmapLens& known) { return known.name == name; }, fmt::format("'{}'", name), where);
   for (double parameter; row >> parameter;) camera.parameters.push_back(parameter);
   row.clear();
@@ -104,17 +137,30 @@ CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
 }
 
 std::size_t ColmapParameters(int model, const std::string& where) {
-  const auto other = std::ranges::find(kOtherLenses, model, &std::pair<int, const char*>::first);
-  const ColmapLens lens = LensThat(
-      [&](const ColmapLens& known) { return known.number == model; },
-      other == kOtherLenses.end() ? fmt::format("number {}", model) : fmt::format("'{}'", other->second),
-      where);
+  if (model == kEquirectangular) RefuseEquirectangular(where);
+  const ColmapLens& lens = LensThat([&](const ColmapLens& known) { return known.number == model; },
+                                    fmt::format("number {}", model), where);
   return (lens.one_focal ? 3u : 4u) + lens.coefficients.size();
 }
 
 CameraModel FromColmapCamera(const ColmapReconstruction::Camera& camera, const std::string& where) {
   ColmapParameters(camera.model, where);
   return CameraOf(*std::ranges::find(ColmapLenses(), camera.model, &ColmapLens::number), camera, where);
+}
+
+double NormalizeColmapPose(Rigid3& pose, const std::string& where) {
+  constexpr double kShortest = 1e-6;  // guessed; a quaternion this short is a zero with rounding errors
+  const double length = pose.rotation.norm();
+  if (!pose.translation.allFinite() || !std::isfinite(length) || length < kShortest)
+    throw Error(
+        "{}: has no pose (a quaternion that is not zero and a translation, both finite); take it out of the "
+        "model, or write the model anew",
+        where);
+  // A pose that ulf wrote comes back to the last digit.
+  constexpr double kRounding = 1e-12;
+  const double off = std::abs(length - 1);
+  if (off > kRounding) pose.rotation.normalize();
+  return off;
 }
 
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera) {
@@ -176,6 +222,38 @@ ColmapReconstruction ToColmap(const LightField& light_field) {
     if (model.images[i].points.empty()) model.images[i].points.push_back({{camera.cx, camera.cy}});
   }
   return model;
+}
+
+ColmapReconstruction NumberedAsInDatabase(const ColmapReconstruction& model) {
+  ColmapReconstruction numbered = model;
+  std::map<std::uint32_t, std::string> first_of;
+  for (const ColmapReconstruction::Image& image : model.images) {
+    const auto [first, is_new] = first_of.try_emplace(image.camera, image.name);
+    if (!is_new) first->second = std::min(first->second, image.name);
+  }
+  std::erase_if(numbered.cameras,
+                [&](const ColmapReconstruction::Camera& camera) { return !first_of.contains(camera.id); });
+  std::ranges::sort(numbered.cameras, {}, [&](const ColmapReconstruction::Camera& camera) {
+    return std::pair(first_of.at(camera.id), camera.id);
+  });
+  std::map<std::uint32_t, std::uint32_t> camera_ids, image_ids;
+  for (ColmapReconstruction::Camera& camera : numbered.cameras) {
+    const auto id = static_cast<std::uint32_t>(camera_ids.size() + 1);
+    camera_ids[camera.id] = id;
+    camera.id = id;
+  }
+  for (ColmapReconstruction::Image& image : numbered.images) image.camera = camera_ids.at(image.camera);
+  std::ranges::sort(numbered.images, {}, [](const ColmapReconstruction::Image& image) {
+    return std::tie(image.camera, image.name);
+  });
+  for (ColmapReconstruction::Image& image : numbered.images) {
+    const auto id = static_cast<std::uint32_t>(image_ids.size() + 1);
+    image_ids[image.id] = id;
+    image.id = id;
+  }
+  for (ColmapReconstruction::Point& point : numbered.points)
+    for (ColmapReconstruction::Seen& seen : point.track) seen.image = image_ids.at(seen.image);
+  return numbered;
 }
 
 }  // namespace ulf

@@ -45,22 +45,34 @@ struct ColmapReconstruction {
   std::vector<Camera> cameras;
   std::vector<Image> images;
   std::vector<Point> points;
+  std::vector<std::string> doubts;  // sentences on what a reader replaced
 };
 
-// The length of a pose's quaternion may differ from 1 by this much.
+// The length of a pose's quaternion may differ from 1 by this much without a word.
 inline constexpr double kQuaternionTolerance = 1e-3;
+
+// Normalises the pose's quaternion, whose length may be any but zero, and returns by how much it differed
+// from 1. Throws an Error that begins with `where` unless it and the translation are finite.
+double NormalizeColmapPose(Rigid3& pose, const std::string& where);
 
 // A camera's id is its index + 1, an image's id is its view's; points are numbered from 1. Points without
 // observations are left out if others have some. A view without observations gets one at its principal point
 // that belongs to no point, which every reader skips. Names are those of SafeName() (image_names.h).
 ColmapReconstruction ToColmap(const LightField& light_field);
 
+// Returns the model with cameras and images sorted and numbered from 1 as COLMAP's database numbers them when
+// its feature_extractor reads the photographs of one camera after another: images by the bytes of their
+// names, cameras by their first images (src/colmap/controllers/image_reader.cc). Cameras without an image are
+// left out. COLMAP's point_triangulator demands it: it compares frames, rigs and cameras by number.
+ColmapReconstruction NumberedAsInDatabase(const ColmapReconstruction& model);
+
 // Returns the first of PINHOLE, OPENCV, FULL_OPENCV and OPENCV_FISHEYE that is equivalent; its id is 0.
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera);
 
-// Reads the part of a cameras.txt row behind the camera's number: MODEL WIDTH HEIGHT PARAMS[]. It knows
-// (SIMPLE_)PINHOLE, (SIMPLE_)RADIAL, OPENCV, FULL_OPENCV without k4 k5 k6, and (SIMPLE_RADIAL_, RADIAL_,
-// OPENCV_)FISHEYE. Throws an Error that begins with `where` for anything else.
+// Reads the part of a cameras.txt row behind the camera's number: MODEL WIDTH HEIGHT PARAMS[]. It knows the
+// models 0 to 17 of COLMAP (src/colmap/sensor/models.h of August 2026), and takes each that is equivalent to
+// a CameraModel with its parameters. Throws an Error that begins with `where` for anything else, with the
+// model and the program that converts it.
 CameraModel ReadColmapCamera(std::istream& row, const std::string& where);
 
 // Returns how many parameters COLMAP's camera model of this number has. Throws an Error that begins with

@@ -17,6 +17,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/light_field/formats/colmap_rigs.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/journal_stamp.h"
 
@@ -41,11 +42,16 @@ void AppendPoints(const std::vector<ColmapReconstruction::Point2d>& points, std:
   text += '\n';
 }
 
+[[noreturn]] void RefuseImageRow(const std::filesystem::path& images_txt, int number) {
+  throw Error("{}, line {}: is no row of an image (IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME)",
+              images_txt.string(), number);
+}
+
 // Calls `comment` with each line that begins with '#', and `image` with each image, the line of its points
 // and its line's number.
-void ForEachImage(const std::filesystem::path& images_txt,
-                  const std::function<void(const std::string&)>& comment,
-                  const std::function<void(int, ColmapPoses::Image&&, const std::string&, int)>& use) {
+void ForEachImage(
+    const std::filesystem::path& images_txt, const std::function<void(const std::string&)>& comment,
+    const std::function<void(std::uint32_t, ColmapPoses::Image&&, const std::string&, int)>& use) {
   std::ifstream file = OpenRegularFile(images_txt);
   int number = 0;
   for (std::string line; std::getline(file, line);) {
@@ -56,22 +62,14 @@ void ForEachImage(const std::filesystem::path& images_txt,
     }
     if (line.find_first_not_of(" \r") == std::string::npos) continue;
     std::istringstream row(line);
-    int id = 0;
+    std::uint32_t id = 0;
     double w = 0, x = 0, y = 0, z = 0;
     ColmapPoses::Image image;
     Eigen::Vector3d& t = image.cam_from_world.translation;
     row >> id >> w >> x >> y >> z >> t.x() >> t.y() >> t.z() >> image.camera;
     image.cam_from_world.rotation = Eigen::Quaterniond(w, x, y, z);
-    if (!row || id < 1 || id > kMostViewId || !t.allFinite() ||
-        !(std::abs(image.cam_from_world.rotation.norm() - 1) < kQuaternionTolerance) ||
-        !std::getline(row >> std::ws, image.name))
-      throw Error("{}, line {}: is no row of an image (IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME)",
-                  images_txt.string(), number);
-    if (image.name.ends_with('\r')) image.name.pop_back();
-    // A pose that ulf wrote comes back to the last digit.
-    constexpr double kRounding = 1e-12;
-    if (std::abs(image.cam_from_world.rotation.norm() - 1) > kRounding)
-      image.cam_from_world.rotation.normalize();
+    if (!row || !std::getline(row >> std::ws, image.name)) RefuseImageRow(images_txt, number);
+    image.name.erase(image.name.find_last_not_of(" \t\r") + 1);
     const int at = number;
     line.clear();
     std::getline(file, line);  // its points, possibly none
@@ -80,9 +78,10 @@ void ForEachImage(const std::filesystem::path& images_txt,
   }
 }
 
-// A row has X Y POINT3D_ID for each point.
+// A row has X Y POINT3D_ID for each point; a comment in its place stands for none, as in COLMAP's manual.
 std::vector<ColmapReconstruction::Point2d> Points2dOf(const std::string& line, const std::string& where) {
   std::vector<ColmapReconstruction::Point2d> points;
+  if (line.starts_with('#')) return points;
   const char* at = line.c_str();
   const auto skip = [&] {
     while (*at == ' ' || *at == '\r' || *at == '\t') ++at;
@@ -154,8 +153,12 @@ ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt) {
                                                    &stamp.bytes, &stamp.crc32) == 2)
           poses.made_from = stamp;
       },
-      [&](int id, ColmapPoses::Image&& image, const std::string&, int) {
-        poses.images[id] = std::move(image);
+      [&](std::uint32_t id, ColmapPoses::Image&& image, const std::string&, int number) {
+        const std::string where = fmt::format("{}, line {}", images_txt.string(), number);
+        if (id < 1 || id > static_cast<std::uint32_t>(kMostViewId) ||
+            NormalizeColmapPose(image.cam_from_world, where) > kQuaternionTolerance)
+          RefuseImageRow(images_txt, number);
+        poses.images[static_cast<int>(id)] = std::move(image);
       });
   return poses;
 }
@@ -179,13 +182,14 @@ ColmapReconstruction ReadColmapText(const std::filesystem::path& dir) {
   const std::filesystem::path images_txt = dir / "images.txt";
   ForEachImage(
       images_txt, [](const std::string&) {},
-      [&](int id, ColmapPoses::Image&& image, const std::string& points, int number) {
-        model.images.push_back({static_cast<std::uint32_t>(id), static_cast<std::uint32_t>(image.camera),
-                                image.cam_from_world, image.name,
-                                Points2dOf(points, fmt::format("{}, line {} ({})", images_txt.string(),
-                                                               number + 1, image.name))});
+      [&](std::uint32_t id, ColmapPoses::Image&& image, const std::string& points, int number) {
+        model.images.push_back(
+            {id, static_cast<std::uint32_t>(image.camera), image.cam_from_world, image.name,
+             Points2dOf(points,
+                        fmt::format("{}, line {} ({})", images_txt.string(), number + 1, image.name))});
       });
   if (std::filesystem::exists(dir / "points3D.txt")) ReadPoints3d(dir / "points3D.txt", model);
+  SettleColmapPoses(dir, false, model);
   return model;
 }
 

@@ -9,6 +9,7 @@
 #include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/base/name_order.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "core/light_field/journal_stamp.h"
 
@@ -58,6 +59,34 @@ fs::path FirstFileIn(const fs::path& folder, std::initializer_list<const char*> 
   return {};
 }
 
+// Returns whether the folder holds the part of a COLMAP model that names it.
+bool IsColmapModel(const fs::path& folder, const fs::path& source, const char* named_by) {
+  for (const char* ending : {"bin", "txt"}) {
+    // A list images.txt or cameras.txt beside photographs need not be COLMAP's.
+    const bool may_be_another = folder == source && ending == std::string("txt");
+    const char* other = named_by == std::string("images") ? "cameras" : "points3D";
+    if (HoldsColmapPart(folder, named_by, ending) &&
+        (!may_be_another || HoldsColmapPart(folder, other, ending)))
+      return true;
+  }
+  return false;
+}
+
+// Returns the folders 0, 1, ... in `folder`, in the order of their numbers.
+std::vector<fs::path> NumberedFolders(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code unknown;
+  for (const auto& entry : fs::directory_iterator(folder, unknown)) {
+    std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") == std::string::npos && entry.is_directory(unknown))
+      names.push_back(std::move(name));
+  }
+  std::ranges::sort(names, NameOrder);
+  std::vector<fs::path> folders;
+  for (const std::string& name : names) folders.push_back(folder / name);
+  return folders;
+}
+
 }  // namespace
 
 const char* Name(SetFormat format) { return kSetFormats[static_cast<std::size_t>(format)]; }
@@ -99,7 +128,7 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
       const bool is_part = name.starts_with("cameras.") || name.starts_with("images.");
       const fs::path folder = is_file && is_part ? source.parent_path() : source;
       // A light field holds such a model of itself.
-      return !(has(kJournalFile) || ColmapModelIn(folder).empty()) ? folder : fs::path();
+      return !(has(kJournalFile) || ColmapModelsIn(folder).empty()) ? folder : fs::path();
     }
     case SetFormat::kLlff:
       if (is_file) return Lowercase(source.extension().string()) == ".npy" ? source : fs::path();
@@ -131,20 +160,22 @@ bool HoldsColmapPart(const fs::path& folder, const std::string& part, const char
   return fs::exists(folder / (part + "." + ending), unknown);
 }
 
-fs::path ColmapModelIn(const fs::path& source) {
+std::vector<fs::path> ColmapModelsIn(const fs::path& source) {
   // A model without its images still counts, so that its reader can name the missing file.
-  for (const char* named_by : {"images", "cameras"})
-    for (const char* folder : {".", "sparse/0", "sparse", "colmap/sparse/0", "0"}) {
-      const fs::path model = (source / folder).lexically_normal();
-      for (const char* ending : {"bin", "txt"}) {
-        // A list images.txt or cameras.txt beside photographs need not be COLMAP's.
-        const bool may_be_another = folder == std::string(".") && ending == std::string("txt");
-        const std::string other = named_by == std::string("images") ? "cameras" : "points3D";
-        if (HoldsColmapPart(model, named_by, ending) &&
-            (!may_be_another || HoldsColmapPart(model, other, ending)))
-          return model;
-      }
+  for (const char* named_by : {"images", "cameras"}) {
+    const auto is_model = [&](const fs::path& folder) { return IsColmapModel(folder, source, named_by); };
+    if (is_model(source)) return {source};
+    for (const char* place : {"sparse", "colmap/sparse", "colmap", "dense/sparse", "dense",
+                              "distorted/sparse", "undistorted/sparse", "."}) {
+      const fs::path folder = (source / place).lexically_normal();
+      std::vector<fs::path> models = NumberedFolders(folder);
+      for (fs::path& model : models)
+        if (!is_model(model)) model /= "sparse";  // dense/0/sparse of 'colmap automatic_reconstructor'
+      std::erase_if(models, [&](const fs::path& model) { return !is_model(model); });
+      if (!models.empty()) return models;
+      if (place != std::string(".") && is_model(folder)) return {folder};
     }
+  }
   return {};
 }
 

@@ -18,7 +18,7 @@ enum class SetFormat {
   kUlf,            // a light field: journal.jsonl
   kTransforms,     // nerfstudio, instant-ngp: transforms.json
   kNerfSynthetic,  // transforms_train.json
-  kColmap,         // cameras and images, .bin or .txt, here or in sparse/0
+  kColmap,         // cameras and images, .bin or .txt, here or in sparse/0 and such (ColmapModelsIn)
   kLlff,           // poses_bounds.npy
   kBundler,        // bundle.out
   kMetashape,      // cameras .xml
@@ -36,8 +36,11 @@ std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
 // Returns the file or folder that the format's reader takes; empty if `source` holds no such set.
 std::filesystem::path PlaceOf(SetFormat format, const std::filesystem::path& source);
 
-// Returns the folder of a model: `source`, or in it sparse/0, sparse, colmap/sparse/0 or 0; empty if none.
-std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
+// Returns the folder of a COLMAP model: `source`, or the first in it of N, N/sparse and the folder itself of
+// sparse, colmap/sparse, colmap, dense/sparse, dense, distorted/sparse, undistorted/sparse and `source`, N
+// being a number. Where COLMAP could not join all photographs, N are 0, 1, ..., and all are returned in their
+// order. None if there is no model.
+std::vector<std::filesystem::path> ColmapModelsIn(const std::filesystem::path& source);
 
 // Returns whether the folder holds a part of a COLMAP model ("images", ...) with an ending ("bin", "txt").
 bool HoldsColmapPart(const std::filesystem::path& folder, const std::string& part, const char* ending);

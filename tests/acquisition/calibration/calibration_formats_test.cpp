@@ -147,7 +147,7 @@ TEST(CalibrationFormats, ColmapIsAsWorkedOutByHand) {
 
 TEST(CalibrationFormats, InexpressibleLensIsANamedError) {
   EXPECT_THAT(ErrorOf("1 FOV 640 480 600 600 320 240 0.9\n"), HasSubstr("FOV"));
-  EXPECT_THAT(ErrorOf("1 THIN_PRISM_FISHEYE 640 480 600 600 320 240 0 0 0 0 0 0 0 0\n"),
+  EXPECT_THAT(ErrorOf("1 THIN_PRISM_FISHEYE 640 480 600 600 320 240 0 0 0.001 0 0 0 0 0\n"),
               HasSubstr("THIN_PRISM_FISHEYE"));
   EXPECT_THAT(ErrorOf("1 FULL_OPENCV 640 480 600 601 320 240 1 2 3 4 5 0.1 0 0\n"), HasSubstr("rational"));
   EXPECT_THAT(ErrorOf("1 PINHOLE 640 480 600 601 320\n"), HasSubstr("parameters"));

@@ -1,7 +1,8 @@
 // Tests: commands/light_field/export_command, commands/light_field/export_scene,
-// core/light_field/exchange/export_light_field.
+// core/light_field/exchange/export_light_field, core/light_field/exchange/writers/colmap_folder.
 //
-// `ulf export` on photographs: its points come from them, and COLMAP itself takes what it writes.
+// `ulf export` on photographs: its points come from them, and COLMAP itself takes what it writes; and the
+// photographs of a rig of COLMAP.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,12 +15,13 @@
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/undistortion.h"
+#include "core/image/files/png_picture.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
+#include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
@@ -35,6 +37,7 @@ using test::ReadAsColmap;
 using test::RunUlf;
 using test::ScratchFolder;
 using test::TexturedRoom;
+using test::TrackedLightField;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -98,8 +101,8 @@ class ExportCommand : public testing::Test {
     EXPECT_EQ(run.exit_code, 0) << run.errors;
     return JsonOrDiscarded(run.output);
   }
-  static void ExpectOurPoses(const ColmapRead& model, double most) {
-    const LightField light_field = ReadLightField(Dir());
+  static void ExpectOurPoses(const ColmapRead& model, double most, const fs::path& dir = Dir()) {
+    const LightField light_field = ReadLightField(dir);
     ASSERT_EQ(model.images.size(), light_field.views.size());
     for (const auto& [id, image] : model.images) {
       const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
@@ -287,36 +290,128 @@ TEST_F(ExportCommand, ColmapAnalysesAndUndistortsIt) {
   ExpectOurPoses(ReadAsColmap(undistorted / "sparse"), 1e-9);
 }
 
-TEST_F(ExportCommand, ColmapTriangulatesFromIt) {
+// The command as COLMAP 3.8 has it, on the processor, with features enough for small pictures.
+std::string ForDebian(std::string command) {
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    if (const std::size_t at = command.find(from); at != std::string::npos)
+      command.replace(at, from.size(), to);
+  };
+  replace("--FeatureExtraction.num_threads 1",
+          "--SiftExtraction.num_threads 1 --SiftExtraction.use_gpu 0 --SiftExtraction.max_num_features 1500 "
+          "--SiftExtraction.first_octave 0");
+  replace("exhaustive_matcher", "exhaustive_matcher --SiftMatching.use_gpu 0");
+  replace("colmap ", "");
+  return command;
+}
+
+// Leaves poses alone, as COLMAP's manual has it for a model by hand.
+void RemovePoints(const fs::path& model) {
+  std::ifstream images(model / "images.txt");
+  std::string bare;
+  int row = 0;
+  for (std::string line; std::getline(images, line);)
+    bare += line.starts_with('#') || row++ % 2 == 0 ? line + "\n" : "\n";
+  WriteFileAtomically(model / "images.txt", bare);
+  WriteFileAtomically(model / "points3D.txt", "");
+}
+
+TEST_F(ExportCommand, ColmapTriangulatesByItsCommands) {
   ASSERT_TRUE(HasColmap()) << "colmap is not installed: ./run deps";
   const ScratchFolder scratch;
-  const fs::path out = scratch / "out", tri = scratch / "triangulated";
-  Export("colmap --undistort --known-points", out, Bare());  // images, cameras, poses
-  const CameraModel to = UndistortionOf(kLens, "the lens").to;
-  const std::string database = " --database_path " + (scratch / "database.db").string();
-  const std::string images = " --image_path " + (out / "images").string();
-  fs::create_directory(tri);
-  for (const std::string& step :
-       {"feature_extractor" + database + images +
-            fmt::format(" --ImageReader.single_camera 1 --ImageReader.camera_model PINHOLE "
-                        "--ImageReader.camera_params {},{},{},{} --SiftExtraction.use_gpu 0 "
-                        "--SiftExtraction.max_num_features 1500 --SiftExtraction.first_octave 0",
-                        to.fx, to.fy, to.cx, to.cy),
-        "sequential_matcher" + database + " --SiftMatching.use_gpu 0 --SequentialMatching.overlap 4",
-        "point_triangulator" + database + images + " --input_path " + (out / "sparse/0").string() +
-            " --output_path " + tri.string() + " --clear_points 1"}) {
-    const ByColmap run = Colmap(step);
-    ASSERT_EQ(run.exit_code, 0) << step << run.output;
+  const fs::path lf = scratch / "lf", out = scratch / "out";
+  fs::copy(Bare(), lf, fs::copy_options::recursive);
+  ASSERT_EQ(RunUlf("take-back " + lf.string() + " 3 7").exit_code, 0);
+  const auto report = Export("colmap --known-points", out, lf);
+  ASSERT_EQ(report["commands"].size(), 4u);
+  for (const std::string command : report["commands"]) {
+    if (!command.starts_with("colmap ")) {
+      EXPECT_EQ(std::system(command.c_str()), 0) << command;
+      continue;
+    }
+    const ByColmap run = Colmap(ForDebian(command));
+    ASSERT_EQ(run.exit_code, 0) << command << run.output;
   }
-  const ColmapRead model = ReadAsColmap(tri);
-  ExpectOurPoses(model, 1e-9);
+  const ColmapRead model = ReadAsColmap(out / "triangulated");
+  ExpectOurPoses(model, 1e-9, lf);
   EXPECT_GT(model.points.size(), 150u);
-  const ByColmap analysed = Colmap("model_analyzer --path " + tri.string());
+  const ByColmap analysed = Colmap("model_analyzer --path " + (out / "triangulated").string());
   EXPECT_EQ(analysed.exit_code, 0) << analysed.output;
   EXPECT_GT(Said(analysed, "Mean reprojection error"), 0) << analysed.output;
   EXPECT_LT(Said(analysed, "Mean reprojection error"), 0.5);
   EXPECT_EQ(Said(analysed, "Points"), model.points.size());
   EXPECT_GT(Said(analysed, "Observations"), 2.0 * static_cast<double>(model.points.size()));
+  // COLMAP 4 needs the numbers of the database; 3.8 compares them where it keeps the model's points.
+  RemovePoints(out / "sparse/0");
+  fs::create_directory(scratch / "by_number");
+  const ByColmap by_number =
+      Colmap("point_triangulator --database_path " + (out / "database.db").string() + " --image_path " +
+             (out / "images").string() + " --input_path " + (out / "sparse/0").string() + " --output_path " +
+             (scratch / "by_number").string() + " --clear_points 0");
+  EXPECT_EQ(by_number.exit_code, 0) << by_number.output;
+}
+
+// It leaves a fisheye alone whose coefficients are zero: the light field itself shows it.
+TEST(ExportForColmap, AStraightFisheyeIsUndistortedByIt) {
+  ASSERT_TRUE(HasColmap()) << "colmap is not installed: ./run deps";
+  const ScratchFolder scratch;
+  CameraModel fisheye = test::Fisheye();
+  fisheye.coefficients = {};
+  TrackedLightField(scratch / "lf", {fisheye}, 2);
+  const auto exported = RunUlf("export colmap --known-points " + (scratch / "lf").string() + " -o " +
+                               (scratch / "out").string());
+  ASSERT_EQ(exported.exit_code, 0) << exported.errors;
+  EXPECT_THAT(exported.output, HasSubstr("k1 is written as 2e-08"));
+  const auto undistorted = [&](const std::string& dir) {
+    const ByColmap run = Colmap("image_undistorter --image_path " + (scratch / dir / "images").string() +
+                                " --input_path " + (scratch / dir / "sparse/0").string() + " --output_path " +
+                                (scratch / ("by_" + dir)).string());
+    EXPECT_EQ(run.exit_code, 0) << run.output;
+    return ReadAsColmap(scratch / ("by_" + dir) / "sparse").cameras.begin()->second.model;
+  };
+  EXPECT_EQ(undistorted("lf"), "OPENCV_FISHEYE");
+  EXPECT_EQ(undistorted("out"), "PINHOLE");
+}
+
+// Two cameras on a bar, drawn where they stand: the photographs themselves say whether poses are right.
+TEST(ImportFromColmap, PhotographsFitThePosesByTheirRig) {
+  const ScratchFolder scratch;
+  const fs::path model = scratch / "set/sparse/0";
+  fs::create_directories(scratch / "set/images");
+  fs::create_directories(model);
+  const TexturedRoom room({.seed = 4});
+  const CameraModel camera = CameraModel::Pinhole(320, 240, 260);
+  const Rigid3 other_from_rig{
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d(0, 1, 0.3).normalized())),
+      {-0.25, 0.02, 0.03}};
+  const auto numbers = [](const Rigid3& pose) {
+    const Eigen::Quaterniond& q = pose.rotation;
+    const Eigen::Vector3d& t = pose.translation;
+    return fmt::format("{} {} {} {} {} {} {}", q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
+  };
+  std::string images, frames;
+  for (int i = 0; i < 4; ++i) {
+    const Rigid3 rig_from_world = TexturedRoom::HandAt(15 * i);
+    frames +=
+        fmt::format("{} 1 {} 2 CAMERA 1 {} CAMERA 2 {}\n", i + 1, numbers(rig_from_world), i + 1, i + 11);
+    for (const bool is_other : {false, true}) {
+      const std::string name = fmt::format("{}_{}.png", is_other ? "right" : "left", i);
+      const Image seen = room.Take(is_other ? other_from_rig * rig_from_world : rig_from_world,
+                                   static_cast<std::uint64_t>(i), camera)
+                             .image;
+      WriteFileAtomically(scratch / "set/images" / name, PngBytes(Srgb8(seen)));
+      images += fmt::format("{} 1 0 0 0 0 0 0 {} {}\n\n", i + 1 + 10 * is_other, 1 + is_other, name);
+    }
+  }
+  const std::string lens = "PINHOLE 320 240 260 260 160 120\n";
+  WriteFileAtomically(model / "cameras.txt", "1 " + lens + "2 " + lens);
+  WriteFileAtomically(model / "images.txt", images);
+  WriteFileAtomically(model / "points3D.txt", "");
+  WriteFileAtomically(model / "rigs.txt", "1 2 CAMERA 1 CAMERA 2 1 " + numbers(other_from_rig) + "\n");
+  WriteFileAtomically(model / "frames.txt", frames);
+  const auto run =
+      RunUlf("import " + (scratch / "set").string() + " --subject 0,0,3,0.5 -o " + (scratch / "lf").string());
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("the photographs fit the poses of 8 views to 0.")) << run.errors;
 }
 
 #ifdef ULF_MANY_VIEWS

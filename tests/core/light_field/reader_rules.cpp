@@ -255,6 +255,12 @@ std::size_t ColmapRead::Observations() const {
   return count;
 }
 
+const ColmapRead::Image& ImageNamed(const ColmapRead& model, const std::string& name) {
+  for (const auto& [id, image] : model.images)
+    if (image.name == name) return image;
+  Refuse(name + ": is not in the model");
+}
+
 ColmapRead ReadAsColmap(const fs::path& model) {
   ColmapRead read = HasBinary(model) ? FromBinary(model) : FromText(model);
   RequireConsistent(read);

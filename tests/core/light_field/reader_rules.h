@@ -56,6 +56,8 @@ struct ColmapRead {
 };
 
 ColmapRead ReadAsColmap(const std::filesystem::path& model);
+// The image of this name; throws if there is none.
+const ColmapRead::Image& ImageNamed(const ColmapRead& model, const std::string& name);
 // The following take the folder that holds images/ and sparse/0 or transforms.json. How many images they
 // found.
 std::size_t ReadAsInria(const std::filesystem::path& folder);

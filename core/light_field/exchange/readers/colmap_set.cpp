@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -15,6 +13,7 @@
 #include "core/base/binary_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/set_format.h"
@@ -24,23 +23,74 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kMapsOfPhotographs[] = {"mask", "depth", "normal"};
+constexpr const char* kFoldersAroundModels[] = {"sparse", "colmap", "dense", "distorted", "undistorted"};
+
 bool HoldsModel(const fs::path& folder, const char* ending) {
   return HoldsColmapPart(folder, "images", ending);
 }
 
-std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& model) {
+// Folders of a layout between the photographs and a model.
+bool IsAroundModel(const std::string& name) {
+  const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
+  return is_number || std::ranges::find(kFoldersAroundModels, name) != std::end(kFoldersAroundModels);
+}
+
+// Maps of photographs bear their names.
+bool IsFolderOfMaps(const fs::path& folder) {
+  const std::string name = Lowercase(folder.filename().string());
+  return std::ranges::any_of(kMapsOfPhotographs,
+                             [&](const char* map) { return name.find(map) != std::string::npos; });
+}
+
+// Returns whether some of the model's photographs lie in the folder by their own names.
+bool HoldsSome(const fs::path& folder, const std::vector<ColmapReconstruction::Image>& images) {
+  constexpr std::size_t kEnough = 8;  // guessed; the first may be missing
+  for (std::size_t i = 0; i < std::min(kEnough, images.size()); ++i) {
+    const fs::path name = fs::path(images[i].name).lexically_normal();
+    std::error_code unknown;
+    if (name.is_relative() && !name.empty() && *name.begin() != ".." &&
+        fs::is_regular_file(folder / name, unknown))
+      return true;
+  }
+  return false;
+}
+
+// Returns folders in the order in which photographs are looked for: those of COLMAP's and trainers' layouts
+// and the only other folder beside them with photographs of the model, first the ones that hold some by their
+// own names.
+std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& model_folder,
+                                      const ColmapReconstruction& model) {
   const auto clean = [](const fs::path& path) {
     const fs::path whole = fs::absolute(path).lexically_normal();
     return whole.has_filename() ? whole : whole.parent_path();
   };
-  std::vector<fs::path> folders;
-  for (fs::path around = clean(source);; around = around.parent_path()) {
+  const fs::path given = clean(source), inner = clean(model_folder);
+  std::vector<fs::path> folders, others;
+  bool is_distorted = false, is_above = false;
+  // Searches from the model's own folder up to the one around its layout, at least up to the given one.
+  for (fs::path around = inner;; around = around.parent_path()) {
+    // gaussian-splatting's convert.py keeps in input what distorted/sparse was measured in.
+    if (is_distorted) folders.push_back(around / "input");
     for (const char* name : {"images", "images_2", "images_4", "images_8", "input", "photos"})
       folders.push_back(around / name);
-    // Searches from the model's own folder up to the one with sparse/.
-    if (around != clean(model) && around.filename() != "sparse") break;
+    std::error_code unknown;
+    for (const auto& entry : fs::directory_iterator(around, unknown))
+      if (entry.is_directory(unknown)) others.push_back(entry.path());
+    is_distorted |= around.filename() == "distorted";
+    is_above |= around == given;
+    if (!around.has_relative_path() ||
+        (is_above && around != inner && !IsAroundModel(around.filename().string())))
+      break;
   }
-  folders.push_back(clean(source));
+  const auto holds_some = [&](const fs::path& folder) { return HoldsSome(folder, model.images); };
+  std::erase_if(others, [&](const fs::path& folder) {
+    return IsFolderOfMaps(folder) || std::ranges::find(folders, folder) != folders.end() ||
+           !holds_some(folder);
+  });
+  if (others.size() == 1) folders.push_back(others.front());
+  std::ranges::stable_partition(folders, holds_some);
+  folders.push_back(given);
   return folders;
 }
 
@@ -90,49 +140,40 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
   return taken;
 }
 
-// Counts without reading the model; none if it does not say.
-std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
+// Counts without reading the points.
+std::uint64_t ImagesOfModel(const fs::path& folder) {
   if (HoldsModel(folder, "bin")) {
     RequireRegularFile(folder / "images.bin");
     std::ifstream stream(folder / "images.bin", std::ios::binary);
     const std::string bytes = BytesAt(stream, 0, sizeof(std::uint64_t));
-    return bytes.size() == sizeof(std::uint64_t) ? std::optional(LittleEndian(bytes)) : std::nullopt;
+    return bytes.size() == sizeof(std::uint64_t) ? LittleEndian(bytes) : 0;
   }
-  constexpr std::string_view kCount = "# Number of images: ";
-  RequireRegularFile(folder / "images.txt");
-  std::ifstream stream(folder / "images.txt");
-  for (std::string line; std::getline(stream, line) && line.starts_with('#');) {
-    std::uint64_t count = 0;
-    if (line.starts_with(kCount) &&
-        std::from_chars(line.data() + kCount.size(), line.data() + line.size(), count).ec == std::errc())
-      return count;
-  }
-  return std::nullopt;
+  if (!HoldsModel(folder, "txt")) return 0;
+  std::ifstream stream = OpenRegularFile(folder / "images.txt");
+  std::uint64_t lines = 0;
+  for (std::string line; std::getline(stream, line);)
+    lines += lines % 2 == 1 || !(line.starts_with('#') || line.find_first_not_of(" \r") == std::string::npos);
+  return (lines + 1) / 2;  // the last image may lack its line of points
 }
 
-// COLMAP numbers the models of photographs that it could not join 0, 1, ...; the first need not be the
-// largest.
-void ReportOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
+// Returns the model with the most images, the first of equals. COLMAP numbers the models of photographs that
+// it could not join 0, 1, ...; the first need not be the largest.
+fs::path LargestModel(const std::vector<fs::path>& models, std::vector<std::string>& doubts) {
+  if (models.size() == 1) return models.front();
+  std::vector<std::uint64_t> images;
+  for (const fs::path& model : models) images.push_back(ImagesOfModel(model));
+  const auto largest = static_cast<std::size_t>(std::ranges::max_element(images) - images.begin());
   std::vector<std::string> others;
-  const auto described = [](const fs::path& model) {
-    const auto images = ImagesOfModel(model);
-    return images ? fmt::format("{} with {}", model.string(), Counted(*images, "image")) : model.string();
+  const auto described = [&](std::size_t i) {
+    return fmt::format("{} with {}", models[i].string(), Counted(images[i], "image"));
   };
-  std::error_code unknown;
-  const bool is_named = folder.has_filename() && folder.filename() != ".";
-  const fs::path own_name = is_named ? folder.filename() : fs::weakly_canonical(folder, unknown).filename();
-  for (const auto& entry : fs::directory_iterator(is_named ? FolderOf(folder) : folder / "..", unknown)) {
-    const std::string name = entry.path().filename().string();
-    const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
-    if (is_number && name != own_name && !ColmapModelIn(entry.path()).empty())
-      others.push_back(described(entry.path()));
-  }
-  if (others.empty()) return;
-  std::ranges::sort(others, NameOrder);
+  for (std::size_t i = 0; i < models.size(); ++i)
+    if (i != largest) others.push_back(described(i));
   doubts.push_back(
-      fmt::format("COLMAP could not join all photographs and made several models: {} is read; give the "
-                  "folder of another to read it: {}",
-                  described(folder), fmt::join(others, ", ")));
+      fmt::format("COLMAP could not join all photographs and made several models: the largest is read, {}; "
+                  "give the folder of another to read it: {}",
+                  described(largest), fmt::join(others, ", ")));
+  return models[largest];
 }
 
 void SayUnposed(const SetImages& images, const std::vector<TakenImage>& taken, PosedSet& set) {
@@ -157,9 +198,12 @@ void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>
   std::unordered_map<std::uint32_t, Shown> views;
   for (std::size_t i = 0; i < taken.size(); ++i)
     views[taken[i].image->id] = {static_cast<int>(i) + 1, &taken[i]};
-  std::size_t astray = 0;
+  std::size_t astray = 0, nowhere = 0, unmeasured = 0;
   for (const ColmapReconstruction::Point& from : model.points) {
-    if (!from.position.allFinite()) continue;
+    if (!from.position.allFinite()) {
+      ++nowhere;
+      continue;
+    }
     ScenePoint point{.position_in_world = from.position, .rgb = from.rgb, .error_px = from.error_px};
     std::set<int> seen_in;
     for (const ColmapReconstruction::Seen& seen : from.track) {
@@ -170,39 +214,45 @@ void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>
         ++astray;
         continue;
       }
-      if (seen_in.insert(view->second.view_id).second)
-        point.track.push_back(
-            {view->second.view_id, points[seen.index].in_img.cwiseProduct(view->second.taken->scale)});
+      const Eigen::Vector2d in_img = points[seen.index].in_img.cwiseProduct(view->second.taken->scale);
+      // COLMAP's image_undistorter writes NaN where a point leaves its pinhole image.
+      if (!in_img.allFinite())
+        ++unmeasured;
+      else if (seen_in.insert(view->second.view_id).second)
+        point.track.push_back({view->second.view_id, in_img});
     }
     light_field.points.push_back(std::move(point));
   }
-  if (astray > 0)
-    light_field.doubts.push_back(fmt::format("{} of points in images where they are not listed: left out",
-                                             Counted(astray, "observation")));
+  const auto note = [&](std::size_t count, const char* noun, const char* what) {
+    if (count > 0) light_field.doubts.push_back(fmt::format("{} {}: left out", Counted(count, noun), what));
+  };
+  note(astray, "observation", "of points in images where they are not listed");
+  note(nowhere, "point", "whose position is not finite");
+  note(unmeasured, "observation", "whose place in the image is not finite");
 }
 
 }  // namespace
 
 PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
-  const fs::path folder = ColmapModelIn(source);
-  if (folder.empty())
+  const std::vector<fs::path> models = ColmapModelsIn(source);
+  if (models.empty())
     throw Error("{}: no COLMAP model (cameras and images as .bin or .txt) in it or in sparse/0",
                 source.string());
+  PosedSet set;
+  LightField& light_field = set.light_field;
+  const ToldOnFailure told(light_field.doubts);
+  const fs::path folder = LargestModel(models, light_field.doubts);
   const bool is_binary =
       HoldsModel(folder, "bin") || (!HoldsModel(folder, "txt") && HoldsColmapPart(folder, "cameras", "bin"));
   const ColmapReconstruction model = is_binary ? ReadColmapBinary(folder) : ReadColmapText(folder);
   if (model.images.empty())
     throw Error("{}: the model has no images; was the reconstruction successful?", folder.string());
-  PosedSet set;
   set.format = is_binary ? "COLMAP, binary" : "COLMAP, text";
-  LightField& light_field = set.light_field;
-  const ToldOnFailure told(light_field.doubts);
   if (is_binary && HoldsModel(folder, "txt"))
     light_field.doubts.push_back(fmt::format(
         "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));
-  if (folder.filename() == "0" && source.lexically_normal() != folder)
-    ReportOtherModels(folder, light_field.doubts);
-  const SetImages images(source, chosen, ImagesFoldersOf(source, folder));
+  light_field.doubts.insert(light_field.doubts.end(), model.doubts.begin(), model.doubts.end());
+  const SetImages images(source, chosen, ImagesFoldersOf(source, folder, model));
   light_field.root = images.folder();
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);
   for (const TakenImage& each : taken)

@@ -33,9 +33,11 @@ PosedSet ReadBundlerSet(const std::filesystem::path& bundle_out, const std::file
 // COLMAP's masks (masks/NAME.png beside the images folder).
 
 // `images` is the folder of the photographs; if empty, it is images, images_2, images_4, images_8, input or
-// photos, beside or around the model, or the model's folder. Views are numbered by the order of names.
-// `doubts` names photographs without a pose, poses without a photograph, and other numbered models beside the
-// one that is read. Throws Error for a model that cannot be read, and if no photograph is found.
+// photos, beside or around the model, the only other folder there that holds photographs by the model's
+// names, or the model's folder; those with its names come first. Views are numbered by the order of names.
+// Poses are those of rigs and frames, if there are any. Of several models the one with the most images is
+// read. `doubts` names the other models, photographs without a pose, poses without a photograph, and what was
+// left out or normalised. Throws Error for a model that cannot be read, and if no photograph is found.
 PosedSet ReadColmapSet(const std::filesystem::path& source, const std::filesystem::path& images);
 
 // Local Light Field Fusion (Mildenhall et al. 2019) has poses_bounds.npy and photographs in images, or

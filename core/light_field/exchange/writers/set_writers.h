@@ -1,7 +1,9 @@
 // Writes the texts of posed photographs for other programs, one part for each form of export.
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/similarity3.h"
@@ -9,6 +11,20 @@
 #include "core/light_field/light_field.h"
 
 namespace ulf {
+
+// A folder that COLMAP reads holds, beside images/ and masks/, the model in sparse/0: text or binary, with
+// the rigs and frames of COLMAP 3.12 and later, which earlier versions do not open. Cameras and images have
+// the numbers of the database that `commands` make, NumberedAsInDatabase() (colmap_model.h).
+struct ColmapFolder {
+  std::vector<std::pair<std::string, std::string>> files;  // path in the folder, contents
+  // By which COLMAP measures points of its own under these poses: one word after another, for a shell.
+  // feature_extractor runs once for each camera that took several photographs, in one thread, since several
+  // threads finish the photographs in any order. None for a single image.
+  std::vector<std::string> commands;
+  std::vector<std::string> doubts;  // sentences on lenses that were changed for COLMAP
+};
+// `out` is the place of the folder in the commands.
+ColmapFolder ColmapFolderOf(const LightField& exported, bool binary, const std::filesystem::path& out);
 
 // Returns cameras.xml. Agisoft Metashape imports cameras by File > Import > Import Cameras, "Agisoft XML".
 // Conventions are those of set_readers.h: sensors with f, b1 = fx - fy, the principal point counted from the

@@ -75,7 +75,7 @@ TEST(Export, PosesAndProjectionsAreTheSources) {
       ASSERT_EQ(model.images.size(), source.views.size());
       std::size_t compared = 0;
       for (const View& view : source.views) {
-        const auto& image = model.images.at(view.id);
+        const auto& image = test::ImageNamed(model, fs::path(view.image_path).filename());
         EXPECT_LT((image.rotation.toRotationMatrix() - view.cam_from_world.RotationMatrix()).norm(), 1e-9);
         EXPECT_LT((image.translation - view.cam_from_world.translation).norm(), 1e-9);
         const CameraModel to = FromColmap(model.cameras.at(image.camera)), &from = source.CameraOf(view);
