@@ -125,6 +125,7 @@ PosedSet ReadKittiSet(const fs::path& folder, const fs::path& chosen) {
     const cv::Size size = ReadImageSize((images.folder() / path).string());
     const CameraModel camera =
         CameraModel::FromOpenCv(size.width, size.height, f_x, f_y, intrinsics(0, 2), intrinsics(1, 2));
+    RequireMeasuredSize(camera, where_calib);
     Rigid3 cam_from_world = first_from_world[*frame];
     cam_from_world.translation += cam_from_first;
     named.Add(path, camera, cam_from_world, fmt::format("{}, line {}", poses_file.string(), *frame + 1));

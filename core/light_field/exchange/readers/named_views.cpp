@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "core/base/counted.h"
@@ -74,6 +75,17 @@ void NamedViews::RequireFound() {
   set_.light_field.doubts.push_back(fmt::format("{} left out: no photograph in {}: {}{}",
                                                 Counted(missing_, "view"), images_.folder().string(),
                                                 first_missing_, missing_ > 1 ? ", ..." : ""));
+}
+
+void RequireMeasuredSize(const CameraModel& camera, const std::string& where) {
+  constexpr double kMostOff = 0.25;  // of the side; no lens has its axis there. Guessed
+  if (std::abs(camera.cx - 0.5 * camera.width) > kMostOff * camera.width ||
+      std::abs(camera.cy - 0.5 * camera.height) > kMostOff * camera.height)
+    throw Error(
+        "{}: the principal point ({:.1f}, {:.1f}) is far from the middle of a photograph of {}x{}: it was "
+        "resized "
+        "or cropped; take the photographs that were measured",
+        where, camera.cx, camera.cy, camera.width, camera.height);
 }
 
 void AddObservation(int view_id, const Eigen::Vector2d& in_img, ScenePoint& point) {

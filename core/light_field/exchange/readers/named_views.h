@@ -45,6 +45,10 @@ class NamedViews {
   std::string first_missing_;
 };
 
+// Throws an Error that begins with `where` if the principal point is far from the middle of the photograph:
+// for formats that do not say of which size the photographs were that were measured.
+void RequireMeasuredSize(const CameraModel& camera, const std::string& where);
+
 // Adds what a view has seen of a point, unless the point has an observation of that view.
 void AddObservation(int view_id, const Eigen::Vector2d& in_img, ScenePoint& point);
 

@@ -225,6 +225,19 @@ NvmFile ReadNvm(const fs::path& file, std::vector<std::string>& doubts) {
   return read;
 }
 
+// Throws an Error if a measurement lies outside its photograph, which was resized then: the file says no
+// sizes.
+void RequireInPhotograph(const NvmObservation& seen, const CameraModel& camera, const std::string& where) {
+  constexpr double kRounding_px = 2;
+  if (std::abs(seen.from_center.x()) > 0.5 * camera.width + kRounding_px ||
+      std::abs(seen.from_center.y()) > 0.5 * camera.height + kRounding_px)
+    throw Error(
+        "{}: a point was measured ({:.1f}, {:.1f}) px from the middle of a photograph of {}x{}: it was "
+        "resized or "
+        "cropped since; take the photographs that were measured",
+        where, seen.from_center.x(), seen.from_center.y(), camera.width, camera.height);
+}
+
 // Returns the lens whose distorted points (in units of the focal length) are p with p (1 + r |p|²) = (x, y).
 CameraModel ModelOfNvmCamera(const NvmCamera& camera, const NvmFixed& fixed, const fs::path& image,
                              const std::string& where, FittedLenses& fitted) {
@@ -239,6 +252,7 @@ CameraModel ModelOfNvmCamera(const NvmCamera& camera, const NvmFixed& fixed, con
     if ((*fixed)[4] != 0) r = (*fixed)[4];
   }
   model.Validate(where);
+  RequireMeasuredSize(model, where);
   if (r == 0) return model;
   const CameraModel pinhole = model;
   const Projection project = [&](const Vector3d& point_in_cam) -> std::optional<Vector2d> {
@@ -299,11 +313,17 @@ PosedSet ReadVisualSfmSet(const fs::path& file, const fs::path& chosen) {
       const int view_id = view_ids[At(seen.camera)];
       if (view_id == 0) continue;
       const CameraModel& camera = light_field.CameraOf(light_field.views[At(view_id - 1)]);
+      RequireInPhotograph(seen, camera, fmt::format("{} ({})", file.string(), names[At(seen.camera)]));
       AddObservation(view_id, {camera.cx + seen.from_center.x(), camera.cy + seen.from_center.y()}, point);
     }
     light_field.points.push_back(std::move(point));
   }
   light_field.misplaced_observations = MeasurePoints(light_field);
+  if (std::ranges::all_of(light_field.points, [](const ScenePoint& point) { return point.track.empty(); }))
+    light_field.doubts.push_back(fmt::format(
+        "{}: focal lengths are in pixels of photographs whose size it does not say: they are taken to "
+        "have been as large as those in {}",
+        file.string(), images.folder().string()));
   return set;
 }
 

@@ -375,6 +375,10 @@ TEST_F(KittiSet, PhotographsAndPosesAreMatchedByNumber) {
   ExpectSpots(read, 4);
   EXPECT_THAT(read.doubts,
               ElementsAre(HasSubstr("1 photograph left out"), HasSubstr("1 of 5 poses left out")));
+  Draw(scratch_ / "small/image_0", [](const Vector3d&) { return Vector2d(9, 9); }, 0, {120, 90});
+  Write("small/calib.txt", kCalib);
+  Write("small/poses.txt", Poses());
+  ExpectRefused("small", "principal point (122.5, 87.5)", "that were measured");
   Write("seq/poses.txt", Poses() + "1 0 0 0\n");
   ExpectRefused("seq", "poses.txt, line 6", "12 numbers");
   Write("seq/poses.txt", "2 0 0 0 0 1 0 0 0 0 1 0\n");

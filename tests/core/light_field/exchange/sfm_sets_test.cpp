@@ -530,8 +530,19 @@ TEST_F(VisualSfmSet, MatricesAndFixedIntrinsicsFit) {
       scratch_.path(),
       [](const Vector3d& p) { return Vector2d(210 * p.x() / p.z() + 125, 205 * p.y() / p.z() + 87); }, 0.5);
   Write("model.nvm", "NVM_V3_R9T FixedK 210 125 205 87 0\n5\n" + Rows(0, true) + "0\n0\n");
-  ExpectSpots(Read());
+  const LightField read = Read();
+  ExpectSpots(read);
+  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("whose size it does not say")));
   EXPECT_THAT(FormatsIn(scratch_.path()), ElementsAre(SetFormat::kVisualSfm));
+}
+
+TEST_F(VisualSfmSet, ResizedPhotographsAreNamed) {
+  Draw(scratch_.path(), [](const Vector3d&) { return Vector2d(9, 9); }, 0, {120, 90});
+  Write("model.nvm", "NVM_V3\n\n5\n" + Rows(0) + "1\n1 2 3 1 2 3 2 0 5 -70 20 1 5 10 20\n0\n");
+  EXPECT_THAT([&] { Read(); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("shot_0.png"), HasSubstr("that were measured"))));
+  Write("model.nvm", "NVM_V3 FixedK 210 125 205 87 0\n5\n" + Rows(0) + "0\n0\n");
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("principal point (125.0, 87.0)")));
 }
 
 TEST_F(VisualSfmSet, StrongLensesAndDamageAreNamed) {
