@@ -1,6 +1,6 @@
 // Tests: core/light_field/folder/journal, core/light_field/exchange/read_posed_set,
-// core/light_field/exchange/readers/npy_file, acquisition/calibration/calibration_formats, core/base/json_text,
-// core/light_field/formats/xml_file.
+// core/light_field/exchange/readers/npy_file, acquisition/calibration/calibration_formats,
+// core/base/json_text, core/light_field/formats/xml_file.
 //
 // What a fuzzer's short inputs do not reach: parsers that call themselves once a character, a bracket or a
 // line overrun the stack, and those that look at the rest again for each of them never end. Files of the

@@ -74,8 +74,10 @@ CameraModel FittedLenses::Take(const Projection& formula, const CameraModel& sta
   const CameraModel fitted = FitCamera(project, straight).camera;
   const double largest_px = LargestMovePx(project, straight, fitted);
   if (!(largest_px <= kMost_px))
-    throw Error("{}: {} is not one of ours, and the nearest that we have moves pixels by {:.3g} px; {}",
-                where, lens, largest_px, remedy);
+    throw Error("{}: {} is not one of ours, and the nearest that we have {}; {}", where, lens,
+                std::isfinite(largest_px) ? fmt::format("moves pixels by {:.3g} px", largest_px)
+                                          : std::string("does not show all of the picture"),
+                remedy);
   if (largest_px > kUnseen_px) {
     Fits& fits = fits_[lens];
     ++fits.cameras;

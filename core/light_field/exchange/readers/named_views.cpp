@@ -82,7 +82,7 @@ void RequireMeasuredSize(const CameraModel& camera, const std::string& where) {
   if (std::abs(camera.cx - 0.5 * camera.width) > kMostOff * camera.width ||
       std::abs(camera.cy - 0.5 * camera.height) > kMostOff * camera.height)
     throw Error(
-        "{}: the principal point ({:.1f}, {:.1f}) is far from the middle of a photograph of {}x{}: it was "
+        "{}: the principal point ({:.6g}, {:.6g}) is far from the middle of a photograph of {}x{}: it was "
         "resized "
         "or cropped; take the photographs that were measured",
         where, camera.cx, camera.cy, camera.width, camera.height);

@@ -232,7 +232,7 @@ void RequireInPhotograph(const NvmObservation& seen, const CameraModel& camera, 
   if (std::abs(seen.from_center.x()) > 0.5 * camera.width + kRounding_px ||
       std::abs(seen.from_center.y()) > 0.5 * camera.height + kRounding_px)
     throw Error(
-        "{}: a point was measured ({:.1f}, {:.1f}) px from the middle of a photograph of {}x{}: it was "
+        "{}: a point was measured ({:.6g}, {:.6g}) px from the middle of a photograph of {}x{}: it was "
         "resized or "
         "cropped since; take the photographs that were measured",
         where, seen.from_center.x(), seen.from_center.y(), camera.width, camera.height);
