@@ -87,9 +87,10 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--images", args->images,
                       "Folder of the photographs, such as images_4 (default: beside the poses, the largest)");
   command
-      ->add_option(
-          "--format", args->format,
-          "auto, nerfstudio, nerf-synthetic, colmap, llff, bundler, metashape, realityscan, tum or ulf")
+      ->add_option("--format", args->format,
+                   "auto, nerfstudio, nerf-synthetic, colmap, llff, bundler, metashape, realityscan, "
+                   "meshroom, opensfm, "
+                   "openmvg, visualsfm, gaussian-splatting, polycam, tum, euroc, kitti or ulf")
       ->capture_default_str();
   command
       ->add_option("--calibration", args->calibration,

@@ -133,6 +133,35 @@ void TumSet(std::string_view bytes) {
                             FuzzPhotographs(), CameraModel::Pinhole(64, 48, 60))
                    .light_field);
 }
+void ReadFileOfSet(std::string_view bytes, SetFormat format, const char* name) {
+  RequireSound(ReadPosedSet(FuzzFile(bytes, name), format, FuzzPhotographs()).light_field);
+}
+void Meshroom(std::string_view bytes) { ReadFileOfSet(bytes, SetFormat::kMeshroom, "cameras.sfm"); }
+void OpenSfm(std::string_view bytes) { ReadFileOfSet(bytes, SetFormat::kOpenSfm, "reconstruction.json"); }
+void OpenMvg(std::string_view bytes) { ReadFileOfSet(bytes, SetFormat::kOpenMvg, "sfm_data.json"); }
+void VisualSfm(std::string_view bytes) { ReadFileOfSet(bytes, SetFormat::kVisualSfm, "model.nvm"); }
+void RealityScanTable(std::string_view bytes) {
+  ReadFileOfSet(bytes, SetFormat::kRealityScan, "cameras.csv");
+}
+void GaussianSplatting(std::string_view bytes) {
+  ReadSet(bytes, SetFormat::kGaussian, std::array{"cameras.json", "cfg_args", "input.ply"});
+}
+void Polycam(std::string_view bytes) {
+  const fs::path folder = FuzzFolder(
+      bytes, std::array{"keyframes/corrected_cameras/0001.json", "keyframes/corrected_cameras/0002.json"});
+  PutFuzzPhotographs(folder / "keyframes/corrected_images");
+  RequireSound(ReadPosedSet(folder, SetFormat::kPolycam, {}).light_field);
+}
+void Euroc(std::string_view bytes) {
+  ReadSet(bytes, SetFormat::kEuroc,
+          std::array{"mav0/cam0/sensor.yaml", "mav0/cam0/data.csv", "mav0/mocap0/data.csv",
+                     "mav0/mocap0/sensor.yaml"});
+}
+void Kitti(std::string_view bytes) {
+  const fs::path folder = FuzzFolder(bytes, std::array{"calib.txt", "poses.txt", "times.txt"});
+  PutFuzzPhotographs(folder / "image_0");
+  RequireSound(ReadPosedSet(folder, SetFormat::kKitti, {}).light_field);
+}
 void Tum(std::string_view bytes) {
   for (const TimedPose& pose : ReadTum(FuzzFile(bytes, "trajectory.txt"))) RequireFinite(pose.cam_from_world);
 }
@@ -304,7 +333,16 @@ constexpr std::array kTargets{
     FuzzTarget{"bundler", Bundler},
     FuzzTarget{"metashape", Metashape},
     FuzzTarget{"realityscan", RealityScan},
+    FuzzTarget{"realityscan_csv", RealityScanTable},
+    FuzzTarget{"meshroom", Meshroom},
+    FuzzTarget{"opensfm", OpenSfm},
+    FuzzTarget{"openmvg", OpenMvg},
+    FuzzTarget{"visualsfm", VisualSfm},
+    FuzzTarget{"gaussian_splatting", GaussianSplatting},
+    FuzzTarget{"polycam", Polycam},
     FuzzTarget{"tum_set", TumSet},
+    FuzzTarget{"euroc", Euroc},
+    FuzzTarget{"kitti", Kitti},
     FuzzTarget{"tum", Tum},
     FuzzTarget{"calibration", Calibration},
     FuzzTarget{"point_ply", PointPly},

@@ -13,6 +13,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/exchange/unread_sets.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
   std::error_code unknown;
   const std::string path = source.string(), word = ShellWord(path);
   if (!fs::exists(source, unknown)) throw Error("{}: there is no such file or folder; check the path", path);
+  if (const std::string unread = UnreadSet(source); !unread.empty()) throw Error("{}", unread);
   if (fs::is_regular_file(source, unknown))
     throw Error(
         "{}: is no set of posed photographs (docs/exchange.md lists the formats); a video is posed and "
@@ -84,9 +86,25 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
     case SetFormat::kMetashape:
       return ReadMetashapeSet(place, images);
     case SetFormat::kRealityScan:
-      return ReadRealityScanSet(place, images);
+      return fs::is_directory(place) ? ReadRealityScanSet(place, images) : ReadRealityScanCsv(place, images);
+    case SetFormat::kMeshroom:
+      return ReadMeshroomSet(place, images);
+    case SetFormat::kOpenSfm:
+      return ReadOpenSfmSet(place, images);
+    case SetFormat::kOpenMvg:
+      return ReadOpenMvgSet(place, images);
+    case SetFormat::kVisualSfm:
+      return ReadVisualSfmSet(place, images);
+    case SetFormat::kGaussian:
+      return ReadGaussianSplattingSet(place, images);
+    case SetFormat::kPolycam:
+      return ReadPolycamSet(place, images);
     case SetFormat::kTum:
       return ReadTumSet(place, images, camera.value());
+    case SetFormat::kEuroc:
+      return ReadEurocSet(place, images);
+    case SetFormat::kKitti:
+      return ReadKittiSet(place, images);
   }
   return {};
 }

@@ -19,8 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 
 // The order is that of SetFormat.
-constexpr std::array kSetFormats{"ulf",     "nerfstudio", "nerf-synthetic", "colmap", "llff",
-                                 "bundler", "metashape",  "realityscan",    "tum"};
+constexpr std::array kSetFormats{"ulf",     "nerfstudio", "nerf-synthetic",     "colmap",   "llff",
+                                 "bundler", "metashape",  "realityscan",        "meshroom", "opensfm",
+                                 "openmvg", "visualsfm",  "gaussian-splatting", "polycam",  "tum",
+                                 "euroc",   "kitti"};
 
 std::string BeginningOf(const fs::path& file) {
   constexpr std::size_t kEnough = 4096;
@@ -38,6 +40,59 @@ bool IsMetashapeFile(const fs::path& file) {
 bool IsRealityScanFile(const fs::path& file) {
   return Lowercase(file.extension().string()) == ".xmp" &&
          BeginningOf(file).find("capturingreality") != std::string::npos;
+}
+
+// RealityScan's csv with poses and lenses. Its other tables begin with "#name", too.
+bool IsRealityScanTable(const fs::path& file) {
+  if (Lowercase(file.extension().string()) != ".csv") return false;
+  const std::string text = BeginningOf(file);
+  return text.find("#name,") != std::string::npos && text.find(",heading,pitch,roll,f") != std::string::npos;
+}
+bool IsAnyRealityScanTable(const fs::path& file) {
+  return Lowercase(file.extension().string()) == ".csv" &&
+         BeginningOf(file).find("#name,x,y,") != std::string::npos;
+}
+
+// Returns the beginning of a JSON file; "" for other endings.
+std::string BeginningOfJson(const fs::path& file) {
+  return Lowercase(file.extension().string()) == ".json" ? BeginningOf(file) : std::string();
+}
+
+bool BeginsWith(const std::string& text, char first) {
+  const std::size_t at = text.find_first_not_of(" \t\r\n");
+  return at != std::string::npos && text[at] == first;
+}
+
+bool IsMeshroomFile(const fs::path& file) {
+  const bool is_sfm = Lowercase(file.extension().string()) == ".sfm";
+  const std::string text = is_sfm ? BeginningOf(file) : BeginningOfJson(file);
+  return text.find("\"version\"") != std::string::npos &&
+         (is_sfm || text.find("\"featuresFolders\"") != std::string::npos ||
+          text.find("\"viewId\"") != std::string::npos);
+}
+
+bool IsOpenSfmFile(const fs::path& file) {
+  const std::string text = BeginningOfJson(file);
+  return BeginsWith(text, '[') && (text.find("\"projection_type\"") != std::string::npos ||
+                                   text.find("\"shots\"") != std::string::npos);
+}
+
+bool IsOpenMvgFile(const fs::path& file) {
+  return BeginningOfJson(file).find("\"sfm_data_version\"") != std::string::npos;
+}
+
+bool IsVisualSfmFile(const fs::path& file) {
+  return Lowercase(file.extension().string()) == ".nvm" && BeginningOf(file).starts_with("NVM_V");
+}
+
+bool IsGaussianFile(const fs::path& file) {
+  const std::string text = BeginningOfJson(file);
+  return BeginsWith(text, '[') && text.find("\"img_name\"") != std::string::npos;
+}
+
+// Returns whether the JSON file is another program's and no transforms.json.
+bool IsOtherJson(const fs::path& file) {
+  return IsMeshroomFile(file) || IsOpenSfmFile(file) || IsOpenMvgFile(file) || IsGaussianFile(file);
 }
 
 bool IsBundlerFile(const fs::path& file) {
@@ -112,12 +167,19 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
   const bool is_file = fs::is_regular_file(source, unknown);
   const auto has = [&](const char* name) { return fs::is_regular_file(source / name, unknown); };
   const std::string name = source.filename().string();
+  // Returns `source` if it is such a file, or else the first in it.
+  const auto file_of_kind = [&](bool (*is_one)(const fs::path&),
+                                std::initializer_list<const char*> below = {"."}) {
+    if (is_file) return is_one(source) ? source : fs::path();
+    return FirstFileIn(source, below, is_one);
+  };
   switch (format) {
     case SetFormat::kUlf:
       return has(kJournalFile) ? source : fs::path();
     case SetFormat::kTransforms:
       if (is_file)
-        return Lowercase(source.extension().string()) == ".json" && !name.starts_with("transforms_")
+        return Lowercase(source.extension().string()) == ".json" && !name.starts_with("transforms_") &&
+                       !IsOtherJson(source)
                    ? source
                    : fs::path();
       return has(kTransformsFile) && !has(kJournalFile) ? source / kTransformsFile : fs::path();
@@ -134,15 +196,36 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
       if (is_file) return Lowercase(source.extension().string()) == ".npy" ? source : fs::path();
       return has(kLlffFile) ? source / kLlffFile : fs::path();
     case SetFormat::kBundler:
-      if (is_file) return IsBundlerFile(source) ? source : fs::path();
-      return FirstFileIn(source, {".", "bundle", "bundler"}, IsBundlerFile);
+      return file_of_kind(IsBundlerFile, {".", "bundle", "bundler"});
     case SetFormat::kMetashape:
-      if (is_file) return IsMetashapeFile(source) ? source : fs::path();
-      return FirstFileIn(source, {"."}, IsMetashapeFile);
+      return file_of_kind(IsMetashapeFile);
     case SetFormat::kRealityScan: {
+      if (is_file && IsAnyRealityScanTable(source)) return source;
       if (is_file) return IsRealityScanFile(source) ? source.parent_path() : fs::path();
       const fs::path first = FirstFileIn(source, {".", "images"}, IsRealityScanFile);
-      return first.empty() ? first : first.parent_path();
+      return first.empty() ? FirstFileIn(source, {".", "images"}, IsRealityScanTable) : first.parent_path();
+    }
+    case SetFormat::kMeshroom:
+      return file_of_kind(IsMeshroomFile);
+    case SetFormat::kOpenSfm:
+      return file_of_kind(IsOpenSfmFile, {".", "opensfm"});
+    case SetFormat::kOpenMvg:
+      return file_of_kind(IsOpenMvgFile);
+    case SetFormat::kVisualSfm:
+      return file_of_kind(IsVisualSfmFile);
+    case SetFormat::kGaussian:
+      return file_of_kind(IsGaussianFile);
+    case SetFormat::kPolycam: {
+      const auto holds = [&](const fs::path& keyframes, const char* cameras, const char* images) {
+        return fs::is_directory(keyframes / cameras, unknown) &&
+               fs::is_directory(keyframes / images, unknown);
+      };
+      for (const fs::path& keyframes : {source / "keyframes", source}) {
+        if (holds(keyframes, kPolycamCorrected, "corrected_images")) return keyframes / kPolycamCorrected;
+        if (keyframes.filename() == "keyframes" && holds(keyframes, "cameras", "images"))
+          return keyframes / "cameras";
+      }
+      return {};
     }
     case SetFormat::kTum: {
       const fs::path list = is_file && name == kTumListFile ? source : source / kTumListFile;
@@ -151,6 +234,16 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
                  ? list
                  : fs::path();
     }
+    case SetFormat::kEuroc:
+      for (const fs::path& mav0 : {source / "mav0", source})
+        if (fs::is_regular_file(mav0 / "cam0" / "sensor.yaml", unknown)) return mav0;
+      return {};
+    case SetFormat::kKitti:
+      return has("calib.txt") && BeginningOf(source / "calib.txt").starts_with("P0:") &&
+                     (fs::is_directory(source / "image_2", unknown) ||
+                      fs::is_directory(source / "image_0", unknown))
+                 ? source
+                 : fs::path();
   }
   return {};
 }

@@ -12,6 +12,7 @@ inline constexpr char kNerfSyntheticFile[] = "transforms_train.json";
 inline constexpr char kLlffFile[] = "poses_bounds.npy";
 inline constexpr char kTumListFile[] = "rgb.txt";
 inline constexpr char kTumPosesFile[] = "groundtruth.txt";
+inline constexpr char kPolycamCorrected[] = "corrected_cameras";
 
 // The order is that of the search: formats with more information come first.
 enum class SetFormat {
@@ -22,8 +23,16 @@ enum class SetFormat {
   kLlff,           // poses_bounds.npy
   kBundler,        // bundle.out
   kMetashape,      // cameras .xml
-  kRealityScan,    // .xmp beside the photographs
-  kTum             // rgb.txt and groundtruth.txt
+  kRealityScan,    // .xmp beside the photographs, or .csv
+  kMeshroom,       // cameras.sfm
+  kOpenSfm,        // reconstruction.json
+  kOpenMvg,        // sfm_data.json
+  kVisualSfm,      // .nvm
+  kGaussian,       // cameras.json of gaussian-splatting
+  kPolycam,        // keyframes/corrected_cameras or keyframes/cameras
+  kTum,            // rgb.txt and groundtruth.txt
+  kEuroc,          // mav0/cam0/sensor.yaml
+  kKitti           // calib.txt and image_2 or image_0
 };
 // Returns the name on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
 const char* Name(SetFormat format);

@@ -120,12 +120,114 @@ PosedSet ReadRealityScanSet(const std::filesystem::path& folder, const std::file
 // `rgb_txt` is the list; the trajectory lies beside it. `images` is the folder to which names are relative;
 // if empty, the list's. `camera` is that of all photographs.
 //
-// A photograph's pose is interpolated between the poses before and after it if these are at most 0.1 s apart;
-// otherwise it is the nearest one within 0.02 s (as in the benchmark's associate.py). Photographs without
-// either, and missing ones, are left out and named in `doubts`. Views are in order of time, whatever the
-// files' order. Throws an Error that names file and line for an invalid line, a photograph that is named
-// twice, and a name that leaves the folder; and Error if no photograph has a pose.
+// Poses are found and errors thrown as AddTimedViews() does (timed_views.h); an invalid line is an Error that
+// names file and line.
 PosedSet ReadTumSet(const std::filesystem::path& rgb_txt, const std::filesystem::path& images,
                     const CameraModel& camera);
+
+// The readers from here on find photographs by FoldersOfNames() (named_views.h) if `images` is empty. They
+// leave out and name in `doubts` what has no pose and what has no photograph, and throw an Error that names
+// file, place and remedy if more photographs are missing than found, for damage, and for a lens that neither
+// is one of ours nor can be fitted (fitted_lens.h).
+
+// EuRoC MAV (Burri et al. 2016, "The EuRoC micro aerial vehicle datasets"), also TUM VI, has mav0/ with
+// cam0/sensor.yaml (pinhole; intrinsics f_u f_v c_u c_v and distortion coefficients as Kalibr's, so the
+// centre of the first pixel is at (0, 0): 0.5 is added), cam0/data.csv (timestamp in ns, file in cam0/data)
+// and state_groundtruth_estimate0/data.csv or mocap0/data.csv: timestamp, position p and quaternion q (w x y
+// z) of a sensor S in the reference frame R. T_BS of each sensor.yaml leads from the sensor to the body B,
+// hence world_from_cam = (p, q) T_BS(truth)^-1 T_BS(cam0). Times are by one clock, units metres.
+
+// `mav0` is that folder; poses are found as in AddTimedViews(). cam1 is not used.
+PosedSet ReadEurocSet(const std::filesystem::path& mav0, const std::filesystem::path& images);
+
+// Inria's gaussian-splatting (Kerbl et al. 2023) writes cameras.json beside what it trains (camera_to_JSON()
+// in utils/camera_utils.py): a list of img_name (often without its ending), width and height, fx and fy in
+// pixels, "position", the camera's centre, and "rotation", world_from_cam, row by row, axes as COLMAP's and
+// ours. The format has no principal point, it is the middle, and no distortion. World coordinates are those
+// of the set it was trained on.
+
+// `cameras_json` is that file. Photographs are first looked for where cfg_args beside it says that the
+// program found them (source_path, images). input.ply beside it has points.
+PosedSet ReadGaussianSplattingSet(const std::filesystem::path& cameras_json,
+                                  const std::filesystem::path& images);
+
+// The KITTI odometry benchmark (Geiger et al. 2012; readme of its development kit) has, for a sequence,
+// image_0 to image_3 (rectified, 000000.png and so on), calib.txt with P0 to P3, the 3x4 projections from the
+// first camera's frame to pixels of each, and a line of poses for each frame: 3x4, row by row, from the frame
+// of the first camera to the world, which is that of frame 0 (x right, y down, z forward; metres). The centre
+// of the first pixel is read as being at (0, 0), as OpenCV's; the readme does not say.
+
+// `folder` has calib.txt. Poses are poses.txt in it or NN.txt of sequence NN in poses/ there or two folders
+// above. Photographs are those in image_2 (left, colour) or else image_0 (left, grey); with `images` another
+// of the four is read. times.txt gives times.
+PosedSet ReadKittiSet(const std::filesystem::path& folder, const std::filesystem::path& images);
+
+// Meshroom (AliceVision) has cameras.sfm, or a .sfm or .json of its node ConvertSfMFormat: views, intrinsics,
+// poses, rigs and structure, with all numbers as text (sfmDataIO/jsonIO.cpp, file versions 1.0 to 1.2.14).
+// "rotation" of a pose is cam_from_world, column by column, "center" the camera's centre; axes as ours. In a
+// rig, cam_from_world = subPose * pose (SfMData::getPose).
+//
+// Focal lengths (IntrinsicScaleOffset.cpp), with w the width in pixels and s the sensor's width in mm:
+//   before 1.2.0   pxFocalLength, one number            before 1.2.2   pxFocalLength, two numbers
+//   before 1.2.5   f_x = focalLength w / s, f_y = f_x / pixelRatio
+//   before 1.2.11  f_x = focalLength w / s, f_y = f_x pixelRatio
+//   since 1.2.11   f_y = focalLength w / s, f_x = f_y / pixelRatio, with the larger side for w
+// "principalPoint" counts from the middle of the picture, before 1.2.1 from its corner; the centre of the
+// first pixel is at (0, 0) (cameraUndistortImage.hpp samples there): 0.5 is added. The distortions radialk1,
+// radialk3, brown (t1, t2 are OpenCV's p1, p2) and fisheye (OpenCV's) are exact, as are equidistant cameras
+// with none or radialk3pt, whose radius counts in parts of "fisheyeCircleRadius" (Equidistant.cpp); fisheye1
+// (Devernay and Faugeras 2001) is fitted; others, and undistortions of 3DEqualizer, are refused.
+
+// `file` is the .sfm or .json.
+PosedSet ReadMeshroomSet(const std::filesystem::path& file, const std::filesystem::path& images);
+
+// openMVG's sfm_data.json (sfm/sfm_data_io_cereal.cpp, versions 0.1 to 0.3) has root_path, views, intrinsics,
+// extrinsics and structure. "rotation" is cam_from_world, row by row, "center" the camera's centre; axes as
+// ours. The centre of the first pixel is at (0, 0) (cameras/Camera_undistort_image.hpp): 0.5 is added to
+// principal_point and observations. pinhole, pinhole_radial_k1, pinhole_radial_k3, pinhole_brown_t2 (its t1,
+// t2 are OpenCV's p1, p2) and fisheye (OpenCV's) are exact; spherical cameras are refused.
+
+// `file` is the .json; those without extrinsics, as of openMVG's first step, are an Error.
+PosedSet ReadOpenMvgSet(const std::filesystem::path& file, const std::filesystem::path& images);
+
+// OpenSfM's reconstruction.json (doc/source/geometry.rst, opensfm/io.py), also OpenDroneMap's, is a list of
+// reconstructions with cameras, shots and points. "rotation" (angle times axis) and "translation" of a shot
+// are cam_from_world; axes as ours. Image coordinates count from the middle of the picture in units of its
+// larger side: f_x = max(w, h) focal, c_x = w / 2 + max(w, h) c_x. The types perspective, simple_radial,
+// radial, brown, fisheye and fisheye_opencv are exact; fisheye62 and fisheye624 are fitted; dual and
+// spherical are refused.
+
+// `file` is the .json. The reconstruction with the most shots is read, and the others are named.
+PosedSet ReadOpenSfmSet(const std::filesystem::path& file, const std::filesystem::path& images);
+
+// Polycam's raw data (github.com/PolyCam/polyform, "Polycam's data format") have keyframes/ with
+// corrected_cameras and corrected_images, undistorted and with poses found together, or else cameras and
+// images of ARKit. TIME.json has fx, fy, cx, cy from the picture's corner, width, height, and t_00 to t_23,
+// three rows of world_from_cam with OpenGL's axes (x right, y up, z back). In the world y is up; units are
+// metres. Corrected photographs have a black rim of some pixels.
+
+// `cameras` is corrected_cameras or cameras. Depth maps and the mesh (of another world) are not used.
+PosedSet ReadPolycamSet(const std::filesystem::path& cameras, const std::filesystem::path& images);
+
+// RealityScan's (RealityCapture's) csv "Internal/External camera parameters" has a row for each photograph:
+// #name, x, y, alt, heading, pitch, roll (degrees), f (mm of a film of 36 mm), px, py, k1 to k4, t1, t2. As
+// nerfstudio (process_data/realitycapture_utils.py) and Brush read it, world_from_cam = Rz(-heading)
+// Rx(pitch) Ry(roll) for OpenGL's axes: with all three 0 the camera looks down, its top to the north (y). f,
+// px and py count in parts of the larger side, the principal point from the middle. The distortion is that of
+// the XMP files above; k4 is fitted.
+
+// `csv` is that file. Columns may be in any order; those of the lens may be missing.
+PosedSet ReadRealityScanCsv(const std::filesystem::path& csv, const std::filesystem::path& images);
+
+// VisualSFM's NVM_V3 (ccwu.me/vsfm/doc.html; LoadNVM() of its Multicore Bundle Adjustment) has models, each
+// with a count and rows "NAME f q_w q_x q_y q_z C_x C_y C_z r 0", then a count and rows of points, "x y z,
+// colour, count, (CAMERA FEATURE x y)". q is cam_from_world, C the camera's centre, axes as ours; in
+// NVM_V3_R9T the matrix and the translation stand there instead. The principal point is the middle of the
+// picture, from which x and y count, but for "FixedK f_x c_x f_y c_y r" in the title. A measured point m (in
+// units of f) belongs to the straight one (1 + r |m|^2) m, the inverse of our polynomial, which is fitted. A
+// '"' in a name is a space.
+
+// `nvm` is that file. The model with the most cameras is read.
+PosedSet ReadVisualSfmSet(const std::filesystem::path& nvm, const std::filesystem::path& images);
 
 }  // namespace ulf

@@ -170,7 +170,7 @@ TEST_F(TumSet, ReportsWhatIsNotUsed) {
   fs::remove(set() / NameAt(kStartS));
   fs::remove(set() / NameAt(kStartS + 0.2));
   WritePhotograph("rgb/another.png");
-  ExpectRefused("none of its photographs is in", "with images");
+  ExpectRefused("3 of its 3 photographs are not in", "with images");
 }
 
 TEST_F(TumSet, PhotographsMayLieElsewhereOrBeResized) {

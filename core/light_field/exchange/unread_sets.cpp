@@ -1,0 +1,70 @@
+#include "core/light_field/exchange/unread_sets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "core/base/lowercase.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct UnreadKind {
+  std::string_view begins, ending;  // of the name, in lower case
+  const char* what;
+  const char* way_out;
+};
+
+// Sorted by how much a file tells: a database lies beside many other sets.
+constexpr UnreadKind kUnreadKinds[] = {
+    {"", ".abc", "Alembic, as of Meshroom",
+     "take cameras.sfm of Meshroom's node StructureFromMotion, or let its node ConvertSfMFormat write one"},
+    {"", ".mg", "a project of Meshroom",
+     "give the folder of its node StructureFromMotion (below MeshroomCache), which holds cameras.sfm"},
+    {"", ".psx", "a project of Metashape",
+     "export its cameras: File > Export > Export Cameras, as Agisoft XML"},
+    {"", ".psz", "a project of Metashape",
+     "export its cameras: File > Export > Export Cameras, as Agisoft XML"},
+    {"", ".rcproj", "a project of RealityCapture",
+     "export its cameras: Alignment > Export > Registration > Internal/External camera parameters"},
+    {"", ".rsproj", "a project of RealityScan",
+     "export its cameras: Alignment > Export > Registration > Internal/External camera parameters"},
+    {"sfm_data", ".bin", "openMVG's binary form",
+     "openMVG_main_ConvertSfM_DataFormat makes an sfm_data.json of it"},
+    {"sfm_data", ".xml", "openMVG's XML", "openMVG_main_ConvertSfM_DataFormat makes an sfm_data.json of it"},
+    {"", ".mvs", "a scene of OpenMVS", "its program InterfaceCOLMAP makes a set of COLMAP of it"},
+    {"", ".r3d", "a recording of Record3D",
+     "nerfstudio's 'ns-process-data record3d' makes a folder with transforms.json of it"},
+    {"", ".p4d", "a project of Pix4D",
+     "open its photographs in COLMAP, Meshroom or Metashape, and take that set"},
+    {"database", ".db", "COLMAP's database, which holds no poses", "'colmap mapper' makes a model of it"},
+};
+
+bool IsOfKind(const UnreadKind& kind, const fs::path& file) {
+  const std::string name = Lowercase(file.filename().string());
+  return name.starts_with(kind.begins) && name.ends_with(kind.ending);
+}
+
+}  // namespace
+
+std::string UnreadSet(const fs::path& source) {
+  std::error_code unknown;
+  std::vector<fs::path> files;
+  if (fs::is_regular_file(source, unknown)) files.push_back(source);
+  if (!files.empty() && Lowercase(source.extension().string()) == ".zip")
+    return fmt::format("{}: packed; unpack it and give the folder", source.string());
+  for (const auto& entry : fs::directory_iterator(source, unknown))
+    if (entry.is_regular_file(unknown)) files.push_back(entry.path());
+  std::ranges::sort(files);
+  for (const UnreadKind& kind : kUnreadKinds)
+    for (const fs::path& file : files)
+      if (IsOfKind(kind, file))
+        return fmt::format("{}: {}, which is not read; {}", file.string(), kind.what, kind.way_out);
+  return {};
+}
+
+}  // namespace ulf
