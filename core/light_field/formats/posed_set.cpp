@@ -252,22 +252,6 @@ CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std
   return camera.ScaledTo(size.width, size.height);
 }
 
-CameraModel HeldByOurModel(const Projection& project, CameraModel without, const std::string& lens,
-                           const std::string& remedy, std::vector<std::string>& doubts) {
-  constexpr double kNothing_px = 0.02, kTooFar_px = 5;  // the first is far below what matching finds; guessed
-  if (CompareCamera(project, without).largest_px <= kNothing_px) return without;
-  if (without.distortion == Distortion::kNone) without.distortion = Distortion::kRadialTangential;
-  const CameraFit fit = FitCamera(project, without);
-  if (fit.largest_px > kTooFar_px)
-    throw Error("{}: the nearest lens that ulf has is off by up to {:.1f} px; {}", lens, fit.largest_px,
-                remedy);
-  doubts.push_back(
-      fmt::format("{}: a term that ulf's lenses lack; the nearest lens is taken, which is off by {:.2g} px "
-                  "(RMS), {:.2g} px at most",
-                  lens, fit.rms_px, fit.largest_px));
-  return fit.camera;
-}
-
 int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras) {
   const auto found = std::ranges::find(cameras, camera);
   if (found != cameras.end()) return static_cast<int>(found - cameras.begin());

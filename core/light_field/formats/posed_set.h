@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/camera_fit.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -77,13 +76,6 @@ std::string ImagesRemedy();
 // pixel off), and Error for a file that cannot be read.
 CameraModel AtSizeOf(const std::filesystem::path& image, const CameraModel& camera, const std::string& where,
                      std::vector<std::string>& doubts);
-
-// Returns a camera of our model for a lens with other terms, which `project` has and `without` lacks:
-// `without` itself if they move no pixel by more than 0.02 px, else the one nearest to it, whose distance
-// `doubts` says. Throws an Error that begins with `lens`, which names the terms, and ends with `remedy`, if
-// that is off by more than five pixels.
-CameraModel HeldByOurModel(const Projection& project, CameraModel without, const std::string& lens,
-                           const std::string& remedy, std::vector<std::string>& doubts);
 
 // Adds the camera to `cameras` unless an equal one is there; returns its index.
 int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras);

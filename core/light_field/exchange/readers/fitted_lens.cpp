@@ -66,7 +66,7 @@ double LargestMovePx(const Projection& project, const CameraModel& straight, con
 CameraModel FittedLenses::Take(const Projection& formula, const CameraModel& start, const std::string& lens,
                                const std::string& where, const std::string& remedy) {
   constexpr double kUnseen_px = 0.02;  // a tenth of what features are found to
-  constexpr double kMost_px = 0.5;     // guessed: beyond, poses and photographs no longer fit
+  constexpr double kMost_px = 2;       // guessed: beyond, poses and photographs no longer fit
   const Projection project = WhereItGrows(formula);
   CameraModel straight = start;
   straight.coefficients = {};

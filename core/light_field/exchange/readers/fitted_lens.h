@@ -16,7 +16,7 @@ class FittedLenses {
   // `formula` is the other program's formula, `start` our camera that comes nearest to it, with the kind of
   // lens that is fitted. Returns `start` if it moves no pixel by more than 0.02 px, else the fit. Throws an
   // Error that begins with `where`, names the `lens` and gives the `remedy`, if that moves any by more than
-  // 0.5 px, or the formula does not reach all of the picture.
+  // two pixels, or the formula does not reach all of the picture.
   CameraModel Take(const Projection& formula, const CameraModel& start, const std::string& lens,
                    const std::string& where, const std::string& remedy);
 

@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/geometry/similarity3.h"
+#include "core/light_field/exchange/readers/fitted_lens.h"
 #include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
@@ -68,7 +69,7 @@ std::optional<XmlElement> CalibrationOf(const XmlElement& sensor) {
   return all.empty() ? std::nullopt : std::optional(all.front());
 }
 
-CameraModel ModelOfSensor(const XmlElement& sensor, std::vector<std::string>& doubts) {
+CameraModel ModelOfSensor(const XmlElement& sensor, FittedLenses& fitted) {
   const std::string where = sensor.Where() + " " + LabelOf(sensor);
   const auto calibration = CalibrationOf(sensor);
   if (!calibration)
@@ -110,7 +111,6 @@ CameraModel ModelOfSensor(const XmlElement& sensor, std::vector<std::string>& do
     if (model.coefficients != std::array<double, 5>{}) model.distortion = Distortion::kRadialTangential;
   }
   model.Validate(where);
-
   std::vector<std::string> others;  // terms that our model lacks
   for (const char* name : {"b2", "p3", "p4", fisheye ? "p1" : "k4", fisheye ? "p2" : "k4"})
     if (value(name) != 0 && (others.empty() || others.back() != name)) others.emplace_back(name);
@@ -129,8 +129,12 @@ CameraModel ModelOfSensor(const XmlElement& sensor, std::vector<std::string>& do
     const double y = p.y() * radial + (p2 * (r2 + 2 * p.y() * p.y()) + 2 * p1 * p.x() * p.y()) * tangential;
     return Eigen::Vector2d(model.cx + model.fx * x + value("b2") * y, model.cy + model.fy * y);
   };
-  return HeldByOurModel(project, model, fmt::format("{}: {}", where, fmt::join(others, ", ")),
-                        kOptimiseWithout, doubts);
+  if (model.distortion == Distortion::kNone) model.distortion = Distortion::kRadialTangential;
+  CameraModel taken = fitted.Take(
+      project, model, fmt::format("a {} lens of Metashape with {}", type, fmt::join(others, ", ")), where,
+      kOptimiseWithout);
+  if (taken.coefficients == std::array<double, 5>{} && !fisheye) taken.distortion = Distortion::kNone;
+  return taken;
 }
 
 // ---- Transforms ----
@@ -316,6 +320,7 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
   std::map<std::string, std::string> taken;   // the camera, by its photograph
   const auto by_id = CamerasById(chunk);
   PoseRotations rotations;
+  FittedLenses fitted;
   const ToldOnFailure told(light_field.doubts);
   std::size_t unaligned = 0, disabled = 0, elsewhere = 0, missing = 0, following = 0;
   std::string first_missing;
@@ -348,8 +353,7 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
     if (sensor == sensors.end())
       throw Error("{}: belongs to the sensor '{}', and there is none; export the cameras again", where,
                   sensor_id);
-    if (!models.contains(sensor_id))
-      models.emplace(sensor_id, ModelOfSensor(sensor->second, light_field.doubts));
+    if (!models.contains(sensor_id)) models.emplace(sensor_id, ModelOfSensor(sensor->second, fitted));
     Similarity3 chunk_from_cam = ChunkFromCam(*aligned, rotations);
     if (!camera.Find("transform")) {
       chunk_from_cam = chunk_from_cam * MasterFromSensor(sensor->second);
@@ -365,6 +369,7 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
                 first_missing, light_field.root.string(), ImagesRemedy());
   if (components.has_scale()) light_field.units = "metres";
   rotations.Tell(xml.string(), light_field.doubts);
+  fitted.Note(light_field.doubts);
   if (following > 0)
     light_field.doubts.push_back(
         fmt::format("{} of a rig: posed by the master that each follows and the place of its sensor",

@@ -65,7 +65,7 @@ PosedSet ReadLlffSet(const std::filesystem::path& source, const std::filesystem:
 // The centre of the first pixel is at (0.5, 0.5), as ours. p1 is OpenCV's p2, p2 its p1. Terms that our
 // lenses lack (k4, p3, p4 and b2 of frame cameras, p1 to p4 and b2 of fisheyes) are left out if they move no
 // pixel by more than 0.02 px; else a lens is fitted, whose distance `doubts` says, or refused if it is off by
-// more than five pixels. All other sensors are refused.
+// more than two pixels. All other sensors are refused.
 //
 // In a rig, a camera with a master_id and no transform of its own has its master's, times the place of its
 // sensor: chunk_from_cam = chunk_from_master [R | l] with the sensor's <rotation> and <location>.

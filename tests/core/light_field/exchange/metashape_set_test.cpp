@@ -355,19 +355,20 @@ TEST_F(MetashapeSet, TermsThatOursLackAreFitted) {
   EXPECT_THAT(project_apart(0.02), IsEmpty());
   EXPECT_EQ(Read(Xml()).light_field.cameras[0].coefficients[0], -0.09) << "the others stay";
   sensors_[0].values["b2"] = 1;
-  EXPECT_THAT(project_apart(0.6), ElementsAre(AllOf(HasSubstr("'lens 0': b2"), HasSubstr("px at most"))));
+  EXPECT_THAT(project_apart(0.6),
+              ElementsAre(AllOf(HasSubstr("Metashape with b2"), HasSubstr("no pixel moves"))));
   sensors_[0] = before;
   sensors_[0].values["k4"] = 0.05;
-  EXPECT_THAT(project_apart(0.05), ElementsAre(HasSubstr("'lens 0': k4")));
+  EXPECT_THAT(project_apart(0.05), ElementsAre(HasSubstr("Metashape with k4 ")));
   sensors_[0] = before;
   sensors_[0].values["p3"] = 0.8;
-  EXPECT_THAT(project_apart(0.1), ElementsAre(HasSubstr("'lens 0': p3")));
+  EXPECT_THAT(project_apart(0.1), ElementsAre(HasSubstr("Metashape with p3 ")));
   sensors_[0] = {};
   sensors_[0].type = "fisheye";
   sensors_[0].values = {{"f", 70}, {"k1", 0.01}, {"p1", 0.002}, {"p2", -0.001}};
-  EXPECT_THAT(project_apart(0.15), ElementsAre(HasSubstr("'lens 0': p1, p2")));
+  EXPECT_THAT(project_apart(0.15), ElementsAre(HasSubstr("Metashape with p1, p2 ")));
   sensors_[0].values["p1"] = 0.9;
-  ExpectError(Xml(), "'lens 0': p1, p2: the nearest lens that ulf has is off by", "Optimize Cameras");
+  ExpectError(Xml(), "with p1, p2 is not one of ours", "Optimize Cameras");
 }
 
 // Every camera of a rig stands where the manual's master and sensor put it; the expected places are worked
