@@ -39,8 +39,8 @@ class OpenedField {
 
   const LightField& light_field() const { return light_field_; }
 
-  // Returns CV_32FC3, B G R, linear light of the median exposure, over the most detailed geometry of the light
-  // field. Throws Error for a camera with distortion and for an empty light field.
+  // Returns CV_32FC3, B G R, linear light of the median exposure, over the most detailed geometry that the
+  // light field has. Throws Error for a camera with distortion and for an empty light field.
   cv::Mat Render(const CameraModel& camera, const Rigid3& cam_from_world);
 
   // Renders views (ids) from all others and compares them with their photographs (render/quality/evaluate.h).

@@ -1,8 +1,8 @@
 // The Python module `ulf`: a light field's poses, intrinsics, photographs, masks, depth and coverage as NumPy
 // arrays, and its renderings. It is a door beside the command line, over the same libraries.
 //
-// Frames and pixels are those of core/geometry (cameras x right, y down, z forward; pixel centres at integer +
-// 0.5), arrays are in row-major order, colours R, G, B. What the libraries throw becomes ulf.Error, and a
+// Frames and pixels are those of core/geometry (cameras x right, y down, z forward; pixel centres at integer
+// + 0.5), arrays are in row-major order, colours R, G, B. What the libraries throw becomes ulf.Error, and a
 // request that cannot be met ulf.Refusal, with the same texts. Long calls release Python's lock, and a
 // LightField may be used from several threads.
 #include <pybind11/eigen.h>
