@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
@@ -28,15 +29,14 @@ std::vector<LeftOutPicture> OpenedField::LeftOut(const std::vector<int>& ids, co
   const MutexLock lock(mutex_);
   const std::shared_ptr<const render::RenderScene> scene = Scene();
   render::EvaluateOptions options{.fields = {render::DefaultField(*scene)}, .renderer = Kind()};
+  std::set<int> left_out;  // indices
   for (const int id : ids) {
     const auto view = std::ranges::find(scene->views, id, &render::SceneView::id);
     if (view == scene->views.end())
       throw Refusal("ids", std::to_string(id), "is no view of this light field", "");
-    options.left_out.push_back(static_cast<int>(view - scene->views.begin()));
+    left_out.insert(static_cast<int>(view - scene->views.begin()));
   }
-  std::ranges::sort(options.left_out);
-  const auto [repeated, end] = std::ranges::unique(options.left_out);
-  options.left_out.erase(repeated, end);
+  options.left_out.assign(left_out.begin(), left_out.end());
   if (options.left_out.empty() || options.left_out.size() == scene->views.size())
     throw Refusal("ids", "", "some views have to be left out and some have to stay", "");
   options.proxies = {proxy == "auto" ? Geometry()
