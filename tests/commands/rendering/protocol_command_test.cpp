@@ -240,9 +240,14 @@ TEST_F(ProtocolCommand, ComparesOnlyWhatBothShow) {
 
 TEST_F(ProtocolCommand, RefusesToCompareOthers) {
   WriteSet(dir_, false);
-  WriteSet(scratch_ / "larger", false, 2);
+  fs::copy(dir_, scratch_ / "noise", fs::copy_options::recursive);
+  for (const auto& photograph : fs::directory_iterator(scratch_ / "noise/images")) {
+    cv::Mat noise(90, 120, CV_8UC3);
+    cv::RNG(fs::file_size(photograph)).fill(noise, cv::RNG::UNIFORM, 0, 256);
+    cv::imwrite(photograph.path().string(), noise);
+  }
   const std::string evaluate = "evaluate " + dir_.string() + " --against ";
-  const auto other = RunUlf(evaluate + (scratch_ / "larger").string());
+  const auto other = RunUlf(evaluate + (scratch_ / "noise").string());
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.errors, AllOf(HasSubstr("no photograph in common"), HasSubstr("20 photographs")));
   const auto refined = RunUlf(evaluate + dir_.string() + " --refine");
