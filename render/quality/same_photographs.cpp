@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 
 // Pictures are compared at a quarter of their size, where noise that an encoder drops has no weight. They may
 // differ by a root mean square of this share of the contrast (standard deviation) of the first one, or by
-// this many steps of 8 bits. Guessed: a JPEG of quality 60 loses half as much, and neighbouring views of a scene
-// differ several times as much.
+// this many steps of 8 bits. Guessed: JPEG of quality 60 loses half as much (measured on the test's drawn
+// picture), and neighbouring views of a scene differ several times as much.
 constexpr double kComparedSize = 0.25;
 constexpr double kMostOfContrast = 0.1;
 constexpr double kRoundingSteps = 1.5;
