@@ -1,4 +1,4 @@
-# What `cmake --install` writes, in two components: `program` and, for programs that link the libraries, `dev`.
+# What `cmake --install` writes, in components: `program`, for programs that link the libraries `dev`, and `python`.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(packaging ${CMAKE_CURRENT_LIST_DIR})
@@ -73,11 +73,29 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${documents} COMPONENT 
   FILES_MATCHING PATTERN *.md PATTERN *.sbatch PATTERN *.sh PATTERN charts EXCLUDE PATTERN stability EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/udev/README.md DESTINATION ${documents}/udev COMPONENT program)
 
+# --- python: the module, where Debian's Python looks for modules of packages (/usr) or of one's own (/usr/local).
+set(components program dev)
+if(ULF_PYTHON)
+  list(APPEND components python)
+  set(python_folder lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/dist-packages)
+  if(CMAKE_INSTALL_PREFIX STREQUAL /usr)
+    set(python_folder lib/python${Python_VERSION_MAJOR}/dist-packages)
+  endif()
+  if(ULF_PRIVATE_MODULES)
+    set_target_properties(ulf_python PROPERTIES INSTALL_RPATH "\$ORIGIN/../../../${CMAKE_INSTALL_LIBDIR}/ulf")
+  endif()
+  install(TARGETS ulf_python LIBRARY DESTINATION ${python_folder} COMPONENT python)
+  install(FILES ${PROJECT_SOURCE_DIR}/examples/load_views.py ${PROJECT_SOURCE_DIR}/examples/compare_captures.py
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-ulf/examples COMPONENT python)
+endif()
+
 # Every package says whose it is.
-foreach(component program dev)
+foreach(component IN LISTS components)
   set(name ulf)
   if(component STREQUAL dev)
     set(name ulf-dev)
+  elseif(component STREQUAL python)
+    set(name python3-ulf)
   endif()
   install(FILES ${packaging}/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component})
 endforeach()

@@ -1,4 +1,5 @@
-# `cpack` (./run package) makes two Debian packages of what is installed: ulf, the program, and ulf-dev, the libraries.
+# `cpack` (./run package) makes Debian packages of what is installed: ulf, the program, ulf-dev, the libraries, and
+# python3-ulf, the Python module.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME ulf)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
@@ -55,5 +56,19 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION
 "libraries of ulf, for other programs
 Static libraries, headers and CMake's find_package(ulf): light fields on disk,
 cameras, tracking, coverage and rendering as five targets.")
+
+if(ULF_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-ulf)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  # It is compiled for one Python, and opens OpenGL and has libraries (install.cmake) as the program does.
+  math(EXPR next_python "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy, ulf (= ${PROJECT_VERSION})")
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+"light fields of ulf in Python
+Module ulf: poses, intrinsics, photographs, masks, depth and coverage of a
+light field as NumPy arrays, and renderings from new places.")
+endif()
 
 include(CPack)

@@ -1,7 +1,6 @@
 // `ulf export FORM` exports a light field for other programs, with points measured again if the form has
 // points, or as a page.
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <memory>
@@ -9,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "commands/light_field/export_scene.h"
+#include "commands/light_field/measured_points.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
 #include "core/base/json_text.h"
@@ -17,7 +17,6 @@
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "tracking/refine/refine_input.h"
-#include "tracking/refine/triangulate.h"
 
 namespace ulf::commands {
 namespace {
@@ -32,25 +31,6 @@ struct ExportArgs {
   int threads = 2;
   bool json = false;
 };
-
-struct Triangulated {
-  bool done = false;
-  bool kept_points = false;  // no point was found; the light field's own stay
-  double pose_error_px = 0;
-  std::size_t unread = 0;
-};
-
-// Measures the points anew, with the light field's poses.
-Triangulated MakePoints(LightField& light_field, Progress& progress, double share) {
-  tracking::TriangulationOptions options;
-  options.progress = [&](double done, const std::string& stage) { progress.Show(share * done, stage); };
-  tracking::TriangulationResult result =
-      tracking::TriangulateViews(tracking::RefineInputOf(light_field), options);
-  std::vector<ScenePoint> points = tracking::WithViewIds(std::move(result.points), light_field);
-  const bool kept_points = points.empty() && !light_field.points.empty();
-  if (!kept_points) light_field.points = std::move(points);
-  return {true, kept_points, result.pose_error_px, result.unread.size()};
-}
 
 nlohmann::ordered_json CameraJson(const Undistortion& camera) {
   return {{"width", camera.to.width}, {"height", camera.to.height},     {"fx", camera.to.fx},
@@ -86,7 +66,7 @@ void PrintCommands(const std::vector<std::string>& commands) {
   for (const std::string& command : commands) fmt::print("    {}\n", command);
 }
 
-void PrintText(const ExportArgs& args, const ExportSummary& summary, const Triangulated& triangulated,
+void PrintText(const ExportArgs& args, const ExportSummary& summary, const MeasuredPoints& measured,
                bool has_points) {
   const std::string how = summary.copied == 0 ? "all drawn anew"
                           : summary.made == 0 ? "all copied as they are"
@@ -96,15 +76,7 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Trian
   for (std::size_t i = 0; i < summary.cameras.size(); ++i)
     fmt::print("{}", Described(summary.cameras[i], i + 1));
   if (has_points) PrintPoints(summary.points);
-  if (triangulated.kept_points)
-    fmt::print("the photographs share nothing that can be measured: the points stay as they were\n");
-  constexpr double kPoorPx = 2;  // guessed
-  if (triangulated.pose_error_px > kPoorPx)
-    fmt::print(
-        "the poses fit the pictures only to {:.1f} px, which leaves few points: ulf refine improves them\n",
-        triangulated.pose_error_px);
-  if (triangulated.unread > 0)
-    fmt::print("{} could not be read to measure points\n", Counted(triangulated.unread, "view"));
+  fmt::print("{}", PointDoubtsText(measured));
   for (const std::string& doubt : summary.doubts) fmt::print("{}\n", doubt);
   PrintCommands(summary.commands);
 }
@@ -118,16 +90,17 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   options.form = form;
   options.undistort = args.undistort;
   options.stop = [] { return StopOnSignal::Requested(); };
-  Triangulated triangulated;
+  MeasuredPoints measured;
   const bool measures = HasPoints(form) && !args.known_points;
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
   RequireRoomFor(light_field, args.output, options);
-  if (measures) triangulated = MakePoints(light_field, progress, points_share);
-  if (args.known_points && HasPoints(form) && light_field.points.empty())
-    spdlog::warn(
-        "{}: holds no points (a capture that was killed has none); leave --known-points out to measure them",
-        args.dir);
+  if (measures)
+    measured = MeasurePointsAnew(light_field, [&](double done, const std::string& stage) {
+      progress.Show(points_share * done, stage);
+    });
+  else if (HasPoints(form))
+    WarnOfNoKnownPoints(light_field);
   if (HasPoints(form))
     light_field.points = tracking::WithoutMasked(std::move(light_field.points), light_field);
   const StopOnSignal signals;  // from here on a stop removes the output
@@ -136,7 +109,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   };
   const ExportSummary summary = ExportLightField(light_field, args.output, options);
   if (!args.json) {
-    PrintText(args, summary, triangulated, HasPoints(form));
+    PrintText(args, summary, measured, HasPoints(form));
     return kOk;
   }
   nlohmann::ordered_json json{{"output", args.output},
@@ -149,7 +122,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
                               {"observations", summary.points.observations},
                               {"mean_error_px", summary.points.mean_error_px}};
   if (!summary.commands.empty()) json["commands"] = summary.commands;
-  if (triangulated.done) json["pose_error_px"] = triangulated.pose_error_px;
+  if (measured.done) json["pose_error_px"] = measured.pose_error_px;
   for (const Undistortion& camera : summary.cameras) json["cameras"].push_back(CameraJson(camera));
   fmt::print("{}\n", JsonText(json, 2));
   return kOk;
@@ -207,6 +180,7 @@ void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* command = app.add_subcommand("export", "A light field for other programs (docs/exchange.md)");
   command->require_subcommand(1);
   for (const FormOption& form : kForms) AddForm(*command, chosen, form);
+  AddFileForms(*command, chosen);
   AddSceneForms(*command, chosen);
   AddExportWeb(*command, chosen);
   command->footer("Example: ulf export colmap vase -o vase_colmap --undistort --binary");

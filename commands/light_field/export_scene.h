@@ -1,4 +1,4 @@
-// Adds the subcommands of `ulf export` that need the renderer.
+// Adds the subcommands of `ulf export` that write no set of photographs.
 #pragma once
 
 #include "commands/options/command_line.h"
@@ -7,6 +7,7 @@ namespace ulf::commands {
 
 // `command` is that of `ulf export`.
 void AddSceneForms(CLI::App& command, ChosenCommand& chosen);  // glTF, and quilts for light-field displays
-void AddExportWeb(CLI::App& command, ChosenCommand& chosen);   // the page for browsers (export_web.cpp)
+void AddFileForms(CLI::App& command, ChosenCommand& chosen);  // one file: poses, or points (export_files.cpp)
+void AddExportWeb(CLI::App& command, ChosenCommand& chosen);  // the page for browsers (export_web.cpp)
 
 }  // namespace ulf::commands

@@ -9,6 +9,7 @@
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
+#include "commands/rendering/against.h"
 #include "commands/rendering/protocol_evaluation.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -122,6 +123,15 @@ void PrintTable(const render::EvaluateSummary& summary) {
                Counted(summary.held_out - rim_views, "left-out view"), rim_views);
 }
 
+void RequireNoProtocolOptions(const ProtocolArgs& args) {
+  const char* option = !args.out.empty()        ? "-o"
+                       : args.refine            ? "--refine"
+                       : args.geometry_px > 0   ? "--geometry-size"
+                       : args.geometry_maps > 0 ? "--geometry-maps"
+                                                : nullptr;
+  if (option) throw UsageError("{}: needs --protocol{}", option, args.refine ? "" : " or --against");
+}
+
 int RunEvaluate(const EvaluateArgs& args) {
   render::EvaluateOptions options{
       .every = args.every, .renderer = RendererFromName(args.renderer), .gpu_memory_mb = args.gpu_memory_mb};
@@ -132,10 +142,17 @@ int RunEvaluate(const EvaluateArgs& args) {
   if (!args.protocol.protocol.empty() && args.every_is_given)
     throw UsageError("--every {}: --protocol says what is left out; give --protocol every:{}", args.every,
                      args.every);
-  if (!args.protocol.protocol.empty())
-    return RunProtocol(args.protocol, args,
-                       args.fields_are_given ? options.fields : std::vector<render::FieldOptions>{},
-                       args.json);
+  const std::vector<render::FieldOptions> asked =
+      args.fields_are_given ? options.fields : std::vector<render::FieldOptions>{};
+  if (!args.protocol.against.empty()) {
+    ProtocolArgs both = args.protocol;
+    if (both.protocol.empty()) both.protocol = fmt::format("every:{}", args.every);
+    return RunAgainst(both, args, asked, args.table, args.json);
+  }
+  if (!args.protocol.protocol.empty() && !args.table.empty())
+    throw UsageError("--table {}: with --protocol give -o FOLDER, which holds the table", args.table);
+  if (!args.protocol.protocol.empty()) return RunProtocol(args.protocol, args, asked, args.json);
+  RequireNoProtocolOptions(args.protocol);
   if (!args.table.empty()) RequireWritable(args.table);
   const auto scene = Load(args);
   options.proxies = Proxies(args, *scene, options.fields.front());
@@ -189,9 +206,10 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
   OfferValues(
-      sub->add_option("--fields", args->fields,
-                      "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
-                      "lumigraph, lumigraph-per-pixel, soft); with --protocol those to choose from"),
+      sub->add_option(
+          "--fields", args->fields,
+          "Blending fields to compare, separated by commas (nearest, linear, subdivision, "
+          "lumigraph, lumigraph-per-pixel, soft); with --protocol and --against those to choose from"),
       "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
@@ -207,9 +225,12 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   AddProtocolOptions(*sub, args->protocol);
   sub->add_option(
       "--table", args->table,
-      "CSV file to write: the scores and the time of a picture, a line for each field over each proxy");
+      "CSV file to write: the scores and the time of a picture, a line for each field over each proxy; with "
+      "--against the scores of both, a line for each photograph");
   sub->add_flag("--json", args->json, "Report as one JSON object");
-  sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
+  sub->footer(
+      "Example: ulf evaluate vase --every 8 --fields subdivision,lumigraph\n         ulf evaluate refined "
+      "--against vase");
   sub->callback([&chosen, args, sub] {
     args->fields_are_given = sub->count("--fields") > 0;
     args->every_is_given = sub->count("--every") > 0;

@@ -7,14 +7,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
 #include "commands/options/command_line.h"
 #include "commands/rendering/refined_split.h"
-#include "commands/reports/explain.h"
 #include "core/base/atomic_file.h"
-#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_text.h"
@@ -27,7 +24,6 @@
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/quality/choice.h"
-#include "render/quality/error_shares.h"
 #include "render/quality/evaluate.h"
 #include "render/quality/protocol.h"
 #include "render/stereo/proxy_builder.h"
@@ -47,10 +43,6 @@ double ProcessorSeconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-struct Costs {
-  double wall_s = 0, processor_s = 0;
-};
-
 class CostWatch {
  public:
   Costs Lap() {
@@ -63,161 +55,6 @@ class CostWatch {
   double before_ = ProcessorSeconds();
 };
 
-struct TestView {
-  std::string name;
-  render::ViewScore score;
-  render::PaperQuality papers;
-  render::ErrorShares errors;
-  long masked_px = 0;
-};
-
-struct ProtocolResult {
-  std::string light_field;  // as the user named it
-  render::ProtocolSplit split;
-  int width = 0, height = 0;
-  std::string renderer, field, proxy, why;
-  std::string refined;  // empty: poses and lens are unrefined
-  std::vector<ModelChoice> explained;
-  Costs refining, geometry, choice;
-  int depth_maps = 0;
-  std::optional<render::LightFit> light;
-  double ms_per_picture = 0;
-  std::vector<TestView> views;
-};
-
-render::PaperQuality MeanOf(const std::vector<TestView>& views) {
-  render::PaperQuality mean;
-  for (double render::PaperQuality::*value :
-       {&render::PaperQuality::psnr_db, &render::PaperQuality::ssim, &render::PaperQuality::ssim_uniform,
-        &render::PaperQuality::ssim_padded}) {
-    for (const TestView& view : views) mean.*value += view.papers.*value;
-    mean.*value /= static_cast<double>(views.size());
-  }
-  return mean;
-}
-
-nlohmann::json JsonOf(const render::PaperQuality& quality) {
-  return {{"psnr_db", quality.psnr_db},
-          {"ssim", quality.ssim},
-          {"ssim_uniform", quality.ssim_uniform},
-          {"ssim_padded", quality.ssim_padded}};
-}
-
-render::ErrorShares MeanErrorsOf(const std::vector<TestView>& views) {
-  render::ErrorShares mean;
-  const double share = 1 / static_cast<double>(views.size());
-  for (const TestView& view : views) {
-    for (std::size_t kind = 0; kind < mean.of_error.size(); ++kind) {
-      mean.of_error[kind] += share * view.errors.of_error[kind];
-      mean.of_pixels[kind] += share * view.errors.of_pixels[kind];
-    }
-    mean.of_worst_hundredth += share * view.errors.of_worst_hundredth;
-  }
-  return mean;
-}
-
-nlohmann::json JsonOf(const render::ErrorShares& shares) {
-  nlohmann::json json;
-  for (std::size_t kind = 0; kind < shares.of_error.size(); ++kind)
-    json[std::string(render::kErrorKindNames[kind])] = {{"of_error", shares.of_error[kind]},
-                                                        {"of_pixels", shares.of_pixels[kind]}};
-  json["worst_hundredth_of_pixels"] = {{"of_error", shares.of_worst_hundredth}, {"of_pixels", 0.01}};
-  return json;
-}
-
-std::string TextOf(const render::ErrorShares& shares) {
-  std::string text = "\nsquared error";
-  for (std::size_t kind = 0; kind < shares.of_error.size(); ++kind)
-    text +=
-        fmt::format("{} {}: {:.0f} % in {:.0f} % of the pixels", kind == 0 ? "" : ",",
-                    render::kErrorKindNames[kind], 100 * shares.of_error[kind], 100 * shares.of_pixels[kind]);
-  return text + fmt::format("; {:.0f} % in the worst hundredth\n", 100 * shares.of_worst_hundredth);
-}
-
-nlohmann::json JsonOf(const Costs& costs) {
-  return {{"wall_s", costs.wall_s}, {"processor_s", costs.processor_s}};
-}
-
-nlohmann::json JsonOf(const render::LightFit& light) {
-  return {{"found", light.Words()},
-          {"points", light.points},
-          {"stops", light.stops},
-          {"corner_stops", light.corner_stops}};
-}
-
-nlohmann::json JsonOf(const ProtocolResult& result) {
-  nlohmann::json json{{"light_field", result.light_field},
-                      {"protocol", result.split.name},
-                      {"given", result.split.given.size()},
-                      {"test", result.split.test.size()},
-                      {"width_px", result.width},
-                      {"height_px", result.height},
-                      {"renderer", result.renderer},
-                      {"field", result.field},
-                      {"proxy", result.proxy},
-                      {"chosen_by", result.why},
-                      {"refined", result.refined},
-                      {"refining", JsonOf(result.refining)},
-                      {"light", result.light ? JsonOf(*result.light) : nullptr},
-                      {"geometry", JsonOf(result.geometry)},
-                      {"depth_maps", result.depth_maps},
-                      {"choice", JsonOf(result.choice)},
-                      {"ms_per_picture", result.ms_per_picture},
-                      {"lpips", nullptr},
-                      {"mean", JsonOf(MeanOf(result.views))},
-                      {"errors", JsonOf(MeanErrorsOf(result.views))},
-                      {"views", nlohmann::json::array()}};
-  AddExplained(json, result.explained);
-  for (const TestView& view : result.views) {
-    nlohmann::json each = JsonOf(view.papers);
-    each["name"] = view.name;
-    each["masked_px"] = view.masked_px;
-    each["filled_px"] = view.score.filled_px;
-    each["empty_px"] = view.score.empty_px;
-    each["ms"] = view.score.ms;
-    each["psnr_disc_db"] = view.score.disc.psnr_db;
-    each["ssim_disc"] = view.score.disc.ssim;
-    json["views"].push_back(each);
-  }
-  return json;
-}
-
-std::string TextOf(const ProtocolResult& result) {
-  std::string text = fmt::format("{}, protocol {}: {} left out of {}, {}x{}, {}\n", result.light_field,
-                                 result.split.name, Counted(result.split.test.size(), "photograph"),
-                                 result.split.test.size() + result.split.given.size(), result.width,
-                                 result.height, result.renderer);
-  if (!result.refined.empty()) text += result.refined + "\n";
-  text += fmt::format("{}, proxy {}; {}\n", result.field, result.proxy, result.why);
-  if (result.light) text += result.light->Words() + "\n";
-  text += "\n";
-  std::size_t widest = 4;
-  for (const TestView& view : result.views) widest = std::max(widest, view.name.size());
-  const auto row = [&](const std::string& name, const render::PaperQuality& quality) {
-    text += fmt::format("{:<{}}  {:7.2f}  {:6.4f}  {:12.4f}  {:11.4f}\n", name, widest, quality.psnr_db,
-                        quality.ssim, quality.ssim_uniform, quality.ssim_padded);
-  };
-  text += fmt::format("{:<{}}  {:>7}  {:>6}  {:>12}  {:>11}\n", "", widest, "PSNR", "SSIM", "SSIM uniform",
-                      "SSIM padded");
-  long masked_px = 0;
-  for (const TestView& view : result.views) {
-    row(view.name, view.papers);
-    masked_px += view.masked_px;
-  }
-  row("mean", MeanOf(result.views));
-  text += TextOf(MeanErrorsOf(result.views));
-  text += fmt::format(
-      "\ngeometry {:.1f} s ({:.1f} s of processor), choices {:.1f} s ({:.1f}), {:.0f} ms a picture\n",
-      result.geometry.wall_s, result.geometry.processor_s, result.choice.wall_s, result.choice.processor_s,
-      result.ms_per_picture);
-  if (masked_px > 0)
-    text += fmt::format(
-        "{} pixels of these photographs are masked, or lie beyond their edge after undistortion: they do not "
-        "count\n",
-        masked_px);
-  return text;
-}
-
 // Returns plane, planes, points and mesh, or the named ones among them.
 std::vector<std::string> ProxyNames(const std::vector<std::string>& asked) {
   const std::vector<std::string> all{"plane", render::kPlanesProxy, "points", "mesh",
@@ -229,26 +66,6 @@ std::vector<std::string> ProxyNames(const std::vector<std::string>& asked) {
           "points, mesh or soft",
           name);
   return asked.empty() ? std::vector<std::string>(all.begin(), all.end() - 1) : asked;
-}
-
-// Returns the name in the set, relative to images/ if it lies there; it never leaves the output folder.
-std::string NameOf(const View& view) {
-  const fs::path path = fs::path(view.image_path).lexically_normal();
-  const fs::path below = path.lexically_relative("images");
-  return (below.empty() || *below.begin() == ".." ? path : below).generic_string();
-}
-
-// Two photographs that differ by their ending alone would be written to one file.
-void RequireDifferentNames(const LightField& light_field, const std::vector<int>& views) {
-  std::map<std::string, std::string> names;
-  for (const int index : views) {
-    const View& view = light_field.views[static_cast<std::size_t>(index)];
-    const std::string name = NameOf(view);
-    const auto [same, is_new] = names.emplace(fs::path(name).replace_extension().generic_string(), name);
-    if (!is_new)
-      throw Error("{}: {} and {} would be written to one file; leave out -o, or rename one of them",
-                  light_field.root.string(), same->second, name);
-  }
 }
 
 // Is black where the photograph has no light, which does not count.
@@ -264,44 +81,59 @@ cv::Mat DifferencePicture(const cv::Mat& rendered, const cv::Mat& photograph, co
 }  // namespace
 
 void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
-  auto* protocol = sub.add_option(
+  sub.add_option(
       "--protocol", args.protocol,
       "Measure as papers do: llff, nerf-synthetic, every:N, or a file that names the photographs to leave "
       "out; geometry, points and all choices are made without them "
       "(docs/measured/rendering.md#beside-published-tables)");
-  sub.add_option("-o,--output", args.out,
-                 "With --protocol: new folder for pictures, photographs, differences, table, JSON and mesh")
-      ->needs(protocol);
+  sub.add_option("--against", args.against,
+                 "Another light field with the same photographs, posed or chosen otherwise: both render the "
+                 "same left-out ones (--every or --protocol, of those that both have), each from its other "
+                 "views by its own poses");
+  sub.add_option(
+      "-o,--output", args.out,
+      "With --protocol or --against: new folder for pictures, photographs, differences, table, JSON "
+      "and mesh");
   sub.add_flag(
-         "--refine", args.refine,
-         "With --protocol: refine lens and poses first; the given views among themselves, the left-out "
-         "ones only to find where they were taken from (docs/measured/rendering.md#beside-published-tables)")
-      ->needs(protocol);
+      "--refine", args.refine,
+      "With --protocol: refine lens and poses first; the given views among themselves, the left-out "
+      "ones only to find where they were taken from (docs/measured/rendering.md#beside-published-tables)");
   sub.add_option("--geometry-size", args.geometry_px,
-                 "With --protocol: longer side of the photographs of which geometry is made, in pixels (as "
-                 "ulf proxy)")
-      ->check(CLI::Range(32, 4096))
-      ->needs(protocol);
-  sub.add_option("--geometry-maps", args.geometry_maps,
-                 "With --protocol: largest number of given views that get a depth map (60, as ulf proxy)")
-      ->check(CLI::Range(2, 100000))
-      ->needs(protocol);
+                 "With --protocol or --against: longer side of the photographs of which geometry is made, in "
+                 "pixels (as ulf proxy)")
+      ->check(CLI::Range(32, 4096));
+  sub.add_option(
+         "--geometry-maps", args.geometry_maps,
+         "With --protocol or --against: largest number of given views that get a depth map (60, as ulf "
+         "proxy)")
+      ->check(CLI::Range(2, 100000));
 }
 
-int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
-                const std::vector<render::FieldOptions>& fields, bool json) {
+std::string NameInSet(const View& view) {
+  const fs::path path = fs::path(view.image_path).lexically_normal();
+  const fs::path below = path.lexically_relative("images");
+  return (below.empty() || *below.begin() == ".." ? path : below).generic_string();
+}
+
+void RequireDifferentNames(const LightField& light_field, const std::vector<int>& views) {
+  std::map<std::string, std::string> names;
+  for (const int index : views) {
+    const View& view = light_field.views[static_cast<std::size_t>(index)];
+    const std::string name = NameInSet(view);
+    const auto [same, is_new] = names.emplace(fs::path(name).replace_extension().generic_string(), name);
+    if (!is_new)
+      throw Error("{}: {} and {} would be written to one file; leave out -o, or rename one of them",
+                  light_field.root.string(), same->second, name);
+  }
+}
+
+ProtocolResult EvaluateSplit(LightField all, const render::ProtocolSplit& split, const ProtocolArgs& args,
+                             const SceneArgs& scene_args, const std::vector<render::FieldOptions>& fields,
+                             const fs::path& folder, Progress& progress, const LeaveOutPixels& leave_out) {
   const std::vector<std::string> proxy_names = ProxyNames(scene_args.proxies);
-  LightField all = ReadLightField(scene_args.dir);
   ProtocolResult result;
   result.light_field = scene_args.dir;
-  result.split = render::SplitByProtocol(all, args.protocol);
-  std::optional<StagedFolder> folder;
-  if (!args.out.empty()) {
-    RequireDifferentNames(all, result.split.test);
-    folder.emplace(args.out);
-  }
-
-  Progress progress("evaluating", json);
+  result.split = split;
   CostWatch watch;
   if (args.refine) {
     RefinedSplit refined = RefineForProtocol(all, result.split, progress);
@@ -339,7 +171,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
           render::BuildProxy(*render::LoadForGeometry(given, options, geometry.size_px), geometry, &progress);
       result.geometry = watch.Lap();
       result.depth_maps = mesh.summary.depth_maps;
-      if (folder) render::WriteMeshPly(folder->path() / render::kMeshProxyFile, mesh.mesh);
+      if (!folder.empty()) render::WriteMeshPly(folder / render::kMeshProxyFile, mesh.mesh);
       proxies.push_back(std::make_shared<render::SoftProxy>(
           given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)),
           render::SoftProxy::InMemory(std::move(mesh.maps))));
@@ -371,29 +203,33 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
                                      .proxies = {choice.proxy},
                                      .renderer = renderer,
                                      .gpu_memory_mb = scene_args.gpu_memory_mb};
+  std::map<int, int> index_of;  // by View::id
   for (const int view : used) {
     if (std::ranges::binary_search(result.split.test, view))
       evaluation.left_out.push_back(static_cast<int>(both.views.size()));
     both.views.push_back(all.views[static_cast<std::size_t>(view)]);
+    index_of[both.views.back().id] = view;
   }
   std::map<int, TestView> seen;
   evaluation.look = [&](const render::ComparedPicture& picture) {
     const auto view = std::ranges::find(both.views, picture.view_id, &View::id);
     TestView& test = seen[picture.view_id];
-    test.name = NameOf(*view);
-    test.papers = render::CompareAsPapers(picture.rendered, picture.photograph, picture.valid);
-    test.errors = render::ShareErrors(picture.rendered, picture.photograph, picture.valid, picture.depth,
-                                      picture.confidence);
-    test.masked_px = static_cast<long>(picture.valid.total()) - cv::countNonZero(picture.valid);
-    if (!folder) return;
+    test.name = NameInSet(*view);
+    cv::Mat valid = picture.valid;
+    if (leave_out) leave_out(index_of.at(picture.view_id), valid = valid.clone());
+    test.papers = render::CompareAsPapers(picture.rendered, picture.photograph, valid);
+    test.errors =
+        render::ShareErrors(picture.rendered, picture.photograph, valid, picture.depth, picture.confidence);
+    test.masked_px = static_cast<long>(valid.total()) - cv::countNonZero(valid);
+    if (folder.empty()) return;
     const auto write = [&](const char* kind, const cv::Mat& pixels) {
-      const fs::path path = folder->path() / kind / fs::path(test.name).replace_extension(".png");
+      const fs::path path = folder / kind / fs::path(test.name).replace_extension(".png");
       MakeFolder(path.parent_path());
       WritePictureFile(path.string(), pixels);
     };
     write("rendered", picture.rendered);
     write("photographs", picture.photograph);
-    write("differences", DifferencePicture(picture.rendered, picture.photograph, picture.valid));
+    write("differences", DifferencePicture(picture.rendered, picture.photograph, valid));
   };
   auto scene = render::LoadScene(both, options);
   if (result.light) scene = render::WithLight(*scene, *result.light);
@@ -409,12 +245,28 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     seen.at(view.view_id).score = view;
     result.views.push_back(seen.at(view.view_id));
   }
+  return result;
+}
+
+int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
+                const std::vector<render::FieldOptions>& fields, bool json) {
+  ProxyNames(scene_args.proxies);  // checks before anything is read
+  LightField all = ReadLightField(scene_args.dir);
+  const render::ProtocolSplit split = render::SplitByProtocol(all, args.protocol);
+  std::optional<StagedFolder> folder;
+  if (!args.out.empty()) {
+    RequireDifferentNames(all, split.test);
+    folder.emplace(args.out);
+  }
+  Progress progress("evaluating", json);
+  const ProtocolResult result = EvaluateSplit(std::move(all), split, args, scene_args, fields,
+                                              folder ? folder->path() : fs::path(), progress);
   if (folder) {
-    WriteFileAtomically(folder->path() / "result.json", JsonText(JsonOf(result), 1) + "\n");
-    WriteFileAtomically(folder->path() / "result.txt", TextOf(result));
+    WriteFileAtomically(folder->path() / "result.json", JsonText(ToJson(result), 1) + "\n");
+    WriteFileAtomically(folder->path() / "result.txt", ToText(result));
     folder->Commit();
   }
-  fmt::print("{}", json ? JsonText(JsonOf(result), 1) + "\n" : TextOf(result));
+  fmt::print("{}", json ? JsonText(ToJson(result), 1) + "\n" : ToText(result));
   return kOk;
 }
 

@@ -42,8 +42,9 @@ std::vector<TimedPose> ReadTum(const std::filesystem::path& path) {
   return poses;
 }
 
-void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses) {
+void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses, const std::string& note) {
   std::string text = "# time tx ty tz qx qy qz qw (camera to world)\n";
+  if (!note.empty()) text += "# " + note + "\n";
   for (const TimedPose& pose : poses) {
     const Rigid3 world_from_cam = pose.cam_from_world.Inverse();
     const Vector3d& t = world_from_cam.translation;

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/geometry/rigid3.h"
@@ -21,9 +22,11 @@ struct TimedPose {
   Rigid3 cam_from_world;
 };
 
-// These read and write a TUM file. They throw Error naming the file and, if it is no pose, the line.
+// These read and write a TUM file. They throw Error naming the file and, if it is no pose, the line. `note`
+// is a comment's text, without a line break, that says what times and lengths are; empty: none.
 std::vector<TimedPose> ReadTum(const std::filesystem::path& path);
-void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses);
+void WriteTum(const std::filesystem::path& path, std::span<const TimedPose> poses,
+              const std::string& note = {});
 
 struct TrajectoryError {
   int matched = 0;

@@ -472,7 +472,7 @@ TEST(Layering, LooksAtTheSources) {
     if (std::count(floor.place.begin(), floor.place.end(), '/') == 1 && floor.place.ends_with('/'))
       folders.push_back(floor.place);
   EXPECT_THAT(folders, UnorderedElementsAre("core/", "acquisition/", "tracking/", "render/", "coverage/",
-                                            "commands/"));
+                                            "commands/", "python/"));
   for (const Floor& floor : house.floors)
     EXPECT_TRUE(fs::exists(Checkout() / floor.place) || fs::exists(Checkout() / (floor.place + ".h")))
         << floor.place;

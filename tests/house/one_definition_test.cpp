@@ -27,7 +27,7 @@ FilesOfType Definitions(const fs::path& root) {
   static const std::regex definition(
       R"(^(?:struct|class|enum|enum class) ([A-Z]\w*)(?: final)?\s*(?::[^:][^;]*)?\{)");
   FilesOfType found;
-  for (const char* folder : {"core", "acquisition", "tracking", "render", "coverage", "commands"}) {
+  for (const char* folder : {"core", "acquisition", "tracking", "render", "coverage", "commands", "python"}) {
     if (!fs::is_directory(root / folder)) continue;
     for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
       const std::string extension = entry.path().extension();

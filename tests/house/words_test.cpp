@@ -31,7 +31,8 @@ std::vector<fs::path> SourcesIn(const std::vector<std::string>& folders) {
   return found;
 }
 
-const std::vector<std::string> kProduct{"core", "acquisition", "tracking", "render", "coverage", "commands"};
+const std::vector<std::string> kProduct{"core",     "acquisition", "tracking", "render",
+                                        "coverage", "commands",    "python"};
 
 std::vector<std::string> LinesOf(const std::string& text) {
   std::istringstream stream(text);

@@ -1,4 +1,5 @@
-// Tests: commands/light_field/export_command, commands/light_field/export_scene,
+// Tests: commands/light_field/export_command, commands/light_field/export_files,
+// commands/light_field/export_scene, commands/light_field/measured_points,
 // core/light_field/exchange/export_light_field, core/light_field/exchange/writers/colmap_folder.
 //
 // `ulf export` on photographs: its points come from them, and COLMAP itself takes what it writes; and the
@@ -11,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <regex>
+#include <sstream>
 
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
@@ -18,6 +20,7 @@
 #include "core/image/files/png_picture.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/points/point_io.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
@@ -212,6 +215,60 @@ TEST_F(ExportCommand, WritesTheFormsWithoutPoints) {
   const auto bad =
       RunUlf("export nerf-synthetic " + Dir().string() + " --subject 1,2 -o " + (scratch / "no").string());
   EXPECT_EQ(bad.exit_code, 2);
+}
+
+// Eight numbers a line, after comments that say what the times are.
+TEST_F(ExportCommand, WritesATrajectoryOfItsPoses) {
+  const ScratchFolder scratch;
+  EXPECT_EQ(Export("tum", scratch / "numbers.txt")["times"], "numbers");
+  WriteSample(scratch / "timed", 3);
+  const auto timed = Export("tum", scratch / "times.txt", scratch / "timed");
+  EXPECT_EQ(timed["times"], "device");
+  EXPECT_EQ(timed["poses"], 3);
+  const LightField light_field = ReadLightField(scratch / "timed");
+  std::istringstream lines(ReadWholeFile(scratch / "times.txt"));
+  std::size_t read = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream numbers(line);
+    double time_s = 0;
+    Eigen::Vector3d center;
+    Eigen::Quaterniond turn;
+    numbers >> time_s >> center.x() >> center.y() >> center.z() >> turn.x() >> turn.y() >> turn.z() >>
+        turn.w();
+    const View& view = light_field.views.at(read++);
+    EXPECT_NEAR(time_s, view.device_time_s, 1e-9);
+    EXPECT_LT((center - view.CenterInWorld()).norm(), 1e-7);
+    EXPECT_LT(
+        (turn.toRotationMatrix() * view.cam_from_world.RotationMatrix() - Eigen::Matrix3d::Identity()).norm(),
+        1e-7);
+  }
+  EXPECT_EQ(read, 3u);
+  EXPECT_THAT(ReadWholeFile(scratch / "numbers.txt"), HasSubstr("# times are numbers of views"));
+  const auto again = RunUlf("export tum " + Dir().string() + " -o " + (scratch / "times.txt").string());
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.errors, HasSubstr("not replaced"));
+  EXPECT_EQ(RunUlf("export tum " + Dir().string() + " -o " + (Dir() / "poses.txt").string()).exit_code, 2);
+}
+
+TEST_F(ExportCommand, WritesItsPointsAsOneFile) {
+  const ScratchFolder scratch;
+  const auto report = Export("ply", scratch / "points.ply", Bare());
+  const std::vector<ScenePoint> points = ReadPointPly(scratch / "points.ply");
+  EXPECT_EQ(points.size(), report["points"]);
+  EXPECT_GT(points.size(), 500u);
+  std::size_t near = 0, reddish = 0;  // on the wall and the panels, in their light
+  for (const ScenePoint& point : points) {
+    near += point.position_in_world.z() > 1.5 && point.position_in_world.z() < 4.5;
+    reddish += point.rgb[0] >= point.rgb[2];
+  }
+  EXPECT_GT(near, points.size() * 99 / 100);
+  EXPECT_GT(reddish, points.size() * 95 / 100);
+  const auto none =
+      RunUlf("export ply --known-points " + Bare().string() + " -o " + (scratch / "none.ply").string());
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.errors, HasSubstr("leave --known-points out"));
+  EXPECT_FALSE(fs::exists(scratch / "none.ply"));
 }
 
 TEST_F(ExportCommand, DrawsAQuiltAndBakesAMesh) {

@@ -1,4 +1,5 @@
-// Tests: commands/rendering/protocol_evaluation, commands/rendering/refined_split.
+// Tests: commands/rendering/against, commands/rendering/protocol_evaluation,
+// commands/rendering/protocol_result, commands/rendering/refined_split.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -181,6 +182,79 @@ TEST_F(ProtocolCommand, WritesPicturesATableAndJson) {
               result["views"][1]["psnr_db"], 1e-9);
   EXPECT_EQ(cv::norm(photograph, ReadImageFile((dir_ / "images/000011.png").string()), cv::NORM_INF), 0);
   EXPECT_FALSE(fs::exists(scratch_ / "out/proxy.ply")) << "none was asked for";
+}
+
+// The same photographs, posed rightly and wrongly: both render the same ones, and the right poses win.
+TEST_F(ProtocolCommand, ComparesTwoLightFields) {
+  WriteSet(dir_, false);
+  WriteSet(scratch_ / "off", false, 1, 1.5);
+  const std::string against =
+      "--against " + (scratch_ / "off").string() + " --every 10 --proxy plane --fields lumigraph ";
+  const json both =
+      Run(dir_, against + "-o " + (scratch_ / "out").string() + " --table " + (scratch_ / "t.csv").string());
+  EXPECT_EQ(both["shared"], kViews);
+  EXPECT_EQ(both["left_out"], 2);
+  ASSERT_EQ(both["views"].size(), 2u);
+  // Each side is what the protocol alone makes of it.
+  const json alone = Run(scratch_ / "off", "--protocol every:10 --proxy plane --fields lumigraph ");
+  for (int i = 0; i < 2; ++i) {
+    const json& view = both["views"][i];
+    EXPECT_EQ(view["name"], i == 0 ? "000001.png" : "000011.png");
+    EXPECT_EQ(view["name_in_b"], view["name"]);
+    EXPECT_GT(view["psnr_a_db"].get<double>(), view["psnr_b_db"].get<double>() + 1);
+    EXPECT_EQ(view["psnr_b_db"], alone["views"][i]["psnr_db"]);
+  }
+  const json &first = both["views"][0], &second = both["views"][1], &difference = both["difference"];
+  const double one = first["psnr_a_db"].get<double>() - first["psnr_b_db"].get<double>(),
+               other = second["psnr_a_db"].get<double>() - second["psnr_b_db"].get<double>();
+  EXPECT_EQ(difference["better"], 2);
+  EXPECT_NEAR(difference["psnr_db"], 0.5 * (one + other), 1e-9);
+  EXPECT_NEAR(difference["psnr_standard_error_db"], 0.5 * std::abs(one - other), 1e-9) << "of two";
+  for (const char* file : {"A/rendered/000011.png", "B/rendered/000011.png", "B/photographs/000001.png",
+                           "result.json", "result.txt"})
+    EXPECT_TRUE(fs::exists(scratch_ / "out" / file)) << file;
+  EXPECT_THAT(ReadWholeFile(scratch_ / "t.csv"), HasSubstr("\n\"000011.png\",\"000011.png\","));
+  EXPECT_THAT(ReadWholeFile(scratch_ / "out/result.txt"),
+              AllOf(HasSubstr("20 photographs in both, 2 left out"), HasSubstr("A is better in 2 of 2")));
+}
+
+// What one of them masks does not count for either.
+TEST_F(ProtocolCommand, ComparesOnlyWhatBothShow) {
+  WriteSet(dir_, false);
+  WriteSet(scratch_ / "masked", false);
+  {
+    auto writer = LightFieldWriter::Resume(scratch_ / "masked");
+    std::map<int, cv::Mat> masks;
+    for (const View& view : writer.Contents().views) {
+      masks[view.id] = cv::Mat(90, 120, CV_8U, cv::Scalar(255));
+      masks[view.id](cv::Rect(0, 0, 120, 30)) = 0;
+    }
+    writer.SetMasks(masks);
+    writer.Close(1.0);
+  }
+  const json both = Run(
+      dir_, "--against " + (scratch_ / "masked").string() + " --every 10 --proxy plane --fields lumigraph");
+  for (const char* side : {"a", "b"})
+    for (const json& view : both[side]["views"]) EXPECT_EQ(view["masked_px"], 120 * 30) << side;
+}
+
+TEST_F(ProtocolCommand, RefusesToCompareOthers) {
+  WriteSet(dir_, false);
+  fs::copy(dir_, scratch_ / "noise", fs::copy_options::recursive);
+  for (const auto& photograph : fs::directory_iterator(scratch_ / "noise/images")) {
+    cv::Mat noise(90, 120, CV_8UC3);
+    cv::RNG(fs::file_size(photograph)).fill(noise, cv::RNG::UNIFORM, 0, 256);
+    cv::imwrite(photograph.path().string(), noise);
+  }
+  const std::string evaluate = "evaluate " + dir_.string() + " --against ";
+  const auto other = RunUlf(evaluate + (scratch_ / "noise").string());
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.errors, AllOf(HasSubstr("no photograph in common"), HasSubstr("20 photographs")));
+  const auto refined = RunUlf(evaluate + dir_.string() + " --refine");
+  EXPECT_EQ(refined.exit_code, 2);
+  EXPECT_THAT(refined.errors, HasSubstr("ulf refine"));
+  EXPECT_EQ(RunUlf("evaluate " + dir_.string() + " --every 5 -o " + (scratch_ / "no").string()).exit_code, 2);
+  EXPECT_EQ(RunUlf("evaluate " + dir_.string() + " --protocol llff --table t.csv").exit_code, 2);
 }
 
 TEST_F(ProtocolCommand, RefusesWhatWouldLeak) {
