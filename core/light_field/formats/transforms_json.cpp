@@ -397,9 +397,11 @@ Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& w
   const std::string what = fmt::format("'{}'", key);
   RequireLastRow(world_from_cam.row(3), where, what);
   Eigen::Matrix4d rigid = world_from_cam;
-  rigid.topLeftCorner<3, 3>() =
-      rotations.Read(world_from_cam.topLeftCorner<3, 3>(), where, "the upper left of " + what)
-          .toRotationMatrix();
+  const Eigen::Matrix3d given = world_from_cam.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d nearest =
+      rotations.Read(given, where, "the upper left of " + what).toRotationMatrix();
+  constexpr double kRounding = 1e-9;  // a rotation stays as it is, to the last digit
+  if ((nearest - given).cwiseAbs().maxCoeff() > kRounding) rigid.topLeftCorner<3, 3>() = nearest;
   rigid.row(3) << 0, 0, 0, 1;
   return Rigid3::FromMatrix(rigid * OpenGlFromOurs()).Inverse();
 }
