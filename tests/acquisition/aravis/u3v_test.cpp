@@ -165,7 +165,7 @@ TEST_F(U3v, CheckNamesNeighboursOnTheHubAndTheirShare) {
 TEST_F(U3v, CheckNamesTheRateOfASlowCamera) {
   const EmulatedU3vCamera camera;
   const std::string uri = "aravis:U1?roi=320x240+16+8&fps=60&exposure_us=50000";
-  const auto run = test::RunUlf("devices --seconds 1 --json --check '" + uri + "'");
+  const auto run = test::RunUlf("devices --seconds 3 --json --check '" + uri + "'");
   const auto report = JsonFromText(run.output);
   ASSERT_TRUE(report["remedy"].is_string()) << run.output;
   const std::string remedy = report["remedy"];
