@@ -65,7 +65,7 @@ class OpenedField {
   std::unique_ptr<render::Renderer> renderer_ ULF_GUARDED_BY(mutex_);
 };
 
-// What views cover of a cap, by the bound.
+// Tells which part of a cap views cover by the bound.
 struct CapCoverage {
   coverage::CoverageMap map;
   std::vector<coverage::CoverageMap::CellView> cells;

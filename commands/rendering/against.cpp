@@ -148,7 +148,7 @@ render::SharedPhotographs SharedOf(const LightField& a, const LightField& b) {
   return shared;
 }
 
-// What is left out, of each light field.
+// Holds how the views of each light field are split into left-out and given ones.
 struct Splits {
   render::ProtocolSplit a, b;
 };

@@ -218,7 +218,7 @@ TEST_F(ProtocolCommand, ComparesTwoLightFields) {
               AllOf(HasSubstr("20 photographs in both, 2 left out"), HasSubstr("A is better in 2 of 2")));
 }
 
-// What one of them masks does not count for either.
+// Pixels that one of them masks count for neither.
 TEST_F(ProtocolCommand, ComparesOnlyWhatBothShow) {
   WriteSet(dir_, false);
   WriteSet(scratch_ / "masked", false);

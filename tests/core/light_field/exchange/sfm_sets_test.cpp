@@ -373,7 +373,7 @@ TEST_F(OpenSfmSet, PanoramasAndDamageAreNamed) {
 
 class OpenMvgSet : public test::DrawnSet {
  protected:
-  // As cereal writes it: a type is named once, then it has a number.
+  // Writes it as cereal does, which names a type once and gives it a number.
   static std::string Intrinsic(int key, const std::string& type, const std::string& data) {
     return fmt::format(
         R"({{"key": {}, "value": {{{}, "ptr_wrapper": {{"id": {}, "data": {{"width": 240, "height": 180,
@@ -395,7 +395,7 @@ class OpenMvgSet : public test::DrawnSet {
                            Joined(camera.cam_from_world.row(1), ", "),
                            Joined(camera.cam_from_world.row(2), ", "), Joined(camera.center, ", "));
     }
-    return fmt::format(R"({{"sfm_data_version": "0.3", "root_path": "/home/else/images", "views": [{}],
+    return fmt::format(R"({{"sfm_data_version": "0.3", "root_path": "/data/else/images", "views": [{}],
 "intrinsics": [{}], "extrinsics": [{}], "structure": [{}], "control_points": []}})",
                        views, intrinsics, poses, structure);
   }
