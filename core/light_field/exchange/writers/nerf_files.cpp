@@ -19,12 +19,24 @@ namespace {
 // These are the distances of the published sets and their readers.
 constexpr double kCameraDistance = 4, kNearest = 2, kFarthest = 6;
 
+// instant-ngp takes a fisheye for a perspective camera when each of its coefficients is 0 (read_lens(),
+// src/nerf_loader.cu, in single precision). This one moves no pixel by 0.001.
+constexpr double kLeastTerm = 2e-8;
+
+void GiveStraightFisheyesATerm(std::vector<CameraModel>& cameras) {
+  for (CameraModel& camera : cameras)
+    if (camera.distortion == Distortion::kFisheye &&
+        std::ranges::all_of(camera.coefficients, [](double k) { return static_cast<float>(k) == 0; }))
+      camera.coefficients[0] = kLeastTerm;
+}
+
 }  // namespace
 
 std::string InstantNgpText(const LightField& exported) {
-  LightField unmasked = exported;
-  for (View& view : unmasked.views) view.mask_path.clear();
-  nlohmann::json document = TransformsDocument(unmasked);
+  LightField written = exported;
+  for (View& view : written.views) view.mask_path.clear();
+  GiveStraightFisheyesATerm(written.cameras);
+  nlohmann::json document = TransformsDocument(written);
   const UnitCube cube = UnitCubeOf(exported);
   document["aabb_scale"] = cube.aabb_scale;
   document["scale"] = cube.scale;

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -146,7 +147,10 @@ TakenByName AsInstantNgp(const fs::path& folder) {
     ngp_from_world(3, 3) = 1;
     Matrix4d cam_from_world = ngp.inverse() * ngp_from_world;
     cam_from_world.topRows<3>() /= world.scale;
-    const bool fisheye = keys.value("is_fisheye", false);
+    // A lens all of whose coefficients are 0 is perspective.
+    const bool bends = std::ranges::any_of(std::array{"k1", "k2", "k3", "k4"},
+                                           [&](const char* key) { return keys.value(key, 0.0F) != 0; });
+    const bool fisheye = keys.value("is_fisheye", false) && bends;
     EXPECT_TRUE(fisheye || keys.value("k3", 0.0) == 0);
     photographs[Stem(frame.at("file_path"))] = {cam_from_world, OpenCvLens(keys, fisheye)};
   }
@@ -390,6 +394,20 @@ TEST(HandedOver, InstantNgpHasTheSubjectInItsCube) {
   EXPECT_THAT([&] { HandOver(sixth, scratch / "no", ExportForm::kInstantNgp); },
               ThrowsMessage<Refusal>(testing::AllOf(HasSubstr("k3"), HasSubstr("give undistort"))));
   EXPECT_FALSE(fs::exists(scratch / "no"));
+}
+
+TEST(HandedOver, InstantNgpTakesAStraightFisheyeForOne) {
+  ScratchFolder scratch;
+  CameraModel straight = test::Fisheye();
+  straight.coefficients = {};
+  for (const std::vector<CameraModel>& lenses :
+       {std::vector{straight}, std::vector{straight, test::Lens()}}) {
+    const fs::path folder = scratch / fmt::format("lf{}", lenses.size()), out = folder.string() + "_ngp";
+    const LightField source = TrackedLightField(folder, lenses);
+    HandOver(source, out, ExportForm::kInstantNgp);
+    ExpectTheSources(source, AsInstantNgp(out), false);
+    ExpectItComesBack(source, out, "nerfstudio", false);
+  }
 }
 
 // Without a subject the middle of the points fills the cube; with nothing to go by the way out is named.
