@@ -3,11 +3,15 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "commands/light_field/export_depths.h"
+#include "commands/light_field/export_light.h"
 #include "commands/light_field/export_scene.h"
+#include "commands/light_field/export_shutter.h"
 #include "commands/light_field/measured_points.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
@@ -21,13 +25,15 @@
 namespace ulf::commands {
 namespace {
 
-struct ExportArgs {
+struct ExportArgs : LightArgs {
   std::string dir;
   std::string output;
   std::string subject;
   bool undistort = false;
   bool binary = false;
   bool known_points = false;
+  bool depth = false;
+  bool global_shutter = false;
   int threads = 2;
   bool json = false;
 };
@@ -67,7 +73,7 @@ void PrintCommands(const std::vector<std::string>& commands) {
 }
 
 void PrintText(const ExportArgs& args, const ExportSummary& summary, const MeasuredPoints& measured,
-               bool has_points) {
+               const ExportedDepths& depths, bool has_points) {
   const std::string how = summary.copied == 0 ? "all drawn anew"
                           : summary.made == 0 ? "all copied as they are"
                                               : fmt::format("{} of them copied as they are", summary.copied);
@@ -76,6 +82,7 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Measu
   for (std::size_t i = 0; i < summary.cameras.size(); ++i)
     fmt::print("{}", Described(summary.cameras[i], i + 1));
   if (has_points) PrintPoints(summary.points);
+  fmt::print("{}", DepthsText(depths, summary.depths));
   fmt::print("{}", PointDoubtsText(measured));
   for (const std::string& doubt : summary.doubts) fmt::print("{}\n", doubt);
   PrintCommands(summary.commands);
@@ -95,6 +102,11 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
   RequireRoomFor(light_field, args.output, options);
+  ExportedDepths depths;
+  if (args.depth) depths = DepthsOf(light_field, form);
+  options.depths = depths.source;
+  const auto light_words = SetLight(args, light_field, options);
+  ExportedShutter shutter = ShutterOf(light_field, args.global_shutter, form);
   if (measures)
     measured = MeasurePointsAnew(light_field, [&](double done, const std::string& stage) {
       progress.Show(points_share * done, stage);
@@ -103,13 +115,17 @@ int RunExport(const ExportArgs& args, ExportForm form) {
     WarnOfNoKnownPoints(light_field);
   if (HasPoints(form))
     light_field.points = tracking::WithoutMasked(std::move(light_field.points), light_field);
+  SetShutter(light_field, args.global_shutter, shutter, options);
+  const LightField& exported = shutter.at_one_instant ? *shutter.at_one_instant : light_field;
   const StopOnSignal signals;  // from here on a stop removes the output
   options.progress = [&](double share, const std::string& what) {
     progress.Show(points_share + (1 - points_share) * share, what);
   };
-  const ExportSummary summary = ExportLightField(light_field, args.output, options);
+  ExportSummary summary = ExportLightField(exported, args.output, options);
+  std::ranges::move(light_words(summary), std::back_inserter(summary.doubts));
+  if (!shutter.words.empty()) summary.doubts.push_back(shutter.words);
   if (!args.json) {
-    PrintText(args, summary, measured, HasPoints(form));
+    PrintText(args, summary, measured, depths, HasPoints(form));
     return kOk;
   }
   nlohmann::ordered_json json{{"output", args.output},
@@ -123,6 +139,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
                               {"mean_error_px", summary.points.mean_error_px}};
   if (!summary.commands.empty()) json["commands"] = summary.commands;
   if (measured.done) json["pose_error_px"] = measured.pose_error_px;
+  if (args.depth) json["depths"] = DepthsJson(depths, summary.depths);
   for (const Undistortion& camera : summary.cameras) json["cameras"].push_back(CameraJson(camera));
   fmt::print("{}\n", JsonText(json, 2));
   return kOk;
@@ -165,6 +182,14 @@ void AddForm(CLI::App& command, ChosenCommand& chosen, const FormOption& option)
   if (HasPoints(option.form))
     form->add_flag("--known-points", args->known_points,
                    "Export the light field's own points (default: measure all points that its views share)");
+  form->add_flag(
+      "--global-shutter", args->global_shutter,
+      "Draw photographs of a rolling shutter as of one instant, by the mesh and the camera's velocity");
+  AddLightOptions(*form, *args, option.form != ExportForm::kNerfSynthetic);
+  if (HasDepths(option.form))
+    form->add_flag(
+        "--depth", args->depth,
+        "Write depth maps of the photographs to depths/, from the light field's mesh and depth maps");
   form->add_option("--threads", args->threads, "Number of threads (default: all processors)")
       ->check(CLI::Range(1, 256));
   form->add_flag("--json", args->json, "Print one JSON object");

@@ -32,7 +32,7 @@ void GiveStraightFisheyesATerm(std::vector<CameraModel>& cameras) {
 
 }  // namespace
 
-std::string InstantNgpText(const LightField& exported) {
+nlohmann::json InstantNgpDocument(const LightField& exported) {
   LightField written = exported;
   for (View& view : written.views) view.mask_path.clear();
   GiveStraightFisheyesATerm(written.cameras);
@@ -43,7 +43,7 @@ std::string InstantNgpText(const LightField& exported) {
   document["offset"] = Vector3ToJson(cube.offset);
   document["up"] = Vector3ToJson(exported.UpInWorld());
   document.erase("ply_file_path");  // training starts without points
-  return JsonText(document, 1) + "\n";
+  return document;
 }
 
 Similarity3 NerfFromWorld(const LightField& light_field, const Subject& subject) {
