@@ -53,8 +53,11 @@ namespace {
 std::string AdviceOnObstructed(const LightField& light_field) {
   if (!std::filesystem::exists(light_field.root / "journal.jsonl"))
     return "               a view is left out when transforms.json does not name it\n";
-  return fmt::format("               'ulf take-back {} VIEW' leaves a view out\n",
-                     ShellWord(light_field.root.string()));
+  return fmt::format(
+      "               'ulf mask {0} --moved' masks what stood before the lens; 'ulf take-back {0} VIEW' "
+      "leaves a "
+      "view out\n",
+      ShellWord(light_field.root.string()));
 }
 
 }  // namespace
