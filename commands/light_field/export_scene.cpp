@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "commands/options/chosen_model.h"
+#include "commands/options/mesh_option.h"
 #include "commands/options/scene_options.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -97,6 +98,7 @@ int RunGltf(const GltfArgs& args) {
   RequireOutside(light_field.root, args.output);
   StagedFolder folder(args.output);
   // This comes before photographs, because a missing mesh is the most frequent obstacle.
+  RequireProxyOfLightField(args.mesh, args.dir);
   const auto proxy =
       render::ProxyFromName(args.mesh, render::SubjectOf(light_field, OptionsOf(args).subject), args.dir);
   if (!proxy->Occluder())

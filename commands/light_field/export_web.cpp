@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 
 #include "commands/light_field/export_scene.h"
+#include "commands/options/mesh_option.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
@@ -56,6 +57,7 @@ std::size_t BytesFromText(const std::string& text) {
 // Returns the best geometry of the light field that is the same for all pictures.
 std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject& subject) {
   if (args.proxy != render::kAuto) {
+    RequireProxyOfLightField(args.proxy, args.dir);
     const auto proxy = render::ProxyFromName(args.proxy, subject, args.dir);
     if (args.proxy != "plane" && !proxy->Occluder())
       throw UsageError(

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "commands/options/mesh_option.h"
 #include "core/base/progress.h"
 #include "render/gl/gl_renderer.h"
 #include "render/renderer/cut_out_renderer.h"
@@ -12,6 +13,7 @@ ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const rende
                         const std::string& proxy, const std::string& field,
                         const render::FieldOptions& details, render::RendererKind renderer,
                         render::ChoiceOptions options) {
+  RequireProxyOfLightField(proxy, args.dir);
   options.gpu_memory_mb = args.gpu_memory_mb;
   std::optional<Progress> progress;
   std::string shown;

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "commands/options/command_line.h"
+#include "commands/options/mesh_option.h"
 #include "commands/options/option_values.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
@@ -121,9 +122,11 @@ std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
                                                           const render::FieldOptions& field) {
   if (args.proxies.empty()) return render::EveryProxyOf(args.dir, scene.subject);
   std::vector<std::shared_ptr<const render::Proxy>> proxies;
-  for (const std::string& name : args.proxies)
+  for (const std::string& name : args.proxies) {
+    RequireProxyOfLightField(name, args.dir);
     proxies.push_back(render::ProxyByName(scene, name, field, args.dir, RendererFromName(args.renderer),
                                           {.gpu_memory_mb = args.gpu_memory_mb}));
+  }
   return proxies;
 }
 

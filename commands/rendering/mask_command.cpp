@@ -1,7 +1,9 @@
-// ulf mask excludes the still background of a light field whose subject turned.
+// ulf mask excludes the still background of a light field whose subject turned, or what moved before the
+// lens.
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -9,12 +11,14 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
+#include "commands/reports/check_reports.h"
 #include "commands/reports/work_reports.h"
 #include "core/base/device_uri.h"
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "render/masks/moved_masks.h"
 #include "render/masks/turntable_masks.h"
 
 namespace ulf::commands {
@@ -23,7 +27,8 @@ namespace {
 struct MaskArgs {
   std::string dir;
   std::string truth;
-  render::TurntableMaskOptions options;
+  int size_px = 0;  // 0: the default of what is masked
+  bool moved = false;
   bool json = false;
 };
 
@@ -73,8 +78,37 @@ MaskErrors CompareWithSimulator(const std::string& truth, const LightField& ligh
   return compared;
 }
 
+int RunMoved(const MaskArgs& args) {
+  if (!args.truth.empty())
+    throw UsageError("--truth {}: compares a turntable's masks; leave --moved out", args.truth);
+  render::MovedMaskOptions options;
+  if (args.size_px > 0) options.size_px = args.size_px;
+  const render::MovedMasks masks = render::WriteMovedMasks(args.dir, options);
+  // What an earlier check found may be masked now.
+  LightField light_field = ReadLightField(args.dir);
+  std::optional<PoseReport> poses;
+  if (!masks.masks.empty() && std::ranges::any_of(light_field.findings, [](const Finding& each) {
+        return each.check == Name(Check::kPoses);
+      }))
+    poses = CheckedPoses(light_field, args.json);
+  if (args.json) {
+    nlohmann::ordered_json json{{"views", light_field.views.size()},
+                                {"judged_share", masks.judged_share},
+                                {"masked", nlohmann::json::array()}};
+    for (const auto& [id, share] : masks.shares) json["masked"].push_back({{"view", id}, {"share", share}});
+    if (poses) json["poses"] = ToJson(*poses, light_field);
+    fmt::print("{}\n", JsonText(json, 1));
+    return kOk;
+  }
+  fmt::print("{}: {}{}", args.dir, ToText(masks, light_field), poses ? ToText(*poses, light_field) : "");
+  return kOk;
+}
+
 int RunMask(const MaskArgs& args) {
-  const render::TurntableMasks masks = render::WriteTurntableMasks(args.dir, args.options);
+  if (args.moved) return RunMoved(args);
+  render::TurntableMaskOptions options;
+  if (args.size_px > 0) options.size_px = args.size_px;
+  const render::TurntableMasks masks = render::WriteTurntableMasks(args.dir, options);
   std::optional<MaskErrors> compared;
   if (!args.truth.empty()) compared = CompareWithSimulator(args.truth, ReadLightField(args.dir), masks.masks);
   if (args.json) {
@@ -111,18 +145,23 @@ int RunMask(const MaskArgs& args) {
 void AddMaskCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto [command, args] = NewSubcommand(
       app, chosen, "mask",
-      "Mask the background of a light field whose subject turned before a camera that stood", RunMask);
+      "Mask the background of a light field whose subject turned before a camera that stood, or what moved "
+      "before the lens of single views",
+      RunMask);
   command->add_option("DIR", args->dir, "Light field")->required();
+  command->add_flag(
+      "--moved", args->moved,
+      "Mask what single views show and their neighbours do not: a hand before the lens, somebody "
+      "who walked through. Needs a mesh (ulf proxy)");
   command
-      ->add_option(
-          "--size", args->options.size_px,
-          "Longer side of the pictures that are compared, in pixels; masks have the photographs' size")
-      ->check(CLI::Range(64, 4096))
-      ->capture_default_str();
+      ->add_option("--size", args->size_px,
+                   "Longer side of the pictures that are compared, in pixels (640; with --moved 480); masks "
+                   "have the photographs' size")
+      ->check(CLI::Range(64, 4096));
   command->add_option("--truth", args->truth,
                       "Simulator that was captured (sim:turntable?...): print how well masks and poses fit");
   command->add_flag("--json", args->json, "Print one JSON object");
-  command->footer("Example: ulf mask jug");
+  command->footer("Example: ulf mask jug\n         ulf mask vase --moved");
 }
 
 }  // namespace ulf::commands

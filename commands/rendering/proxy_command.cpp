@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/options/command_line.h"
+#include "commands/options/mesh_option.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/explain.h"
@@ -77,9 +78,10 @@ void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::str
              summary.surface_s, PeakMemoryMib());
 }
 
-render::ProxyMesh Imported(const std::string& file) {
+render::ProxyMesh Imported(const std::string& file, const std::string& dir) {
   render::MeshReading reading = render::ReadMeshFile(file);
   if (const std::string dropped = reading.Dropped(); !dropped.empty()) spdlog::warn("{}: {}", file, dropped);
+  RequireMeshOfLightField(file, reading.mesh, dir);
   return {std::move(reading.mesh), {}, {}};
 }
 
@@ -170,7 +172,8 @@ int RunProxy(const ProxyArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   if (!args.maps_of.empty()) return SweepMaps(args, light_field);
   RequireWritable(out);
-  const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
+  const render::ProxyMesh proxy =
+      args.from.empty() ? Built(args, light_field) : Imported(args.from, args.dir);
   const bool tells_views = args.from.empty() && args.leave_out_every == 0;
   const auto origin =
       tells_views ? render::OriginComments("ulf proxy", light_field) : std::vector<std::string>{};

@@ -14,6 +14,7 @@
 #include "commands/options/aperture_options.h"
 #include "commands/options/chosen_model.h"
 #include "commands/options/command_line.h"
+#include "commands/options/mesh_option.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
 #include "commands/options/subcommands.h"
@@ -273,6 +274,7 @@ int RunView(const ViewArgs& args) {
     if (args.screenshot.empty()) ShowWaiting(*surface, "reading the light field");
     auto scene = Load(args);
     spdlog::info("{}", scene->mesh.Description());
+    RequireProxyOfLightField(args.proxy, args.dir);
     const auto proxies = ProxiesOf(args, scene->subject);
     if (args.light == "fit" && args.frame_ms == 0)
       if (const auto light = LightOf(args, *scene, MeshForLight(args, *scene, {proxies.front().make()})))

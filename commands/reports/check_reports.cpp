@@ -47,6 +47,21 @@ PoseReport CheckedPoses(LightField& light_field, bool silent) {
   return report;
 }
 
+namespace {
+
+// What to do about obstructed views, as the last line of a report.
+std::string AdviceOnObstructed(const LightField& light_field) {
+  if (!std::filesystem::exists(light_field.root / "journal.jsonl"))
+    return "               a view is left out when transforms.json does not name it\n";
+  return fmt::format(
+      "               'ulf mask {0} --moved' masks what stood before the lens; 'ulf take-back {0} VIEW' "
+      "leaves a "
+      "view out\n",
+      ShellWord(light_field.root.string()));
+}
+
+}  // namespace
+
 std::string ToText(const PoseReport& report, const LightField& light_field) {
   const tracking::PoseCheck& check = report.check;
   const auto name = [&](int view) { return light_field.views[At(view)].image_path; };
@@ -74,7 +89,12 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
   }
   for (const tracking::UndecidedView& view : check.undecided)
     text += fmt::format("not judged     {}: {}\n", name(view.view), view.why);
-  if (check.contradicted.empty()) return text;
+  for (const tracking::ObstructedView& view : check.obstructed)
+    text += fmt::format(
+        "obstructed     {}: {:.0f} % of the picture shows what no neighbour sees there, {:.0f} % agree\n",
+        name(view.view), 100 * view.without_share, 100 * view.agreeing_share);
+  if (check.contradicted.empty())
+    return check.obstructed.empty() ? text : text + AdviceOnObstructed(light_field);
   const std::string dir = ShellWord(light_field.root.string());
   if (!report.exchanged.empty())
     return text + fmt::format(
@@ -106,7 +126,8 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
                       {"seconds", report.seconds},
                       {"contradicted", nlohmann::json::array()},
                       {"differ_from_masters", report.exchanged},
-                      {"not_judged", nlohmann::json::array()}};
+                      {"not_judged", nlohmann::json::array()},
+                      {"obstructed", nlohmann::json::array()}};
   for (const tracking::ContradictedView& view : check.contradicted) {
     nlohmann::json one = view_json(view.view);
     one["error_px"] = view.error_px;
@@ -120,6 +141,12 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
     nlohmann::json one = view_json(view.view);
     one["why"] = view.why;
     json["not_judged"].push_back(std::move(one));
+  }
+  for (const tracking::ObstructedView& view : check.obstructed) {
+    nlohmann::json one = view_json(view.view);
+    one["without_share"] = view.without_share;
+    one["agreeing_share"] = view.agreeing_share;
+    json["obstructed"].push_back(std::move(one));
   }
   return json;
 }

@@ -75,4 +75,14 @@ std::string ToText(const render::TurntableMasks& masks) {
   return words;
 }
 
+std::string ToText(const render::MovedMasks& masks, const LightField& light_field) {
+  std::string words = fmt::format(
+      "{} of {} masked where they show something that their neighbours do not; {:.0f} % "
+      "of the pixels could be compared\n",
+      masks.masks.size(), Counted(light_field.views.size(), "view"), 100 * masks.judged_share);
+  for (const auto& [id, share] : masks.shares)
+    words += fmt::format("  {}: {:.0f} %\n", light_field.FindView(id)->image_path, 100 * share);
+  return words;
+}
+
 }  // namespace ulf::commands

@@ -12,6 +12,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
+#include "render/proxy/mesh_world.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/points_proxy.h"
@@ -125,9 +126,12 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
     }
   }
   const std::string ending = std::filesystem::path(name).extension().string();
-  if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ")
-    return std::make_shared<MeshProxy>(subject, TrianglesFrom(name),
+  if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ") {
+    auto mesh = TrianglesFrom(name);
+    if (!light_field.empty()) RequireMeshOfWorld(name, *mesh, ReadLightField(light_field));
+    return std::make_shared<MeshProxy>(subject, std::move(mesh),
                                        std::filesystem::path(name).filename().string());
+  }
   throw Refusal(Parameter("proxy"), name, "no such proxy",
                 "there are plane, plane:x,y,z,d, planes, points, mesh, soft, and PLY or OBJ files");
 }

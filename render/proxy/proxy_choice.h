@@ -26,7 +26,8 @@ inline constexpr char kFittedPlane[] = "plane:fitted";
 // depth maps as well, soft. Warns of a mesh that cannot be read, and leaves it out.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
-// Logs what a mesh file holds. Throws Refusal for an unknown name, Error for a file that cannot be read.
+// Logs what a mesh file holds. Throws Refusal for an unknown name, Error for a file that cannot be read, or
+// that is in another world (mesh_world.h).
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
 

@@ -227,6 +227,8 @@ class OutlierSearch {
   }
   const std::map<int, ContradictedView>& contradicted() const { return contradicted_; }
   bool HasNoConsensus(int view) const { return no_consensus_.contains(view); }
+  // Whether a view was not removed, by view.
+  const std::vector<bool>& TakesPart() const { return takes_part_; }
 
  private:
   std::optional<int> Worst() const {
@@ -409,6 +411,8 @@ PoseCheck CheckPoses(const RefineInput& input,
     check.looks_away = fit->before_share < kLeastBeforeShare;
     if (check.fits_poorly) check.convention = PoseConvention(scene, pairs, kCheckMinMatches);
   }
+  if (!check.fits_poorly)
+    check.obstructed = FindObstructedViews(scene, pairs, set.sigma_px, outliers.TakesPart(), input.read_mask);
   for (int view = 0; view < static_cast<int>(scene.views.size()); ++view) {
     const RefineView& own = scene.view(view);
     if (const auto found = outliers.contradicted().find(view); found != outliers.contradicted().end()) {
@@ -475,6 +479,7 @@ std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>&
   }
   if (std::string whole = FitInWords(check); !whole.empty())
     findings.push_back({Name(Check::kPoses), std::move(whole), {}});
+  for (Finding& each : FindingsOf(check.obstructed, views)) findings.push_back(std::move(each));
   return findings;
 }
 

@@ -9,7 +9,8 @@
 //
 // A view is contradicted if most of its tests contradict its pose, and another pose, fitted to the same
 // corners by consensus, explains them. The worst view is removed first and takes no part in tests of others
-// any more, so that a wrong view condemns none of its neighbours.
+// any more, so that a wrong view condemns none of its neighbours. Of the others, those are named before which
+// something stood (obstructed_views.h).
 //
 // Errors are pixels of the photographs, angles degrees; poses are cam_from_world in the input's units.
 #pragma once
@@ -19,6 +20,7 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
+#include "tracking/refine/obstructed_views.h"
 #include "tracking/refine/refine_input.h"
 
 namespace ulf::tracking {
@@ -41,6 +43,7 @@ struct UndecidedView {
 struct PoseCheck {
   std::vector<ContradictedView> contradicted;  // by ascending index, as `undecided`
   std::vector<UndecidedView> undecided;
+  std::vector<ObstructedView> obstructed;  // whatever their poses; none where the poses fit poorly
   int agree = 0;        // number of views whose neighbours confirm their poses
   double error_px = 0;  // median over the pairs of views that fit of the median distance from epipolar lines
   // The poses are wrong as a whole (IsPoor() of all pairs), whatever the tests of single views say.

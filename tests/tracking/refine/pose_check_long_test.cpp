@@ -1,4 +1,4 @@
-// Tests: tracking/refine/pose_check.
+// Tests: tracking/refine/pose_check, tracking/refine/obstructed_views.
 //
 // Sets of photographs whose poses are good, with every tenth pose made wrong: what is found, and what is
 // blamed that is right. Prints a row of the table in docs/measured/tracking.md for each set.
@@ -18,6 +18,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/folder/view_images.h"
+#include "tests/support/drawn_hand.h"
 #include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
@@ -167,6 +168,73 @@ void ExpectFound(const PosedPictures& pictures) {
   const Found found = Compare(CheckPoses(swapped.input), exchanged);
   EXPECT_EQ(found.blamed, 0) << pictures.name << ", swapped";
   fmt::print("{} | {} | {:.1f} s |\n", row, exchanged.empty() ? "" : InWords(found), seconds);
+}
+
+// Hands are drawn before every tenth view, of this share of the picture. Prints a row of the table of views
+// through a hand.
+void ExpectHandsNamed(const PosedPictures& pictures) {
+  const std::size_t without = CheckPoses(pictures.input).obstructed.size();
+  std::string row = fmt::format("| {} | {} | {}", pictures.name, pictures.input.views.size(), without);
+  EXPECT_EQ(without, 0u) << pictures.name;
+  int all = 0, all_found = 0;
+  for (const double share : {0.2, 0.45, 0.7, 0.9}) {
+    std::set<int> hands;
+    for (int v = std::min(5, static_cast<int>(pictures.input.views.size()) / 2);
+         v < static_cast<int>(pictures.input.views.size()); v += 10)
+      hands.insert(v);
+    PosedPictures covered = pictures;
+    covered.input.read = [&](int i) {
+      Image image = pictures.input.read(i);
+      if (!hands.contains(i)) return image;
+      image.pixels = image.pixels.clone();
+      const auto look = static_cast<test::HandLook>(i / 10 % 3);
+      test::DrawHand(image.pixels, share, look, static_cast<unsigned>(i) + 1);
+      return image;
+    };
+    int found = 0, blamed = 0;
+    for (const tracking::ObstructedView& view : CheckPoses(covered.input).obstructed)
+      ++(hands.contains(view.view) ? found : blamed);
+    row += fmt::format(" | {} of {}", found, hands.size());
+    if (blamed > 0) row += fmt::format(", {} blamed", blamed);
+    all += static_cast<int>(hands.size());
+    all_found += found;
+    EXPECT_EQ(blamed, 0) << pictures.name << ", " << share;
+  }
+  // Hands are missed where neighbours show nothing behind them, and where they leave nothing to compare.
+  EXPECT_GE(all_found, 0.7 * all) << pictures.name;
+  fmt::print("{} |\n", row);
+}
+
+TEST(PoseCheckData, NamesHandsOfTheSimulator) {
+  for (const unsigned seed : {1u, 2u}) ExpectHandsNamed(OfSimulator("studio", seed, 40, 8));
+  ExpectHandsNamed(OfSimulator("room", 3, 40, 8));
+  ExpectHandsNamed(OfSimulator("gloss", 4, 40, 8));
+}
+
+TEST(PoseCheckData, NamesHandsInFern) {
+  ULF_NEED_TEST_DATA(folder, "llff_fern");
+  ExpectHandsNamed(OfSet(folder));
+}
+
+TEST(PoseCheckData, NamesHandsInTempleRing) {
+  ULF_NEED_TEST_DATA(folder, "temple_ring");
+  ExpectHandsNamed(OfTrueViews("temple_ring", test::ReadMiddlebury(folder, "templeR_par.txt")));
+}
+
+TEST(PoseCheckData, NamesHandsInFox) {
+  ULF_NEED_TEST_DATA(folder, "fox_half");
+  ExpectHandsNamed(OfSet(folder));
+}
+
+TEST(PoseCheckData, NamesHandsInTheKitchen) {
+  ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
+  ExpectHandsNamed(OfSequence(folder, "colmap_reference.txt", "frame-{:06}.color.jpg", 1));
+}
+
+TEST(PoseCheckData, NamesHandsInStrecha) {
+  ULF_NEED_TEST_DATA(folder, "strecha");
+  for (const char* name : {"fountain-P11", "Herz-Jesus-P8"})
+    ExpectHandsNamed(OfTrueViews(name, test::ReadStrecha(folder / name)));
 }
 
 TEST(PoseCheckData, FindsEveryWrongPoseOfTheSimulator) {
