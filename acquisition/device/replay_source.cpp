@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 
 #include "core/base/atomic_file.h"
@@ -41,13 +40,7 @@ EncodedImage JpegFile(const fs::path& path) {
 
 // Returns a photograph's time as text that sorts by time; empty if the file does not say.
 std::string TimeTaken(const fs::path& file) {
-  if (IsRawFile(file)) return ReadRawFacts(file.string()).exif.taken;
-  constexpr std::streamsize kExifBytes = 1 << 17;  // a segment has at most half of it
-  std::string head(kExifBytes, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(head.data(), kExifBytes);
-  head.resize(static_cast<std::size_t>(stream.gcount()));
-  return head.starts_with("\xFF\xD8") ? ReadExif(head).taken : std::string();
+  return IsRawFile(file) ? ReadRawFacts(file.string()).exif.taken : ReadExifOfFile(file).taken;
 }
 
 // A camera that counts to 9999 and goes on with 1 puts its last photographs first: where the order of the

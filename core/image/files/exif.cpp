@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <fstream>
 #include <memory>
+
+#include "core/base/binary_file.h"
 
 namespace ulf {
 namespace {
@@ -78,7 +82,20 @@ ExifFacts ReadExif(const std::string& jpeg) {
       TextOf(data.get(), EXIF_IFD_INTEROPERABILITY, EXIF_TAG_INTEROPERABILITY_INDEX) == "R03";
   facts.is_other_space = is_uncalibrated && !facts.is_adobe_rgb;
   facts.lens = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_LENS_MODEL);
+  facts.camera = TextOf(data.get(), EXIF_IFD_0, EXIF_TAG_MODEL);
   return facts;
+}
+
+ExifFacts ReadExifOfFile(const std::filesystem::path& file) {
+  constexpr std::size_t kExifBytes = 1 << 17;  // a segment has at most half of it
+  std::ifstream stream(file, std::ios::binary);
+  const std::string head = BytesAt(stream, 0, kExifBytes);
+  return head.starts_with("\xFF\xD8") ? ReadExif(head) : ExifFacts();
+}
+
+std::optional<double> FocalPx(const ExifFacts& exif, double width, double height) {
+  if (!exif.focal_35mm) return std::nullopt;
+  return *exif.focal_35mm / std::hypot(36.0, 24.0) * std::hypot(width, height);
 }
 
 }  // namespace ulf

@@ -1,6 +1,7 @@
 // Reads the Exif 2.3 data of a photograph through libexif.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,7 +20,8 @@ struct ExifFacts {
   // When it was taken, as text that sorts by time: "2026:11:29 10:11:12.345", or in RawFacts 20 digits of
   // seconds since 1970; empty if unknown.
   std::string taken = {};
-  std::string lens = {};  // model as its maker names it, ASCII; empty if unknown
+  std::string lens = {};    // model as its maker names it, ASCII; empty if unknown
+  std::string camera = {};  // model as its maker names it, ASCII; empty if unknown
 };
 
 // Converts a camera's text to a line of ASCII, ? for other bytes; empty without a letter or digit ("----").
@@ -28,5 +30,11 @@ std::string ExifText(std::string_view bytes);
 // Reads the Exif data in the bytes of a JPEG, or in a block that begins with "Exif\0\0". Nothing is set if
 // there are none or they cannot be read.
 ExifFacts ReadExif(const std::string& jpeg);
+// Reads the Exif data of a JPEG file from its beginning. Nothing is set for other files.
+ExifFacts ReadExifOfFile(const std::filesystem::path& file);
+
+// Returns the focal length in pixels of a picture of this size, by the data for 36 x 24 mm, which compare
+// diagonals (CIPA DCG-001); none if they are missing.
+std::optional<double> FocalPx(const ExifFacts& exif, double width, double height);
 
 }  // namespace ulf
