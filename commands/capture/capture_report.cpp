@@ -172,7 +172,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked,
     text += GeometryLines(*summary.geometry, dir);
   if (summary.refined_lens)
     text += fmt::format("lens           {}, found from the images\n               {}\n",
-                        summary.refined_lens->Text(), kLensSigmaWords);
+                        summary.refined_lens->Text(), LensSigmaWords(summary.source));
   if (summary.calibration && summary.calibration->Wrong())
     text += fmt::format("calibration    {}\n", summary.calibration->Advice(summary.source));
   for (const coverage::NoticedMistake& noticed : summary.mistakes) {
