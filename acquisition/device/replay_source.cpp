@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
+#include "core/base/shell_word.h"
 #include "core/image/files/exif.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_end.h"
@@ -208,10 +209,12 @@ class FolderSource : public ReplaySource {
     throw Error("{}: mixed images", options_.uri);
   }
   [[noreturn]] void ThrowMixed(const Mismatch& odd, const std::vector<std::string>& kinds) const {
-    throw Error("{}: mixed images: {} is {}, but {}{} {}; choose one kind with ?glob=", options_.uri,
-                files_[odd.odd].string(), kinds[odd.odd], files_[odd.usual].string(),
-                odd.usual_count == 1 ? " is" : fmt::format(" and {} more are", odd.usual_count - 1),
-                kinds[odd.usual]);
+    throw Error(
+        "{}: mixed images: {} is {}, but {}{} {}; choose one kind with ?glob=, or have single photographs "
+        "posed (ulf import {} {} -o DIR)",
+        options_.uri, files_[odd.odd].string(), kinds[odd.odd], files_[odd.usual].string(),
+        odd.usual_count == 1 ? " is" : fmt::format(" and {} more are", odd.usual_count - 1), kinds[odd.usual],
+        ShellWord(options_.path.string()), Parameter("pose"));
   }
 
   ReplayOptions options_;

@@ -108,8 +108,8 @@ const char* ToBeTracked(FrameSource source) {
              "each other; give a part of the recording where it does, or poses that are known (--poses)";
     case FrameSource::kPhotographs:
       return "pictures are followed from one to the next: give them in order, from places that differ a "
-             "little and show mostly the same; or pose them elsewhere (COLMAP), and bring them in by ulf "
-             "import";
+             "little and show mostly the same; or have them posed in any order (ulf import FOLDER --pose -o "
+             "DIR)";
     case FrameSource::kSettableCamera:
     case FrameSource::kCamera:
       break;

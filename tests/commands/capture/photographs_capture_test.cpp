@@ -1,6 +1,7 @@
-// Tests: coverage/session/prepared_capture.
+// Tests: commands/capture/capture_closing, coverage/session/prepared_capture.
 //
-// A recording whose lens nobody knows is tracked with the lens that its pictures tell.
+// `ulf capture replay:FOLDER` tells single photographs from frames, and a recording whose lens nobody knows
+// is tracked with the lens that its pictures tell.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::CommandResult;
+using test::Furniture;
 using test::RunUlf;
 using test::TexturedRoom;
 using testing::AllOf;
@@ -42,6 +44,46 @@ class PhotographsCapture : public testing::Test {
   const test::ScratchFolder scratch_;
   int count_ = 0;
 };
+
+TEST_F(PhotographsCapture, FailsWhereTheyAreUnordered) {
+  // Some neighbours are near: the tracker may begin with them.
+  const TexturedRoom room({.furniture = Furniture::kRound, .seed = 2});
+  for (int i = 0; i < 8; ++i) Add(room, TexturedRoom::RoundAt(3 * i));
+  for (int i = 0; i < 20; ++i) Add(room, TexturedRoom::RoundAt(30 + 18 * (7 * i % 20)));
+  const CommandResult run = Capture("replay:" + Folder().string(), "--focal-px 390");
+  EXPECT_EQ(run.exit_code, 1) << run.errors;
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("do not follow one another"),
+                                HasSubstr("ulf import " + Folder().string() + " --pose -o DIR")));
+}
+
+TEST_F(PhotographsCapture, FramesOfALostCameraAreFrames) {
+  const TexturedRoom room({.seed = 2}), other({.furniture = Furniture::kRound, .seed = 9});
+  for (int i = 0; i < 40; ++i) Add(room, TexturedRoom::HandAt(2 * i));
+  for (int i = 0; i < 60; ++i) Add(other, TexturedRoom::TurningAt(i));  // turns alone, elsewhere
+  const CommandResult run = Capture("replay:" + Folder().string(), "--focal-px 390");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, Not(HasSubstr("ulf import")));
+  EXPECT_GT(ReadLightField(Dir()).views.size(), 1u);
+}
+
+TEST_F(PhotographsCapture, AFewFramesASecondAreFrames) {
+  const TexturedRoom room({.seed = 3});
+  for (int i = 0; i < 40; ++i) Add(room, TexturedRoom::HandAt(6 * i));
+  const CommandResult run = Capture("'replay:" + Folder().string() + "?fps=5'", "--focal-px 390");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, Not(HasSubstr("ulf import")));
+}
+
+TEST_F(PhotographsCapture, OtherSizesAreSentToImport) {
+  const TexturedRoom room({});
+  for (int i = 0; i < 3; ++i) Add(room, TexturedRoom::HandAt(i));
+  cv::imwrite((Folder() / "9999.png").string(),
+              room.Take(TexturedRoom::HandAt(3), 3, kCamera).image.pixels.t());
+  const CommandResult run = Capture("replay:" + Folder().string(), "--focal-px 390");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("mixed images"),
+                                HasSubstr("ulf import " + Folder().string() + " --pose -o DIR")));
+}
 
 // As a telephone's, of which nothing is known.
 class VideoCapture : public PhotographsCapture {
