@@ -268,8 +268,7 @@ LensOrigin OriginOfSource(std::string_view source) {
 double GuessFocalPx(const Frame& frame) {
   const double wide = frame.image.width(), high = frame.image.height();
   if (frame.encoded)
-    if (const auto focal_35mm = ReadExif(*frame.encoded->bytes).focal_35mm)
-      return *focal_35mm / std::hypot(36.0, 24.0) * std::hypot(wide, high);
+    if (const auto focal_px = FocalPx(ReadExif(*frame.encoded->bytes), wide, high)) return *focal_px;
   constexpr double kOrdinary =
       0.85;  // of the longer side: 61 degrees, between telephones, webcams and a 35 mm lens
   return kOrdinary * std::max(wide, high);

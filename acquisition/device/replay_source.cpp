@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 
 #include "core/base/atomic_file.h"
@@ -12,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
+#include "core/base/shell_word.h"
 #include "core/image/files/exif.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_end.h"
@@ -41,13 +41,7 @@ EncodedImage JpegFile(const fs::path& path) {
 
 // Returns a photograph's time as text that sorts by time; empty if the file does not say.
 std::string TimeTaken(const fs::path& file) {
-  if (IsRawFile(file)) return ReadRawFacts(file.string()).exif.taken;
-  constexpr std::streamsize kExifBytes = 1 << 17;  // a segment has at most half of it
-  std::string head(kExifBytes, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(head.data(), kExifBytes);
-  head.resize(static_cast<std::size_t>(stream.gcount()));
-  return head.starts_with("\xFF\xD8") ? ReadExif(head).taken : std::string();
+  return IsRawFile(file) ? ReadRawFacts(file.string()).exif.taken : ReadExifOfFile(file).taken;
 }
 
 // A camera that counts to 9999 and goes on with 1 puts its last photographs first: where the order of the
@@ -215,10 +209,12 @@ class FolderSource : public ReplaySource {
     throw Error("{}: mixed images", options_.uri);
   }
   [[noreturn]] void ThrowMixed(const Mismatch& odd, const std::vector<std::string>& kinds) const {
-    throw Error("{}: mixed images: {} is {}, but {}{} {}; choose one kind with ?glob=", options_.uri,
-                files_[odd.odd].string(), kinds[odd.odd], files_[odd.usual].string(),
-                odd.usual_count == 1 ? " is" : fmt::format(" and {} more are", odd.usual_count - 1),
-                kinds[odd.usual]);
+    throw Error(
+        "{}: mixed images: {} is {}, but {}{} {}; choose one kind with ?glob=, or have single photographs "
+        "posed (ulf import {} {} -o DIR)",
+        options_.uri, files_[odd.odd].string(), kinds[odd.odd], files_[odd.usual].string(),
+        odd.usual_count == 1 ? " is" : fmt::format(" and {} more are", odd.usual_count - 1), kinds[odd.usual],
+        ShellWord(options_.path.string()), Parameter("pose"));
   }
 
   ReplayOptions options_;

@@ -13,6 +13,7 @@
 #include "commands/reports/light_field_report.h"
 #include "commands/reports/work_reports.h"
 #include "core/base/counted.h"
+#include "core/base/device_uri.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
@@ -28,6 +29,7 @@
 #include "render/masks/turntable_masks.h"
 #include "render/stereo/bracket_merge.h"
 #include "render/stereo/proxy_builder.h"
+#include "tracking/features/succession.h"
 
 namespace ulf::commands {
 namespace {
@@ -186,6 +188,32 @@ std::optional<PoseErrors> ErrorsAgainst(const std::string& truth, const CaptureR
   }
 }
 
+// Says that the photographs of a folder do not follow each other, if most have no pose and neighbours show
+// other things; empty otherwise. A camera that was lost for a while still shows nearly what it showed before.
+std::string WhyPhotographsAreApart(const CaptureArgs& args, const coverage::CaptureSummary& summary,
+                                   std::size_t tracked, acquisition::Device& device) {
+  constexpr int kLookedAt = 120;  // frames
+  const bool is_folder_of_photographs = summary.source == FrameSource::kPhotographs && !device.Camera();
+  if (!is_folder_of_photographs || !args.poses.FindLens() || 2 * tracked >= summary.frames) return {};
+  tracking::Succession succession;
+  device.Start();
+  for (int i = 0; i < kLookedAt; ++i) {
+    const auto frame = device.Next(std::chrono::milliseconds(200));
+    if (!frame) break;
+    succession.Add(GrayForTracking(frame->image));
+  }
+  device.Stop();
+  const auto [near, apart] = succession.found();
+  if (apart <= near) return {};
+  return fmt::format(
+      "only {} of {} have a pose, because they do not follow one another as the frames of a moving camera "
+      "do: of {} the second shows other things, or the same elsewhere in the picture. For photographs in any "
+      "order: ulf import {} --pose -o DIR",
+      tracked, Counted(summary.frames, "photograph"),
+      fmt::format("{} of {} neighbours", apart, Counted(near + apart, "pair")),
+      ShellWord(DeviceUri::Parse(args.uri).path));
+}
+
 }  // namespace
 
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
@@ -228,6 +256,12 @@ int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverag
   }
   const bool was_asked_to_end = summary.stopped_because == coverage::StoppedBecause::kSignal ||
                                 summary.stopped_because == coverage::StoppedBecause::kClosed;
+  if (const std::string why_apart =
+          was_asked_to_end ? "" : WhyPhotographsAreApart(args, summary, run.live.size(), *hand.device);
+      !why_apart.empty()) {
+    fmt::print(stderr, "ulf: {}\n", why_apart);
+    return kFailed;
+  }
   if (report.views == 0 && !was_asked_to_end) {
     fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, run.live.size()));
     return kFailed;

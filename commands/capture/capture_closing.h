@@ -24,8 +24,9 @@ struct CaptureRun {
   std::optional<OpenedFolder> folder;      // the light field's; always set
 };
 
-// Returns the exit status: kFailed if the folder or device was lost, the disk was full, masks failed, or
-// nothing was recorded although nobody asked to end. `hand` is what PrepareCapture() has set.
+// Returns the exit status: kFailed if the folder or device was lost, the disk was full, masks failed, nothing
+// was recorded although nobody asked to end, or photographs do not follow one another. `hand` is what
+// PrepareCapture() has set.
 int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverage::CaptureOptions& options,
                  PreparedCaptureCommand& hand, CaptureRun& run);
 

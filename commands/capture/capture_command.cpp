@@ -288,6 +288,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
     chosen = [args, lens, given = GivenOptions(*command)] {
       args->poses = PosesFrom(*args);
       args->lens = lens->use;
+      args->lens_is_asked = lens->is_asked;
       return RunCaptureCommand(*args, *lens, given);
     };
   });

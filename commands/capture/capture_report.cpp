@@ -108,8 +108,8 @@ const char* ToBeTracked(FrameSource source) {
              "each other; give a part of the recording where it does, or poses that are known (--poses)";
     case FrameSource::kPhotographs:
       return "pictures are followed from one to the next: give them in order, from places that differ a "
-             "little and show mostly the same; or pose them elsewhere (COLMAP), and bring them in by ulf "
-             "import";
+             "little and show mostly the same; or have them posed in any order (ulf import FOLDER --pose -o "
+             "DIR)";
     case FrameSource::kSettableCamera:
     case FrameSource::kCamera:
       break;
@@ -172,7 +172,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked,
     text += GeometryLines(*summary.geometry, dir);
   if (summary.refined_lens)
     text += fmt::format("lens           {}, found from the images\n               {}\n",
-                        summary.refined_lens->Text(), kLensSigmaWords);
+                        summary.refined_lens->Text(), LensSigmaWords(summary.source));
   if (summary.calibration && summary.calibration->Wrong())
     text += fmt::format("calibration    {}\n", summary.calibration->Advice(summary.source));
   for (const coverage::NoticedMistake& noticed : summary.mistakes) {

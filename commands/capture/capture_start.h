@@ -34,6 +34,7 @@ struct CaptureArgs {
   std::string turntable;
   tracking::ReadoutArgs readout;
   tracking::LensUse lens = tracking::LensUse::kCheck;
+  bool lens_is_asked = false;
   int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
   tracking::PosesSpec poses;  // what PosesFrom() returns for these arguments
   std::uint64_t frames = 0;

@@ -1,12 +1,18 @@
-// ulf import converts posed photographs by another program to a light field.
+// ulf import converts posed photographs by another program to a light field, and poses photographs by COLMAP.
+
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/subcommands.h"
 #include "commands/reports/check_reports.h"
 #include "core/base/counted.h"
+#include "core/base/stop_signal.h"
+#include "core/light_field/exchange/colmap_posing.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/formats/set_format.h"
 
@@ -24,7 +30,18 @@ struct ImportArgs {
   std::string format = "auto";
   std::string background;
   bool check = true;
+  bool pose = false;
 };
+
+std::string SubjectInWords(const Imported& imported) {
+  const LightField& light_field = imported.light_field;
+  if (!light_field.subject) return "no subject: posed photographs";
+  const Eigen::Vector3d& center = light_field.subject->center_in_world;
+  return fmt::format("subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({}){}", center.x(), center.y(),
+                     center.z(), light_field.subject->radius,
+                     light_field.units == "metres" ? "metres" : light_field.units + " units",
+                     imported.subject_told_by.empty() ? "" : ", by " + imported.subject_told_by);
+}
 
 // Resolves a folder relative to the working directory, or to the set.
 fs::path ImagesFolder(const std::string& given, const fs::path& source) {
@@ -50,27 +67,53 @@ void CheckPoses(LightField& light_field) {
   }
 }
 
+// Refuses options about poses that are there.
+void RequireForPosing(const ImportArgs& args) {
+  const auto refuse = [](bool given, const char* option, const char* why) {
+    if (given)
+      throw UsageError("--pose and {}: the poses are found anew, {}; leave out one of the two", option, why);
+  };
+  refuse(args.format != ImportArgs{}.format, "--format", "whatever set is there");
+  refuse(!args.images.empty(), "--images", "of the photographs in SOURCE itself");
+  refuse(!args.calibration.empty(), "--calibration", "and the lens with them");
+  refuse(!args.subject.empty(), "--subject", "in a world that is not known before");
+}
+
+// A signal ends COLMAP, and later the import as usual.
+PosedByColmap Posed(const ImportArgs& args) {
+  const StopOnSignal signals;
+  return PoseByColmap(args.source, args.dir, StopOnSignal::Requested);
+}
+
 int RunImport(const ImportArgs& args) {
   ImportOptions options;
+  std::optional<PosedByColmap> posed;
+  if (args.pose) RequireForPosing(args);
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   if (!args.background.empty()) options.background = BackgroundFromText(args.background);
   options.format = SetFormatFromName(args.format);
   options.images = ImagesFolder(args.images, args.source);
   if (!args.calibration.empty()) options.camera = acquisition::ReadCalibration(args.calibration);
+  if (args.pose) {
+    posed = Posed(args);
+    for (const std::string& doubt : posed->doubts) spdlog::warn("{}", doubt);
+    options.model = posed->model;
+  }
   Imported imported = Import(args.source, args.dir, options);
   LightField& light_field = imported.light_field;
-  const Subject& subject = *light_field.subject;
   const auto masked = static_cast<std::size_t>(
       std::ranges::count_if(light_field.views, [](const View& view) { return !view.mask_path.empty(); }));
   fmt::print("{}: {}, {}{}, {}, {}\n", args.dir, imported.format, Counted(light_field.views.size(), "view"),
              masked > 0 ? fmt::format(" ({} masked)", masked) : "",
              Counted(light_field.cameras.size(), "camera"), Counted(light_field.points.size(), "point"));
-  fmt::print("subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({}){}\n", subject.center_in_world.x(),
-             subject.center_in_world.y(), subject.center_in_world.z(), subject.radius,
-             light_field.units == "metres" ? "metres" : light_field.units + " units",
-             imported.subject_told_by.empty() ? "" : ", by " + imported.subject_told_by);
+  fmt::print("{}\n", SubjectInWords(imported));
   if (args.check) CheckPoses(light_field);
-  return kOk;
+  if (!posed || 2 * light_field.views.size() >= posed->photographs) return kOk;
+  fmt::print(stderr,
+             "ulf: only {} of {} have a pose: neighbours must show mostly the same from places that differ, "
+             "of a scene with texture that stands still; {} holds these\n",
+             light_field.views.size(), Counted(posed->photographs, "photograph"), args.dir);
+  return kFailed;
 }
 
 }  // namespace
@@ -78,7 +121,9 @@ int RunImport(const ImportArgs& args) {
 void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto [command, args] = NewSubcommand(
       app, chosen, "import",
-      "Take in posed photographs by other programs (docs/exchange.md lists the formats)", RunImport);
+      "Take in posed photographs by other programs (docs/exchange.md lists the formats), or pose a folder "
+      "of photographs",
+      RunImport);
   command->add_option("SOURCE", args->source, "Folder of the set, or the file with its poses")->required();
   command->add_option("-o,--output", args->dir, "New folder for the light field")->required();
   command->add_option("--subject", args->subject,
@@ -100,8 +145,12 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--background", args->background,
                       "Lay pictures with alpha over white, black or R,G,B (default: alpha is a mask; for "
                       "nerf-synthetic white)");
+  command->add_flag("--pose", args->pose,
+                    "SOURCE is a folder of photographs without poses, in any order: COLMAP, which must be "
+                    "installed, finds them");
   command->add_flag("!--no-check", args->check, "Do not compare the photographs with their poses");
-  command->footer("Example: ulf import fox -o fox_light_field");
+  command->footer(
+      "Example: ulf import fox -o fox_light_field\n         ulf import photographs --pose -o light_field");
 }
 
 }  // namespace ulf::commands

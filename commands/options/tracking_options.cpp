@@ -104,10 +104,15 @@ void AddLensUseOptions(CLI::App& command, LensUseArgs& args) {
                                                                {"refine", tracking::LensUse::kRefine}};
   command
       .add_option_function<std::string>(
-          "--intrinsics", [&args](const std::string& word) { args.use = kWords.at(word); },
+          "--intrinsics",
+          [&args](const std::string& word) {
+            args.use = kWords.at(word);
+            args.is_asked = true;
+          },
           "The lens while tracking: fixed (as given), check (as given; said where images contradict it), "
           "refine (where they do, tracking goes on with the lens that fits, and the poses so far follow; "
-          "where no lens is known it starts from a guess) (check)")
+          "where no lens is known it starts from a guess) (check; refine for a recording or photographs of "
+          "whose lens nothing is known)")
       ->check([](const std::string& word) {
         return kWords.contains(word) ? std::string() : "'" + word + "' is none of fixed, check and refine";
       })

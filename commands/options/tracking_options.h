@@ -27,6 +27,7 @@ void AddTrackingSideOption(CLI::App& command, int& side_px);
 // The values of --intrinsics and --calibration-out.
 struct LensUseArgs {
   tracking::LensUse use = tracking::LensUse::kCheck;  // whether images may check or refine the lens
+  bool is_asked = false;                              // `use` was given
   std::string calibration_output;                     // file for the estimated lens; empty: none is written
 };
 

@@ -62,4 +62,10 @@ std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& 
                     : "the one of before is kept, because --intrinsics was not given");
 }
 
+std::string LensSigmaWords(FrameSource source) {
+  const std::string left_out =
+      "± counts the noise of points alone: what a rolling shutter, blur and the lens model add is not in it";
+  return IsTaken(source) ? left_out : left_out + "; ulf calibrate with a printed board knows better";
+}
+
 }  // namespace ulf::commands

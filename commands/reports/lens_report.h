@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/lens_evidence.h"
 
@@ -18,9 +19,8 @@ std::string LensFitText(const tracking::LensEstimate& fit, const CameraModel& gi
 std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& given,
                           const std::string& source, bool is_taken_over);
 
-// States what the standard deviations of lenses estimated from images leave out.
-inline constexpr const char* kLensSigmaWords =
-    "± counts the noise of points alone: what a rolling shutter, blur and the lens model add is not in it; "
-    "ulf calibrate with a printed board knows better";
+// States what the standard deviations of lenses estimated from images leave out, and for a camera that can
+// still be calibrated what knows better.
+std::string LensSigmaWords(FrameSource source);
 
 }  // namespace ulf::commands

@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "commands/reports/check_reports.h"
 #include "commands/reports/lens_report.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"
@@ -231,7 +232,7 @@ void PrintRefined(const std::string& dir, const LightField& before, const tracki
         LensApartText(fit, before.cameras[At(camera)], before.CalibrationSource(camera), takes_intrinsics);
     if (!apart.empty()) fmt::print("{}\n", apart);
   }
-  if (!result.lens_fits.empty()) fmt::print("{}\n", kLensSigmaWords);
+  if (!result.lens_fits.empty()) fmt::print("{}\n", LensSigmaWords(SourceOf(before)));
   if (takes_intrinsics && result.lens_fits.empty())
     fmt::print("the intrinsics stay: the images support no others\n");
   for (const tracking::CalibrationCheck& check : result.checks)

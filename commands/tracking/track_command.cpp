@@ -120,6 +120,7 @@ void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acqui
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
   acquisition::RepeatedEvents repeated;
+  tracking::LensUse use = args.lens.use;
   device.Start();
   while (!acquisition::IsOver(device.State()) && !StopOnSignal::Requested()) {
     for (const std::string& line : repeated.Update(device.TakeEvents(), EpochSeconds()))
@@ -130,18 +131,21 @@ void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acqui
     if (!poses) {
       acquisition::IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
-      if (args.lens.use == tracking::LensUse::kRefine)
+      // Nobody can calibrate the lens of pictures that are taken already.
+      const bool may_seek = !args.lens.is_asked && IsTaken(device.Source()) && spec.FindLens();
+      if (may_seek || use == tracking::LensUse::kRefine)
         intrinsics.guessed_focal_px = acquisition::GuessFocalPx(*frame);
       auto origin = acquisition::LensOrigin::kMeasured;
       const CameraModel camera = acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(),
                                                                 frame->image.height(), nullptr, &origin);
+      if (may_seek && origin == acquisition::LensOrigin::kGuessed) use = tracking::LensUse::kRefine;
       poses = spec.Open(camera, {.tracker = {.deterministic = args.deterministic,
                                              .seed = args.seed,
                                              .features = args.features,
                                              .max_side_px = args.tracking_side_px,
                                              .wait_for_mapper = !device.IsLive(),
                                              .readout = args.readout,
-                                             .lens = args.lens.use,
+                                             .lens = use,
                                              .lens_is_guess = origin != acquisition::LensOrigin::kMeasured},
                                  .stop = StopOnSignal::Requested});
     }
@@ -157,7 +161,7 @@ void TrackSequence(const TrackArgs& args, const tracking::PosesSpec& spec, acqui
       sample.seen_distance = SeenDistance(*poses, sample.track);
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
-    NoteLens(sample, *poses, args.lens.use, run);
+    NoteLens(sample, *poses, use, run);
     run.frames.push_back(std::move(sample));
     const int count = static_cast<int>(run.frames.size());
     progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),

@@ -181,7 +181,8 @@ std::string MapLine(const tracking::TrackerStatistics& map, FrameSource source) 
   text += "\n";
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
   if (map.refined_lens)
-    text += fmt::format("lens: {}, found from the images\n  {}\n", map.refined_lens->Text(), kLensSigmaWords);
+    text += fmt::format("lens: {}, found from the images\n  {}\n", map.refined_lens->Text(),
+                        LensSigmaWords(source));
   if (map.calibration && map.calibration->Wrong()) text += map.calibration->Advice(source) + "\n";
   return text;
 }

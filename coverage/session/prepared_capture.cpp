@@ -187,7 +187,10 @@ bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& 
 
   const bool stills = prepared.device->TakesStills();
   acquisition::IntrinsicsArgs intrinsics = args.intrinsics;
-  if (args.lens == tracking::LensUse::kRefine) intrinsics.guessed_focal_px = acquisition::GuessFocalPx(first);
+  const bool may_seek_lens = args.seeks_unknown_lens && args.lens == tracking::LensUse::kCheck && !resumed &&
+                             !stills && IsTaken(prepared.device->Source()) && args.poses.FindLens();
+  if (may_seek_lens || args.lens == tracking::LensUse::kRefine)
+    intrinsics.guessed_focal_px = acquisition::GuessFocalPx(first);
   if (stills && args.lens == tracking::LensUse::kRefine) {
     const std::string uri = prepared.device->Info().uri;
     const std::string track = fmt::format("ulf track {} --intrinsics refine --calibration-out FILE", uri);
@@ -209,6 +212,8 @@ bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& 
     options->lens = tracking::LensUse::kFixed;
   options->calibration_source = lenses.live.calibration_source;
   options->lens_origin = lenses.live_origin;
+  if (may_seek_lens && lenses.live_origin == acquisition::LensOrigin::kGuessed)
+    options->lens = tracking::LensUse::kRefine;
   if (!options->calibration_source.empty())
     options->calibrated = options->lens_origin == acquisition::LensOrigin::kMeasured;
   recording.camera = prepared.camera;

@@ -28,6 +28,9 @@ struct SessionArgs {
   tracking::PosesSpec poses = {};
   tracking::ReadoutArgs readout = {};
   tracking::LensUse lens = tracking::LensUse::kCheck;
+  // In place of kCheck a lens of which nothing is known is sought (kRefine) where the pictures are taken
+  // already: nobody can calibrate it.
+  bool seeks_unknown_lens = false;
   int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
   bool resume = false;  // goes on with the light field in `dir`
   bool raw = false;     // masters are the mosaics of a mosaic camera

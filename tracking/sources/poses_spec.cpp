@@ -111,7 +111,7 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
 }
 
 void PosesSpec::RequireFor(LensUse lens) const {
-  if (lens == LensUse::kRefine && kind_ != Kind::kFeatures)
+  if (lens == LensUse::kRefine && !FindLens())
     throw Refusal(
         Parameter("intrinsics"), fmt::format("refine with {} {}", Parameter("poses"), text_),
         "the lens is found from tracked features alone",

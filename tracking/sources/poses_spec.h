@@ -52,6 +52,8 @@ class PosesSpec {
   void RequireFor(LensUse lens) const;
   // Returns whether the source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
+  // Whether the tracker may go on with the lens that its images tell (LensUse::kRefine).
+  bool FindLens() const { return kind_ == Kind::kFeatures; }
   // Returns SPEC of markers:SPEC and features+markers:SPEC.
   const MarkerSpec& markers() const { return markers_; }
   // Makes the source; throws as the functions of pose_sources.h do.

@@ -8,9 +8,12 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <numeric>
+
+#include "core/base/binary_file.h"
 
 namespace ulf {
 namespace {
@@ -172,6 +175,18 @@ std::string ExifBlock(const ExifFacts& facts, const std::string& jpeg) {
   std::string block(reinterpret_cast<const char*>(bytes), size);
   std::free(bytes);
   return block;
+}
+
+ExifFacts ReadExifOfFile(const std::filesystem::path& file) {
+  constexpr std::size_t kExifBytes = 1 << 17;  // a segment has at most half of it
+  std::ifstream stream(file, std::ios::binary);
+  const std::string head = BytesAt(stream, 0, kExifBytes);
+  return head.starts_with("\xFF\xD8") ? ReadExif(head) : ExifFacts();
+}
+
+std::optional<double> FocalPx(const ExifFacts& exif, double width, double height) {
+  if (!exif.focal_35mm) return std::nullopt;
+  return *exif.focal_35mm / std::hypot(36.0, 24.0) * std::hypot(width, height);
 }
 
 }  // namespace ulf

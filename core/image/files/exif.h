@@ -1,6 +1,7 @@
 // Reads and writes the Exif 2.3 data of a photograph through libexif.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,6 +31,12 @@ std::string ExifText(std::string_view bytes);
 // Reads the Exif data in the bytes of a JPEG, or in a block that begins with "Exif\0\0". Nothing is set if
 // there are none or they cannot be read.
 ExifFacts ReadExif(const std::string& jpeg);
+// Reads the Exif data of a JPEG file from its beginning. Nothing is set for other files.
+ExifFacts ReadExifOfFile(const std::filesystem::path& file);
+
+// Returns the focal length in pixels of a picture of this size, by the data for 36 x 24 mm, which compare
+// diagonals (CIPA DCG-001); none if they are missing.
+std::optional<double> FocalPx(const ExifFacts& exif, double width, double height);
 
 // Returns a block that begins with "Exif\0\0": that of `jpeg` (as of ReadExif()), or a new one, in which the
 // exposure time, f-number, ISO, focal length, lens, maker and model that `facts` has are set. Others stay.

@@ -21,6 +21,7 @@
 #include "core/image/files/raw_file.h"
 #include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/exchange/readers/set_readers.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/folder/kept_findings.h"
@@ -245,7 +246,9 @@ std::uint64_t BytesOf(const LightField& source) {
 }  // namespace
 
 Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
-  PosedSet set = ReadPosedSet(source_path, options.format, options.images, options.camera);
+  PosedSet set = options.model.empty()
+                     ? ReadPosedSet(source_path, options.format, options.images, options.camera)
+                     : ReadColmapSet(options.model, source_path);
   LightField& source = set.light_field;
   StagedFolder folder(dir);
   std::optional<cv::Vec3d> background = options.background;
@@ -266,7 +269,8 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   source.findings.insert(source.findings.end(), quick.begin(), quick.end());
   WarnOnce(dir, source.findings);
   for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
-  if (!source.subject)
+  // Poses that took long to find are worth keeping.
+  if (!source.subject && options.model.empty())
     throw Refusal(source_path.string(), "", "the subject cannot be found: " + WhyNoSubject(source), "");
 
   LightField& made = imported.light_field;

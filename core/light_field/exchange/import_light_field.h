@@ -14,6 +14,7 @@ struct ImportOptions {
   std::optional<Subject> subject = {};     // none: the set's, or else found (subject_of_set.h)
   std::optional<SetFormat> format = {};    // none: recognised from the files
   std::filesystem::path images = {};       // the photographs' folder; empty: searched for
+  std::filesystem::path model = {};        // COLMAP's, of the photographs in `source` (colmap_posing.h)
   std::optional<CameraModel> camera = {};  // for a format without intrinsics (read_posed_set.h)
   // The colour (B, G, R, 0 to 1) over which pictures with alpha are blended. None: alpha becomes a mask,
   // except that NeRF's synthetic sets are blended over white, as in the papers.
@@ -31,7 +32,8 @@ struct Imported {
 // bits go to masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to
 // masks/; points to points.ulf and points.ply. White space in names becomes '_'. `dir` is complete at the
 // end, or does not exist after a failure. Warnings tell what of the source is not used. Throws Error for an
-// invalid source, DiskFullError, and Refusal if the subject or the camera must be given.
+// invalid source, DiskFullError, and Refusal if the subject or the camera must be given; photographs with
+// `model` may be without a subject.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

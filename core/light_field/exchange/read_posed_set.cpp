@@ -31,14 +31,14 @@ namespace fs = std::filesystem;
   if (fs::is_regular_file(source, unknown))
     throw Error(
         "{}: is no set of posed photographs (docs/exchange.md lists the formats); a video is posed and "
-        "recorded by 'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
-        path, word);
+        "recorded by 'ulf capture replay:{} -o DIR {}'",
+        path, word, Parameter("no_subject"));
   for (const auto& entry : fs::directory_iterator(source, unknown))
     if (HasImageEnding(entry.path()))
       throw Error(
-          "{}: photographs without poses (docs/exchange.md lists the formats); they are posed and recorded "
-          "by 'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
-          path, word);
+          "{0}: photographs without poses (docs/exchange.md lists the formats); 'ulf import {1} {2} -o DIR' "
+          "poses them through COLMAP, and frames that follow each other 'ulf capture replay:{1} -o DIR {3}'",
+          path, word, Parameter("pose"), Parameter("no_subject"));
   throw Error("{}: holds no set of posed photographs; docs/exchange.md lists the formats and their files",
               path);
 }

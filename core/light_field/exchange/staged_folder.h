@@ -21,6 +21,9 @@ class StagedFolder {
   const std::filesystem::path& path() const { return path_; }
   // Syncs the file system and gives the folder its name. Throws DiskFullError, Error.
   void Commit();
+  // Leaves the hidden folder as it is, for people to look into; the next process with the same target removes
+  // it.
+  void Keep() { committed_ = true; }
 
  private:
   std::filesystem::path target_, path_;

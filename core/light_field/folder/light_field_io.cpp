@@ -51,9 +51,8 @@ LightField ReadLightField(const fs::path& path) {
     throw Error("{}: holds no light field: neither {} nor {}; capture or import one{}", path.string(),
                 kJournalFile, kTransformsFile,
                 fs::is_directory(path / "images", unknown)
-                    ? fmt::format(" (the photographs in images/ get new poses by "
-                                  "'ulf capture replay:{} -o NEW --focal-px F --no-subject')",
-                                  ShellWord((path / "images").string()))
+                    ? fmt::format(" (the photographs in images/ get new poses by 'ulf import {} {} -o NEW')",
+                                  ShellWord((path / "images").string()), Parameter("pose"))
                     : "");
   }
   RequireFollowed(path, RefusedLinks(path, {}));

@@ -375,9 +375,11 @@ TEST(TrackCommand, FindsTheLensFromAGuess) {
                     lens = (scratch / "lens.json").string();
   std::filesystem::create_directory(scratch / "room");
   WriteRoom(scratch / "room", 90);
-  EXPECT_THAT(test::RunUlf("track '" + room + "'").errors,
+  EXPECT_THAT(test::RunUlf("track '" + room + "' --intrinsics check").errors,
               testing::AllOf(testing::HasSubstr("intrinsics are not known"),
                              testing::HasSubstr("--intrinsics refine")));
+  EXPECT_THAT(test::RunUlf("track '" + room + "' --frames 5").errors,
+              testing::HasSubstr("a focal length of 544 px is guessed"));
   const auto run = test::RunUlf(
       "track '" + room + "' --deterministic --intrinsics refine --calibration-out " + lens + " --json");
   ASSERT_EQ(run.exit_code, 0) << run.errors;

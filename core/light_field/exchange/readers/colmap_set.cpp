@@ -140,28 +140,12 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
   return taken;
 }
 
-// Counts without reading the points.
-std::uint64_t ImagesOfModel(const fs::path& folder) {
-  if (HoldsModel(folder, "bin")) {
-    RequireRegularFile(folder / "images.bin");
-    std::ifstream stream(folder / "images.bin", std::ios::binary);
-    const std::string bytes = BytesAt(stream, 0, sizeof(std::uint64_t));
-    return bytes.size() == sizeof(std::uint64_t) ? LittleEndian(bytes) : 0;
-  }
-  if (!HoldsModel(folder, "txt")) return 0;
-  std::ifstream stream = OpenRegularFile(folder / "images.txt");
-  std::uint64_t lines = 0;
-  for (std::string line; std::getline(stream, line);)
-    lines += lines % 2 == 1 || !(line.starts_with('#') || line.find_first_not_of(" \r") == std::string::npos);
-  return (lines + 1) / 2;  // the last image may lack its line of points
-}
-
 // Returns the model with the most images, the first of equals. COLMAP numbers the models of photographs that
 // it could not join 0, 1, ...; the first need not be the largest.
 fs::path LargestModel(const std::vector<fs::path>& models, std::vector<std::string>& doubts) {
   if (models.size() == 1) return models.front();
   std::vector<std::uint64_t> images;
-  for (const fs::path& model : models) images.push_back(ImagesOfModel(model));
+  for (const fs::path& model : models) images.push_back(ImagesOfColmapModel(model));
   const auto largest = static_cast<std::size_t>(std::ranges::max_element(images) - images.begin());
   std::vector<std::string> others;
   const auto described = [&](std::size_t i) {
@@ -179,14 +163,17 @@ fs::path LargestModel(const std::vector<fs::path>& models, std::vector<std::stri
 void SayUnposed(const SetImages& images, const std::vector<TakenImage>& taken, PosedSet& set) {
   std::set<std::string> posed;
   for (const TakenImage& each : taken) posed.insert(each.path);
-  std::size_t count = 0;
-  std::string first;
+  std::vector<std::string> left_out;
   for (const std::string& name : images.names())
-    if (!posed.contains(name) && count++ == 0) first = name;
-  set.counts_unposed = count > 0;
-  if (set.counts_unposed)
-    set.light_field.doubts.push_back(fmt::format("{} without a pose in the model: left out, {} the first",
-                                                 Counted(count, "photograph"), first));
+    if (!posed.contains(name)) left_out.push_back(name);
+  set.counts_unposed = !left_out.empty();
+  if (!set.counts_unposed) return;
+  constexpr std::size_t kMost = 20;
+  const std::size_t unnamed = left_out.size() - std::min(kMost, left_out.size());
+  set.light_field.doubts.push_back(
+      fmt::format("{} without a pose in the model: left out ({}{})", Counted(left_out.size(), "photograph"),
+                  fmt::join(left_out.begin(), left_out.end() - static_cast<std::ptrdiff_t>(unnamed), ", "),
+                  unnamed > 0 ? fmt::format(" and {} more", unnamed) : ""));
 }
 
 void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>& taken,
@@ -232,6 +219,21 @@ void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>
 }
 
 }  // namespace
+
+std::uint64_t ImagesOfColmapModel(const fs::path& folder) {
+  if (HoldsModel(folder, "bin")) {
+    RequireRegularFile(folder / "images.bin");
+    std::ifstream stream(folder / "images.bin", std::ios::binary);
+    const std::string bytes = BytesAt(stream, 0, sizeof(std::uint64_t));
+    return bytes.size() == sizeof(std::uint64_t) ? LittleEndian(bytes) : 0;
+  }
+  if (!HoldsModel(folder, "txt")) return 0;
+  std::ifstream stream = OpenRegularFile(folder / "images.txt");
+  std::uint64_t lines = 0;
+  for (std::string line; std::getline(stream, line);)
+    lines += lines % 2 == 1 || !(line.starts_with('#') || line.find_first_not_of(" \r") == std::string::npos);
+  return (lines + 1) / 2;  // the last image may lack its line of points
+}
 
 PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   const std::vector<fs::path> models = ColmapModelsIn(source);

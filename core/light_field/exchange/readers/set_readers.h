@@ -3,6 +3,7 @@
 // y down, z forward, pixel centres at integer + 0.5.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "core/light_field/formats/posed_set.h"
@@ -39,6 +40,9 @@ PosedSet ReadBundlerSet(const std::filesystem::path& bundle_out, const std::file
 // read. `doubts` names the other models, photographs without a pose, poses without a photograph, and what was
 // left out or normalised. Throws Error for a model that cannot be read, and if no photograph is found.
 PosedSet ReadColmapSet(const std::filesystem::path& source, const std::filesystem::path& images);
+
+// Returns how many images the model in the folder has, without reading its points.
+std::uint64_t ImagesOfColmapModel(const std::filesystem::path& folder);
 
 // Local Light Field Fusion (Mildenhall et al. 2019) has poses_bounds.npy and photographs in images, or
 // reduced by N in images_N. The row of a photograph, in byte order of names, holds a 3x5 matrix, row by row,
