@@ -46,7 +46,7 @@ Resampling ToOneInstant(const LightField& light_field, const ExportedShutter& sh
   return resampling;
 }
 
-std::string InWords(const LightField& light_field, std::size_t moving, double readout_ms, bool is_global,
+std::string ShutterInWords(const LightField& light_field, std::size_t moving, double readout_ms, bool is_global,
                     ExportForm form) {
   const std::size_t views = light_field.views.size();
   std::string words =
@@ -80,7 +80,7 @@ ExportedShutter ShutterOf(const LightField& light_field, bool is_global, ExportF
         "its rolling shutter records them",
         light_field.root.string());
   if (!shutter.rows.empty())
-    shutter.words = InWords(light_field, shutter.rows.size(), readout_ms, is_global, form);
+    shutter.words = ShutterInWords(light_field, shutter.rows.size(), readout_ms, is_global, form);
   return shutter;
 }
 

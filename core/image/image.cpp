@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -151,17 +149,5 @@ cv::Mat LinearFloat(const Image& image) {
 }
 
 cv::Mat Srgb8FromLinear(const cv::Mat& linear) { return EncodedFromLinear(linear); }
-
-cv::Mat Srgb16FromLinear(const cv::Mat& linear) {
-  constexpr float kFull = std::numeric_limits<std::uint16_t>::max();
-  cv::Mat encoded(linear.size(), CV_16UC3);
-  for (int y = 0; y < linear.rows; ++y) {
-    const float* in = linear.ptr<float>(y);
-    std::uint16_t* out = encoded.ptr<std::uint16_t>(y);
-    for (int x = 0; x < 3 * linear.cols; ++x)
-      out[x] = cv::saturate_cast<std::uint16_t>(kFull * SrgbFromLinear(std::clamp(in[x], 0.0f, 1.0f)));
-  }
-  return encoded;
-}
 
 }  // namespace ulf

@@ -45,7 +45,6 @@ cv::Mat LinearFloat(const Image& image);
 
 // Encodes linear float light, clamped to 0..1, for display: CV_32FC3 to CV_8UC3.
 cv::Mat Srgb8FromLinear(const cv::Mat& linear);
-cv::Mat Srgb16FromLinear(const cv::Mat& linear);  // CV_16UC3
 
 // These convert one value, 0 to 1.
 float SrgbFromLinear(float linear);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/base/counted.h"
@@ -25,7 +26,7 @@ using Eigen::Vector3d;
 
 // Texels of a map whose inverse depths differ by more than this share lie on different surfaces. As of
 // shadow maps.
-constexpr float kEdge = 0.1f;
+constexpr float kJumpShare = 0.1f;
 
 // Inverse depths at the pixel centres of a pinhole camera.
 struct InverseDepths {
@@ -48,44 +49,51 @@ float InverseDepths::At(const Vector2d& slope) const {
   const float a = texel(left, top), b = texel(left + 1, top), c = texel(left, top + 1),
               d = texel(left + 1, top + 1);
   const auto [least, most] = std::minmax({a, b, c, d});
-  if (least <= 0 || most - least > kEdge * most)
+  if (least <= 0 || most - least > kJumpShare * most)
     return right_share < 0.5f ? (below_share < 0.5f ? a : c) : (below_share < 0.5f ? b : d);
   return (1 - below_share) * ((1 - right_share) * a + right_share * b) +
          below_share * ((1 - right_share) * c + right_share * d);
 }
 
-// Returns the rays through pixel centres as slopes (x / z, y / z): CV_32FC2, NaN for rays that do not go
-// forwards. Those of a lens with distortion are interpolated between every fourth pixel.
+// The slopes (x / z, y / z) of the rays through pixel centres. Rays of a lens with distortion are interpolated
+// between nodes that are at most a hundredth of a radian apart.
 class Slopes {
  public:
-  explicit Slopes(const CameraModel& camera) : camera_(camera) {
+  explicit Slopes(const CameraModel& camera)
+      : camera_(camera), step_px_(std::clamp(static_cast<int>(camera.MeanFocalPx() / 128), 1, 8)) {
     if (camera.distortion == Distortion::kNone) return;
-    grid_ = cv::Mat(camera.height / kStepPx + 2, camera.width / kStepPx + 2, CV_64FC2);
-    for (int row = 0; row < grid_.rows; ++row)
-      for (int column = 0; column < grid_.cols; ++column)
-        grid_.at<cv::Vec2d>(row, column) = AtNode(column, row);
+    rays_ = cv::Mat(camera.height / step_px_ + 2, camera.width / step_px_ + 2, CV_64FC3);
+    for (int row = 0; row < rays_.rows; ++row)
+      for (int column = 0; column < rays_.cols; ++column)
+        rays_.at<cv::Vec3d>(row, column) = RayAt(column, row);
   }
-  Vector2d At(int x, int y) const {
-    if (grid_.empty()) return {(x + 0.5 - camera_.cx) / camera_.fx, (y + 0.5 - camera_.cy) / camera_.fy};
-    const int column = x / kStepPx, row = y / kStepPx;
-    const double u = (x % kStepPx) / double{kStepPx}, v = (y % kStepPx) / double{kStepPx};
-    const auto node = [&](int c, int r) { return grid_.at<cv::Vec2d>(r, c); };
-    const cv::Vec2d slope = (1 - v) * ((1 - u) * node(column, row) + u * node(column + 1, row)) +
-                            v * ((1 - u) * node(column, row + 1) + u * node(column + 1, row + 1));
-    return {slope[0], slope[1]};
+  // Returns none for a ray that does not go forwards.
+  std::optional<Vector2d> At(int x, int y) const {
+    if (rays_.empty())
+      return Vector2d((x + 0.5 - camera_.cx) / camera_.fx, (y + 0.5 - camera_.cy) / camera_.fy);
+    const int column = x / step_px_, row = y / step_px_;
+    const double u = (x % step_px_) / static_cast<double>(step_px_),
+                 v = (y % step_px_) / static_cast<double>(step_px_);
+    const auto node = [&](int c, int r) { return rays_.at<cv::Vec3d>(r, c); };
+    cv::Vec3d ray = node(column, row);
+    if (u > 0 || v > 0)
+      ray = (1 - v) * ((1 - u) * ray + u * node(column + 1, row)) +
+            v * ((1 - u) * node(column, row + 1) + u * node(column + 1, row + 1));
+    if (!(ray[2] > 0)) return std::nullopt;
+    return Vector2d(ray[0] / ray[2], ray[1] / ray[2]);
   }
 
  private:
-  static constexpr int kStepPx = 4;
-  cv::Vec2d AtNode(int column, int row) const {
-    const auto ray = camera_.RayFromImg({kStepPx * column + 0.5, kStepPx * row + 0.5});
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    return ray && ray->z() > 0 ? cv::Vec2d(ray->x() / ray->z(), ray->y() / ray->z())
-                               : cv::Vec2d(kNone, kNone);
+  // NaN if the distortion cannot be inverted.
+  cv::Vec3d RayAt(int column, int row) const {
+    const auto ray = camera_.RayFromImg({step_px_ * column + 0.5, step_px_ * row + 0.5});
+    return ray ? cv::Vec3d(ray->x(), ray->y(), ray->z())
+               : cv::Vec3d::all(std::numeric_limits<double>::quiet_NaN());
   }
 
   const CameraModel& camera_;
-  cv::Mat grid_;  // CV_64FC2, for lenses with distortion
+  const int step_px_;
+  cv::Mat rays_;  // CV_64FC3, unit, for lenses with distortion
 };
 
 // Returns a camera of the same focal length, without distortion, that sees all that `camera` sees up to 71
@@ -191,15 +199,16 @@ PhotographDepth PhotographDepths::Of(const View& view, const CameraModel& camera
   if (HasConfidence()) pixels.confidence = cv::Mat::zeros(camera.height, camera.width, CV_32F);
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
-      const Vector2d slope = slopes.At(x, y);
-      const float drawn = slope.allFinite() ? of_mesh.At(slope) : 0;
+      const std::optional<Vector2d> slope = slopes.At(x, y);
+      const float drawn = slope ? of_mesh.At(*slope) : 0;
       if (drawn <= 0) continue;
-      const float measured = own.values.empty() ? 0 : own.At(slope);
+      const float measured = own.values.empty() ? 0 : own.At(*slope);
       const double depth = 1.0 / (measured > 0 ? measured : drawn);
       pixels.depth.at<float>(y, x) = static_cast<float>(depth);
       Votes votes;
       for (const Judge& judge : judges) {
-        const int vote = VoteOf(judge.map, judge.step, judge.other_from_view * (depth * slope.homogeneous()));
+        const int vote =
+            VoteOf(judge.map, judge.step, judge.other_from_view * (depth * slope->homogeneous()));
         votes.agree += vote > 0;
         votes.see_through += vote < 0;
       }

@@ -5,17 +5,12 @@
 #include <cstdint>
 #include <string_view>
 
+#include "core/base/binary_file.h"
+
 namespace ulf {
 namespace {
 
 constexpr std::string_view kExifMark("Exif\0\0", 6), kPngMark("\x89PNG\r\n\x1a\n", 8), kJpegMark("\xff\xd8");
-
-std::uint32_t BigEndian(const std::string& bytes, std::size_t at, int count) {
-  std::uint32_t number = 0;
-  for (int i = 0; i < count; ++i)
-    number = (number << 8) | static_cast<unsigned char>(bytes[at + static_cast<std::size_t>(i)]);
-  return number;
-}
 
 std::string BigEndianBytes(std::uint32_t number, int count) {
   std::string bytes;
@@ -50,7 +45,7 @@ std::optional<ExifPlace> PlaceInJpeg(const std::string& jpeg) {
       ++at;
       continue;
     }
-    const std::size_t size = 2 + BigEndian(jpeg, at + 2, 2);
+    const std::size_t size = 2 + BigEndian(std::string_view(jpeg).substr(at + 2, 2));
     if (jpeg[at] != '\xff' || at + size > jpeg.size()) return std::nullopt;
     if (marker == kScan) return place;
     if (marker == kApp1 && jpeg.compare(at + 4, kExifMark.size(), kExifMark) == 0)
@@ -66,7 +61,7 @@ std::optional<ExifPlace> PlaceInPng(const std::string& png) {
   constexpr std::size_t kFrame = 12;  // length, name and checksum
   ExifPlace place;
   for (std::size_t at = kPngMark.size(); at + kFrame <= png.size();) {
-    const std::size_t size = kFrame + BigEndian(png, at, 4);
+    const std::size_t size = kFrame + BigEndian(std::string_view(png).substr(at, 4));
     if (at + size > png.size()) return std::nullopt;
     if (png.compare(at + 4, 4, "eXIf") == 0)
       return ExifPlace{at, size, std::string(kExifMark) + png.substr(at + 8, size - kFrame)};

@@ -23,6 +23,8 @@ std::string MaskPathOf(MaskPlace place, const std::string& name);
 // Returns the path of a depth map without its ending, depths/STEM, for a photograph at `image_path`.
 std::string DepthPathOf(const std::string& image_path);
 
+std::string LowercaseEnding(const std::string& path);  // ".png"
+
 // Returns whether the view's pixels stay where they are; `cameras` as of ExportedPhotographs.
 bool StaysAsItIs(const View& view, const std::vector<Undistortion>& cameras, const ExportOptions& options);
 // Returns whether the photograph is copied, but for its Exif data, if its pixels stay where they are.

@@ -38,7 +38,8 @@ class ExportShutter : public testing::Test {
     delete rolling_;
   }
   static test::CommandResult Export(const std::string& arguments, const std::string& out) {
-    return test::RunUlf("export " + arguments + " --known-points " + (*scratch_ / "lf").string() + " -o " +
+    const std::string points = arguments.starts_with("instant-ngp") ? " " : " --known-points ";
+    return test::RunUlf("export " + arguments + points + (*scratch_ / "lf").string() + " -o " +
                         (*scratch_ / out).string());
   }
   static Rigid3 Truth(std::size_t view, double time_s) {
@@ -107,8 +108,9 @@ TEST_F(ExportShutter, GlobalShutterIsAPictureOfOneInstant) {
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.output, HasSubstr("8 of 8 views drawn as of one instant"));
   const test::ColmapRead model = test::ReadAsColmap(*scratch_ / "global/sparse/0");
-  const TexturedRoom wall = test::PlainWall();
+  const test::TexturedRoom wall = test::PlainWall();
   const CameraModel camera = CameraModel::Pinhole(320, 240, 260);
+  std::size_t masked = 0;
   for (std::size_t v = 0; v < rolling_->middle_rows.size(); ++v) {
     const View& view = rolling_->light_field.views[v];
     const std::string name = fs::path(view.image_path).filename();
@@ -122,7 +124,7 @@ TEST_F(ExportShutter, GlobalShutterIsAPictureOfOneInstant) {
     const cv::Mat before = wall.Take(view.cam_from_world, 0, camera).image.pixels,
                   truth = wall.Take(pose, 0, camera).image.pixels;
     EXPECT_GT(cv::countNonZero(mask), 0.9 * static_cast<double>(mask.total()));
-    EXPECT_LT(cv::countNonZero(mask), mask.total()) << "what no row saw is masked";
+    masked += mask.total() - static_cast<std::size_t>(cv::countNonZero(mask));
     EXPECT_GT(Psnr(drawn, truth, mask), Psnr(taken, before, mask) + 5) << name;
     for (std::size_t i = 0; i < image.places.size(); ++i)
       if (image.point_ids[i] >= 0) {
@@ -130,6 +132,7 @@ TEST_F(ExportShutter, GlobalShutterIsAPictureOfOneInstant) {
         EXPECT_LT((*expected - image.places[i]).norm(), 0.2);
       }
   }
+  EXPECT_GT(masked, 0u) << "what no row saw";
 }
 
 TEST_F(ExportShutter, WithoutAReadoutThereIsNothingToUndo) {

@@ -31,6 +31,12 @@ std::optional<double> TrueDepth(const CameraModel& camera, const Rigid3& cam_fro
   return (hits ? to_square : to_plane) * ray_in_cam->z();
 }
 
+// Depths end at a slope of 3, 71 degrees from the axis.
+bool IsBeyond(const CameraModel& camera, int x, int y) {
+  const Vector3d ray = *camera.RayFromImg({x + 0.5, y + 0.5});
+  return std::max(std::abs(ray.x()), std::abs(ray.y())) > 2.95 * ray.z();
+}
+
 LightField Seeing(int views, double half_angle, double unit = 1) {
   LightField light_field;
   light_field.cameras = {CameraModel::Pinhole(96, 72, 80)};
@@ -68,11 +74,11 @@ TEST(PhotographDepth, IsAlongTheAxisThroughEveryLens) {
       for (int y = 0; y < lens.height; ++y)
         for (int x = 0; x < lens.width; ++x) {
           const auto truth = TrueDepth(lens, view.cam_from_world, x, y);
-          if (!truth || *truth > 20) continue;
+          if (!truth || *truth > 20 || IsBeyond(lens, x, y)) continue;
           ++compared;
           wrong += std::abs(pixels.depth.at<float>(y, x) - *truth) > 2e-3 * *truth;
         }
-      EXPECT_GT(compared, 0.8 * lens.width * lens.height);
+      EXPECT_GT(compared, 0.6 * lens.width * lens.height);
       EXPECT_LT(wrong, 0.01 * compared) << "beside the square's edges";
     }
 }
@@ -99,7 +105,8 @@ TEST(PhotographDepth, ConfidenceFallsWhereOthersSeeThrough) {
   std::map<int, render::ViewDepthMap> maps = TrueMaps(light_field);
   const cv::Rect floating(4, 4, 12, 10);
   cv::Mat piece = maps.at(1).inverse_depth(floating);
-  piece *= 1.4;
+  piece.setTo(65535);  // the nearest that the map can tell: as the square
+  const double floats_at = 1 / (65535 * maps.at(1).unit);
   const render::PhotographDepths depths(light_field, PlaneAndSquare(), render::SoftProxy::InMemory(maps));
   ASSERT_TRUE(depths.HasConfidence());
   const View& view = light_field.views[0];
@@ -108,8 +115,8 @@ TEST(PhotographDepth, ConfidenceFallsWhereOthersSeeThrough) {
   const cv::Rect in_photograph(2 * floating.x + 2, 2 * floating.y + 2, 2 * floating.width - 4,
                                2 * floating.height - 4);
   EXPECT_EQ(cv::countNonZero(pixels.confidence(in_photograph)), 0);
-  const double truth = *TrueDepth(camera, view.cam_from_world, 20, 18);
-  EXPECT_NEAR(pixels.depth.at<float>(18, 20), truth / 1.4, 0.01 * truth);
+  EXPECT_NEAR(pixels.depth.at<float>(18, 20), floats_at, 1e-3);
+  EXPECT_LT(floats_at, 0.95 * *TrueDepth(camera, view.cam_from_world, 20, 18));
   cv::Mat elsewhere(pixels.depth.size(), CV_8U, cv::Scalar(255));
   elsewhere(cv::Rect(0, 0, 40, 36)) = 0;
   EXPECT_GT(cv::mean(pixels.confidence, elsewhere)[0], 0.9);
@@ -123,7 +130,9 @@ TEST(PhotographDepth, UnitOfSixteenBitsKeepsTheRange) {
     const double png_unit = render::UnitForSixteenBits(depths, light_field);
     EXPECT_LT(3 * unit / png_unit, 65535) << unit;
     EXPECT_GT(1 * unit / png_unit, 200) << unit;
-    if (unit == 1.0) EXPECT_EQ(png_unit, 1e-3) << "millimetres of metres";
+    if (unit == 1.0) {
+      EXPECT_EQ(png_unit, 1e-3) << "millimetres of metres";
+    }
   }
 }
 

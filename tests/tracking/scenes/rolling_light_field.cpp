@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
@@ -23,10 +24,10 @@ constexpr int kViews = 8;
 constexpr double kFramesPerSecond = 30;  // of TexturedRoom's times
 
 Twist TwistOf(int view, double turn_rad_s, double shift_m_s) {
-  const double angle = 0.8 * view;
+  const double angle = 0.8 * view, across = std::cos(angle), down = std::sin(angle);
   Twist twist;
-  twist << turn_rad_s * Vector3d(std::cos(angle), std::sin(angle), 0.2),
-      shift_m_s * Vector3d(std::sin(angle), std::cos(angle), 0.3);
+  twist << turn_rad_s * across, turn_rad_s * down, 0.2 * turn_rad_s, shift_m_s * down, shift_m_s * across,
+      0.3 * shift_m_s;
   return twist;
 }
 

@@ -22,17 +22,27 @@ cv::Mat Decoded(const std::string& bytes) {
   return cv::imdecode(std::vector<unsigned char>(bytes.begin(), bytes.end()), cv::IMREAD_UNCHANGED);
 }
 
-const ExifFacts kFacts{.exposure_s = 1.0 / 60,
-                       .f_number = 5.6,
-                       .iso = 250,
-                       .focal_mm = 35,
-                       .lens = "Lens 35",
-                       .maker = "Maker",
-                       .model = "Model 1"};
+ExifFacts AllFacts() {
+  ExifFacts facts;
+  facts.exposure_s = 1.0 / 60;
+  facts.f_number = 5.6;
+  facts.iso = 250;
+  facts.focal_mm = 35;
+  facts.lens = "Lens 35";
+  facts.maker = "Maker";
+  facts.model = "Model 1";
+  return facts;
+}
+
+ExifFacts Exposed(double seconds) {
+  ExifFacts facts;
+  facts.exposure_s = seconds;
+  return facts;
+}
 
 TEST(ExifInsertion, FactsAreReadByTheDocument) {
   for (const std::string& bytes : {JpegBytes(Picture()), PngBytes(Picture())}) {
-    const auto with = WithExif(bytes, kFacts);
+    const auto with = WithExif(bytes, AllFacts());
     ASSERT_TRUE(with);
     const test::ExifTags tags = test::ExifTagsOf(*with);
     EXPECT_DOUBLE_EQ(tags.numbers.at(test::kExposureTimeTag), 1.0 / 60);
@@ -51,16 +61,16 @@ TEST(ExifInsertion, FactsAreReadByTheDocument) {
 
 TEST(ExifInsertion, ExposureTimesComeBackExactly) {
   for (const double seconds : {1e-6, 1 / 8000.0, 0.00123, 1 / 3.0, 0.4, 1.0, 2.5, 30.0, 1000.0}) {
-    const auto with = WithExif(JpegBytes(Picture()), {.exposure_s = seconds});
+    const auto with = WithExif(JpegBytes(Picture()), Exposed(seconds));
     EXPECT_NEAR(test::ExifTagsOf(*with).numbers.at(test::kExposureTimeTag) / seconds, 1, 1e-6) << seconds;
   }
 }
 
 TEST(ExifInsertion, OtherDataStayAndTheSameChangesNothing) {
   for (const std::string& bytes : {JpegBytes(Picture()), PngBytes(Picture())}) {
-    const std::string first = *WithExif(bytes, kFacts);
-    EXPECT_EQ(*WithExif(first, kFacts), first);
-    const std::string second = *WithExif(first, {.exposure_s = 0.5});
+    const std::string first = *WithExif(bytes, AllFacts());
+    EXPECT_EQ(*WithExif(first, AllFacts()), first);
+    const std::string second = *WithExif(first, Exposed(0.5));
     test::ExifTags expected = test::ExifTagsOf(first);
     expected.numbers[test::kExposureTimeTag] = 0.5;
     EXPECT_EQ(test::ExifTagsOf(second), expected);
@@ -69,9 +79,9 @@ TEST(ExifInsertion, OtherDataStayAndTheSameChangesNothing) {
 }
 
 TEST(ExifInsertion, OtherFilesAreLeftAlone) {
-  EXPECT_FALSE(WithExif("II*\0and so on", kFacts));
-  EXPECT_FALSE(WithExif("", kFacts));
-  EXPECT_FALSE(WithExif("\xff\xd8\xff\xe0\xff", kFacts)) << "cut short";
+  EXPECT_FALSE(WithExif("II*\0and so on", AllFacts()));
+  EXPECT_FALSE(WithExif("", AllFacts()));
+  EXPECT_FALSE(WithExif("\xff\xd8\xff\xe0\xff", AllFacts())) << "cut short";
   EXPECT_FALSE(ExifOfPicture("nothing").exposure_s);
 }
 
