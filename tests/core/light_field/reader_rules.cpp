@@ -349,9 +349,6 @@ std::size_t ReadAsLichtFeld(const fs::path& folder) {
       AddPoint(line, read);
     }
   }
-  for (const auto& [id, camera] : read.cameras)
-    if (camera.model == "OPENCV" || camera.model == "FULL_OPENCV" || camera.model == "RADIAL")
-      Require(!(camera.parameters[camera.model == "RADIAL" ? 4 : 5] > 0), "k2 > 0 is not supported");
   for (const auto& [id, image] : read.images) {
     const ColmapRead::Camera& camera = read.cameras.at(image.camera);
     RequirePicture(folder / "images" / image.name, camera.width, camera.height);
@@ -368,6 +365,7 @@ std::size_t ReadAsNerfstudioColmap(const fs::path& folder) {
   std::set<bool> fisheye;
   for (const auto& [id, camera] : read.cameras) {
     Require(camera.model != "FULL_OPENCV", camera.model + " camera model is not supported yet!");
+    Require(camera.model != "OPENCV_FISHEYE" || camera.parameters.back() == 0, "K4/K5/K6 is non-zero!");
     fisheye.insert(camera.model == "OPENCV_FISHEYE");
   }
   Require(fisheye.size() == 1, "multiple camera models are not supported");

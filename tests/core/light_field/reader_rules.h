@@ -3,18 +3,15 @@
 // what it is not.
 //
 //   ReadAsColmap            COLMAP 3.8, Reconstruction::Read: binary wins over text; ids and indices agree
-//   ReadAsInria             graphdeco-inria/gaussian-splatting, scene/colmap_loader.py and
-//   dataset_readers.py:
+//   ReadAsInria             graphdeco-inria/gaussian-splatting, scene/colmap_loader.py, dataset_readers.py:
 //                           binary first, then text, which must be PINHOLE; photographs by their bare names;
 //                           the principal point is taken to be in the middle
 //   ReadAsSceneManager      the pycolmap scene manager (trueprice, rmbrualla) that gsplat's examples used:
-//   the
-//                           text ends at the first empty line
-//   ReadAsLichtFeld         MrNeRF's LichtFeld Studio before it took empty lines: as many lines of points as
-//   of
-//                           images, ten words an image; no k2 above zero
+//                           text ends at the first empty line (and needs Python 2)
+//   ReadAsLichtFeld         MrNeRF's LichtFeld Studio before it took empty lines: ten words an image, as many
+//                           lines of points as of images
 //   ReadAsNerfstudioColmap  nerfstudio's colmap dataparser: text first; one kind of camera for all, no
-//                           FULL_OPENCV
+//                           FULL_OPENCV, no fisheye with k4
 //   ReadAsNerfstudio        nerfstudio's own dataparser: transforms.json; masks for all frames or for none
 //   ReadAsInstantNgp        NVlabs/instant-ngp, src/nerf_loader.cu
 #pragma once

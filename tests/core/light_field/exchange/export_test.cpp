@@ -245,7 +245,7 @@ TEST(Export, ReadersRefuseWhatIsNotUndistorted) {
     const fs::path out = scratch / fmt::format("out{}", static_cast<int>(form));
     Export(source, out, form, false);
     EXPECT_THAT([&] { test::ReadAsInria(out); }, ThrowsMessage<std::runtime_error>(HasSubstr("undistorted")));
-    EXPECT_THAT([&] { test::ReadAsLichtFeld(out); }, ThrowsMessage<std::runtime_error>(HasSubstr("k2")));
+    EXPECT_EQ(test::ReadAsLichtFeld(out), 8u);
     EXPECT_EQ(test::ReadAsSceneManager(out), 8u);
     EXPECT_EQ(test::ReadAsNerfstudioColmap(out), 8u);
   }
@@ -262,6 +262,10 @@ TEST(Export, ReadersRefuseWhatIsNotUndistorted) {
   Export(sixth, scratch / "full", ExportForm::kColmapText, false);
   EXPECT_THAT([&] { test::ReadAsNerfstudioColmap(scratch / "full"); },
               ThrowsMessage<std::runtime_error>(HasSubstr("FULL_OPENCV")));
+  const LightField fisheye = TrackedLightField(scratch / "fisheye", {test::Fisheye()});
+  Export(fisheye, scratch / "fisheye_out", ExportForm::kColmapText, false);
+  EXPECT_THAT([&] { test::ReadAsNerfstudioColmap(scratch / "fisheye_out"); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("K4")));
   const LightField mixed = TrackedLightField(scratch / "mixed", {test::Lens(), test::Fisheye()});
   EXPECT_THAT([&] { Export(mixed, scratch / "mixed_out", ExportForm::kNerfstudio, false); },
               ThrowsMessage<Refusal>(HasSubstr("give undistort")));
