@@ -354,6 +354,7 @@ TEST(HandedOver, NerfstudioHasThePosesAndLenses) {
       const fs::path out = scratch / fmt::format("{}_{}", kind, undistort);
       HandOver(source, out, ExportForm::kNerfstudio, undistort);
       EXPECT_EQ(test::ReadAsNerfstudio(out), 8u);
+      EXPECT_EQ(test::ReadAsBrush(out), 8u);
       ExpectTheSources(source, AsNerfstudio(out), undistort);
     }
   }
