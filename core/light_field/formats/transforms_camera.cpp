@@ -238,7 +238,7 @@ void WriteCamera(const CameraModel& camera, json& object) {
   const auto& c = camera.coefficients;
   switch (camera.distortion) {
     case Distortion::kNone:
-      object["camera_model"] = "PINHOLE";
+      object["camera_model"] = "OPENCV";  // as nerfstudio writes it; Brush refuses PINHOLE
       break;
     case Distortion::kRadialTangential:
       object["camera_model"] = "OPENCV";

@@ -426,6 +426,18 @@ std::size_t ReadAsNerfstudio(const fs::path& folder) {
   return meta.at("frames").size();
 }
 
+std::size_t ReadAsBrush(const fs::path& folder) {
+  const json meta = JsonFromText(std::ifstream(folder / "transforms.json"));
+  for (const json& frame : meta.at("frames")) {
+    const std::string model = frame.value("camera_model", meta.value("camera_model", ""));
+    Require(model.empty() || model == "OPENCV" || model == "OPENCV_FISHEYE",
+            "Unsupported nerfstudio camera_model " + model);
+    Require(fs::exists(folder / frame.at("file_path").get<std::string>()), "image file not found");
+    RequireMatrix(frame);
+  }
+  return meta.at("frames").size();
+}
+
 std::size_t ReadAsInstantNgp(const fs::path& folder) {
   const json meta = JsonFromText(std::ifstream(folder / "transforms.json"));
   Require(meta.contains("frames") && meta.at("frames").is_array(), "does not contain any frames");

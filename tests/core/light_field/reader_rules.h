@@ -13,6 +13,7 @@
 //   ReadAsNerfstudioColmap  nerfstudio's colmap dataparser: text first; one kind of camera for all, no
 //                           FULL_OPENCV, no fisheye with k4
 //   ReadAsNerfstudio        nerfstudio's own dataparser: transforms.json; masks for all frames or for none
+//   ReadAsBrush             ArthurBrussee/brush, formats/nerfstudio.rs: OPENCV, OPENCV_FISHEYE or no word
 //   ReadAsInstantNgp        NVlabs/instant-ngp, src/nerf_loader.cu
 #pragma once
 
@@ -62,6 +63,7 @@ std::size_t ReadAsSceneManager(const std::filesystem::path& folder);
 std::size_t ReadAsLichtFeld(const std::filesystem::path& folder);
 std::size_t ReadAsNerfstudioColmap(const std::filesystem::path& folder);
 std::size_t ReadAsNerfstudio(const std::filesystem::path& folder);
+std::size_t ReadAsBrush(const std::filesystem::path& folder);
 std::size_t ReadAsInstantNgp(const std::filesystem::path& folder);
 
 }  // namespace ulf::test

@@ -65,6 +65,7 @@ std::string NerfSyntheticText(const LightField& exported, const Similarity3& ner
   nlohmann::ordered_json document;
   const CameraModel& camera = exported.cameras.front();  // of all
   document["camera_angle_x"] = 2 * std::atan(0.5 * camera.width / camera.fx);
+  document["camera_angle_y"] = 2 * std::atan(0.5 * camera.height / camera.fy);
   nlohmann::ordered_json frames = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < exported.views.size(); ++i) {
     if (IsForTesting(i) != testing) continue;

@@ -50,8 +50,9 @@ std::string RealityScanXmpText(const CameraModel& camera, int camera_group, cons
 // ("is_fisheye") k1 to k4. It does not train with pixels that are not 0 in dynamic_mask_STEM.png.
 //
 // NeRF's synthetic sets (bmild/nerf, load_blender.py) have one pinhole camera for all, given by
-// "camera_angle_x" alone; photographs are RGBA PNG, named without their ending. z is up, the subject is at
-// the origin, and readers assume depths of 2 to 6: the world is scaled so that cameras are about 4 from it.
+// "camera_angle_x"; LichtFeld Studio asks for "camera_angle_y" where pictures are not square. Photographs are
+// RGBA PNG, named without their ending. z is up, the subject is at the origin, and readers assume depths of 2
+// to 6: the world is scaled so that cameras are about 4 from it.
 
 // Returns the transforms.json without "mask_path", which instant-ngp does not know; its masks are inverted.
 nlohmann::json InstantNgpDocument(const LightField& exported);

@@ -178,6 +178,8 @@ SyntheticSet AsBlenderLoader(const fs::path& folder) {
       sizes.push_back(image.size());
       const double width = image.cols, height = image.rows;
       const double focal = 0.5 * width / std::tan(0.5 * meta.at("camera_angle_x").get<double>());
+      EXPECT_NEAR(0.5 * height / std::tan(0.5 * meta.at("camera_angle_y").get<double>()), focal, 1e-9)
+          << "LichtFeld Studio refuses pictures that are not square without it";
       Matrix4d ours = MatrixOf(frame);
       ours.col(1) *= -1;
       ours.col(2) *= -1;
@@ -352,6 +354,7 @@ TEST(HandedOver, NerfstudioHasThePosesAndLenses) {
       const fs::path out = scratch / fmt::format("{}_{}", kind, undistort);
       HandOver(source, out, ExportForm::kNerfstudio, undistort);
       EXPECT_EQ(test::ReadAsNerfstudio(out), 8u);
+      EXPECT_EQ(test::ReadAsBrush(out), 8u);
       ExpectTheSources(source, AsNerfstudio(out), undistort);
     }
   }
