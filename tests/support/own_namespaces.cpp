@@ -12,6 +12,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <opencv2/core/utility.hpp>
 #include <vector>
 
 namespace ulf::test {
@@ -26,6 +28,10 @@ std::optional<std::string> MountSmallDisk(const std::filesystem::path& folder, s
     std::ofstream("/proc/self/uid_map") << "0 " << uid << " 1";
     std::ofstream("/proc/self/gid_map") << "0 " << gid << " 1";
   }
+  // Threads that run already stay in the namespace before and do not see the disk. In a process of many
+  // tests these are OpenCV's, which is told to use none.
+  const auto tasks = std::filesystem::directory_iterator("/proc/self/task");
+  if (std::distance(begin(tasks), end(tasks)) > 1) cv::setNumThreads(1);
   const std::string size = fmt::format("size={}", bytes);
   if (mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
       mount("tmpfs", folder.c_str(), "tmpfs", 0, size.c_str()) != 0)
