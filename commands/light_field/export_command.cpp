@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "commands/light_field/export_depths.h"
 #include "commands/light_field/export_scene.h"
 #include "commands/light_field/measured_points.h"
 #include "commands/options/subcommands.h"
@@ -28,6 +29,7 @@ struct ExportArgs {
   bool undistort = false;
   bool binary = false;
   bool known_points = false;
+  bool depth = false;
   int threads = 2;
   bool json = false;
 };
@@ -67,7 +69,7 @@ void PrintCommands(const std::vector<std::string>& commands) {
 }
 
 void PrintText(const ExportArgs& args, const ExportSummary& summary, const MeasuredPoints& measured,
-               bool has_points) {
+               const ExportedDepths& depths, bool has_points) {
   const std::string how = summary.copied == 0 ? "all drawn anew"
                           : summary.made == 0 ? "all copied as they are"
                                               : fmt::format("{} of them copied as they are", summary.copied);
@@ -76,6 +78,7 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Measu
   for (std::size_t i = 0; i < summary.cameras.size(); ++i)
     fmt::print("{}", Described(summary.cameras[i], i + 1));
   if (has_points) PrintPoints(summary.points);
+  fmt::print("{}", DepthsText(depths, summary.depths));
   fmt::print("{}", PointDoubtsText(measured));
   for (const std::string& doubt : summary.doubts) fmt::print("{}\n", doubt);
   PrintCommands(summary.commands);
@@ -95,6 +98,9 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
   RequireRoomFor(light_field, args.output, options);
+  ExportedDepths depths;
+  if (args.depth) depths = DepthsOf(light_field, form);
+  options.depths = depths.source;
   if (measures)
     measured = MeasurePointsAnew(light_field, [&](double done, const std::string& stage) {
       progress.Show(points_share * done, stage);
@@ -109,7 +115,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   };
   const ExportSummary summary = ExportLightField(light_field, args.output, options);
   if (!args.json) {
-    PrintText(args, summary, measured, HasPoints(form));
+    PrintText(args, summary, measured, depths, HasPoints(form));
     return kOk;
   }
   nlohmann::ordered_json json{{"output", args.output},
@@ -123,6 +129,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
                               {"mean_error_px", summary.points.mean_error_px}};
   if (!summary.commands.empty()) json["commands"] = summary.commands;
   if (measured.done) json["pose_error_px"] = measured.pose_error_px;
+  if (args.depth) json["depths"] = DepthsJson(depths, summary.depths);
   for (const Undistortion& camera : summary.cameras) json["cameras"].push_back(CameraJson(camera));
   fmt::print("{}\n", JsonText(json, 2));
   return kOk;
@@ -165,6 +172,10 @@ void AddForm(CLI::App& command, ChosenCommand& chosen, const FormOption& option)
   if (HasPoints(option.form))
     form->add_flag("--known-points", args->known_points,
                    "Export the light field's own points (default: measure all points that its views share)");
+  if (HasDepths(option.form))
+    form->add_flag(
+        "--depth", args->depth,
+        "Write depth maps of the photographs to depths/, from the light field's mesh and depth maps");
   form->add_option("--threads", args->threads, "Number of threads (default: all processors)")
       ->check(CLI::Range(1, 256));
   form->add_flag("--json", args->json, "Print one JSON object");

@@ -5,20 +5,18 @@
 #include <algorithm>
 #include <exception>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/base/lowercase.h"
+#include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/parallel_for.h"
-#include "core/image/files/exr_file.h"
-#include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
-#include "core/image/files/png_picture.h"
 #include "core/light_field/exchange/conversions.h"
+#include "core/light_field/exchange/exported_photographs.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/writers/set_writers.h"
 #include "core/light_field/exchange/writers/unit_cube.h"
@@ -35,11 +33,11 @@ namespace fs = std::filesystem;
 
 // The requirements of a form for photographs and masks.
 struct FormRules {
-  enum class Masks { kBeside, kSuffix, kDynamic, kLayer, kAlpha };
   bool has_points = true;
-  Masks masks = Masks::kBeside;
-  bool by_stem = false;   // photographs differ by their names without the ending
-  bool one_lens = false;  // one pinhole camera for all
+  MaskPlace masks = MaskPlace::kBeside;
+  bool by_stem = false;    // photographs differ by their names without the ending
+  bool one_lens = false;   // one pinhole camera for all
+  bool has_depths = true;  // its readers take depth maps
 };
 
 FormRules RulesOf(ExportForm form) {
@@ -49,13 +47,17 @@ FormRules RulesOf(ExportForm form) {
     case ExportForm::kNerfstudio:
       return {};
     case ExportForm::kInstantNgp:
-      return {.has_points = false, .masks = FormRules::Masks::kDynamic, .by_stem = true};
+      return {.has_points = false, .masks = MaskPlace::kDynamic, .by_stem = true};
     case ExportForm::kNerfSynthetic:
-      return {.has_points = false, .masks = FormRules::Masks::kAlpha, .by_stem = true, .one_lens = true};
+      return {.has_points = false,
+              .masks = MaskPlace::kAlpha,
+              .by_stem = true,
+              .one_lens = true,
+              .has_depths = false};
     case ExportForm::kRealityScan:
-      return {.has_points = false, .masks = FormRules::Masks::kLayer, .by_stem = true};
+      return {.has_points = false, .masks = MaskPlace::kLayer, .by_stem = true, .has_depths = false};
     case ExportForm::kMetashape:
-      return {.masks = FormRules::Masks::kSuffix, .by_stem = true};
+      return {.masks = MaskPlace::kSuffix, .by_stem = true, .has_depths = false};
   }
   return {};
 }
@@ -68,22 +70,6 @@ bool IsUndistorted(const ExportOptions& options) {
   return options.undistort || RulesOf(options.form).one_lens;
 }
 
-std::string MaskName(FormRules::Masks masks, const std::string& name) {
-  switch (masks) {
-    case FormRules::Masks::kBeside:
-      return "masks/" + name + ".png";
-    case FormRules::Masks::kSuffix:
-      return "masks/" + fs::path(name).stem().string() + "_mask.png";
-    case FormRules::Masks::kDynamic:
-      return "images/dynamic_mask_" + fs::path(name).stem().string() + ".png";
-    case FormRules::Masks::kLayer:
-      return "images/" + name + ".mask.png";
-    case FormRules::Masks::kAlpha:
-      break;
-  }
-  return {};
-}
-
 // All photographs of an export are in one folder.
 std::string NameInExport(const std::string& image_path, std::set<std::string>& taken) {
   std::string name = SafeName(NameInImagesFolder(image_path));
@@ -91,8 +77,6 @@ std::string NameInExport(const std::string& image_path, std::set<std::string>& t
       name, [](char c) { return c == '/' || c == '\\'; }, '_');
   return UniqueName(name, taken);
 }
-
-std::string Ending(const std::string& path) { return Lowercase(fs::path(path).extension().string()); }
 
 bool StaysAsItIs(const View& view, const std::vector<Undistortion>& cameras) {
   return cameras.empty() || cameras[static_cast<std::size_t>(view.camera)].is_identity;
@@ -124,114 +108,22 @@ void MoveObservations(const LightField& from, const std::vector<Undistortion>& c
     });
 }
 
-// `colors` are those of an EXR.
-std::string Encoded(const std::string& ending, const cv::Mat& pixels, const ExrColors& colors = {}) {
-  if (ending == ".exr") {
-    std::vector<ExrChannel> channels;
-    const std::string names = pixels.channels() == 1 ? "Y" : "BGR";
-    for (int c = 0; c < static_cast<int>(names.size()); ++c)
-      channels.push_back({names.substr(static_cast<std::size_t>(c), 1), pixels, c});
-    return ExrBytes(channels, ExrCompression::kZip, colors);
-  }
-  return PngBytes(pixels);
+void Add(const DepthSummary& of_view, DepthSummary& all) {
+  all.maps += of_view.maps;
+  all.pixels += of_view.pixels;
+  all.known += of_view.known;
+  all.beyond += of_view.beyond;
 }
-
-// Such pixels have been converted to sRGB's primaries.
-bool IsExrWithColors(const fs::path& original) {
-  return Ending(original) == ".exr" && fs::exists(original) && ExrColorsOf(original);
-}
-
-// If one view has a mask, every view gets one, because nerfstudio takes all or none.
-cv::Mat MaskOf(const LightField& light_field, const View& view) {
-  const CameraModel& camera = light_field.CameraOf(view);
-  const cv::Mat mask = ReadViewMask(light_field, view);
-  return mask.empty() ? cv::Mat(camera.height, camera.width, CV_8U, cv::Scalar(255)) : mask;
-}
-
-cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
-  cv::Mat all;
-  cv::merge(std::array{bgr, alpha}, all);
-  return all;
-}
-
-struct Files {
-  std::vector<std::pair<fs::path, std::string>> contents;
-  bool copied = false;
-  StoredPicture stored = {};  // facts of a copied picture, without its pixels
-};
-
-class Pictures {
- public:
-  Pictures(const LightField& from, const LightField& to, const std::vector<Undistortion>& cameras,
-           FormRules::Masks masks, const fs::path& folder)
-      : from_(from), to_(to), cameras_(cameras), masks_(masks), folder_(folder) {
-    for (const Undistortion& undistortion : cameras)
-      maps_.push_back(undistortion.is_identity ? UndistortionMap{} : MapOf(undistortion));
-  }
-
-  Files Of(std::size_t index) const {
-    const View &view = from_.views[index], &exported = to_.views[index];
-    const bool stays = StaysAsItIs(view, cameras_);
-    const fs::path original = from_.root / view.image_path;
-    const bool is_raw = IsRawFile(original);  // no other program reads it
-    Files files;
-    files.copied = stays && !is_raw && masks_ != FormRules::Masks::kAlpha && fs::is_regular_file(original);
-    Image image;
-    if (files.copied) {
-      files.stored = ReadPicture(original.string());
-      files.stored.alpha.release();
-    }
-    LogWarnings(original.string(), files.stored);
-    // The light field's own reader reports a wrong size.
-    const CameraModel& camera = from_.CameraOf(view);
-    if (!files.copied || files.stored.pixels.size() != cv::Size(camera.width, camera.height))
-      image = ReadRecordedImage(from_, view);
-    files.stored.pixels.release();
-    if (masks_ == FormRules::Masks::kAlpha) {
-      cv::Mat pixels = Srgb8(image), mask = MaskOf(from_, view);
-      if (pixels.channels() == 1) cv::cvtColor(pixels, pixels, cv::COLOR_GRAY2BGR);
-      if (!stays) {
-        pixels = Undistorted(MapFor(view), pixels);
-        mask = UndistortedMask(MapFor(view), mask);
-      }
-      files.contents.emplace_back(folder_ / exported.image_path, PngBytes(WithAlpha(pixels, mask)));
-      return files;
-    }
-    if (is_raw) image.pixels = Srgb8(image);
-    files.contents.emplace_back(folder_ / exported.image_path,
-                                files.copied
-                                    ? ReadWholeFile(original)
-                                    : Encoded(Ending(exported.image_path),
-                                              stays ? image.pixels : Undistorted(MapFor(view), image.pixels),
-                                              IsExrWithColors(original) ? ExrColors(kRec709) : std::nullopt));
-    if (exported.mask_path.empty()) return files;
-    cv::Mat mask = MaskOf(from_, view);
-    if (!stays) mask = UndistortedMask(MapFor(view), mask);
-    if (masks_ == FormRules::Masks::kDynamic) mask = mask == 0;
-    files.contents.emplace_back(folder_ / exported.mask_path, Encoded(".png", mask));
-    return files;
-  }
-
- private:
-  const UndistortionMap& MapFor(const View& view) const {
-    return maps_[static_cast<std::size_t>(view.camera)];
-  }
-  const LightField &from_, &to_;
-  const std::vector<Undistortion>& cameras_;
-  const FormRules::Masks masks_;
-  const fs::path folder_;
-  std::vector<UndistortionMap> maps_;
-};
 
 // Makes a few at a time on all processors, then writes them in order.
-void WritePictures(const Pictures& pictures, std::size_t count, const ExportOptions& options,
+void WritePictures(const ExportedPhotographs& pictures, std::size_t count, const ExportOptions& options,
                    ExportSummary& summary) {
   CopiedColorEncodings meanings;
   const std::size_t at_once = 4 * static_cast<std::size_t>(std::max(1, cv::getNumThreads()));
   for (std::size_t done = 0; done < count; done += at_once) {
     if (options.stop && options.stop()) throw Error("stopped before the end, as asked; nothing was exported");
     const std::size_t some = std::min(at_once, count - done);
-    std::vector<Files> files(some);
+    std::vector<ExportedFiles> files(some);
     std::vector<std::exception_ptr> problems(some);
     ParallelFor(some, [&](std::size_t i) {
       try {
@@ -243,10 +135,11 @@ void WritePictures(const Pictures& pictures, std::size_t count, const ExportOpti
     for (const std::exception_ptr& problem : problems)
       if (problem) std::rethrow_exception(problem);
     FileBatch batch;
-    for (const Files& of_view : files) {
+    for (const ExportedFiles& of_view : files) {
       ++(of_view.copied ? summary.copied : summary.made);
       meanings.Add(of_view.stored);
-      summary.masks += of_view.contents.size() - 1;
+      summary.masks += of_view.has_mask;
+      Add(of_view.depths, summary.depths);
       for (const auto& [path, bytes] : of_view.contents) batch.Write(path, ContentOf(bytes));
     }
     batch.Commit();
@@ -290,8 +183,26 @@ void WriteXmpFiles(const LightField& exported, const fs::path& folder) {
   }
 }
 
-void WriteModel(const LightField& exported, ExportForm form, const fs::path& folder, const fs::path& out,
-                ExportSummary& summary) {
+// The same numbers for both programs; nerfstudio itself takes the unit from its command line alone.
+void NameDepths(const LightField& exported, const ExportOptions& options, nlohmann::json& document) {
+  if (!options.depths) return;
+  const bool is_ngp = options.form == ExportForm::kInstantNgp;
+  document[is_ngp ? "integer_depth_scale" : "depth_unit_scale_factor"] = options.depths->png_unit;
+  for (std::size_t i = 0; i < exported.views.size(); ++i)
+    document["frames"][i][is_ngp ? "depth_path" : "depth_file_path"] =
+        DepthPathOf(exported.views[i].image_path) + ".png";
+}
+
+void WriteTransforms(const LightField& exported, const ExportOptions& options, const fs::path& folder) {
+  nlohmann::json document =
+      options.form == ExportForm::kInstantNgp ? InstantNgpDocument(exported) : TransformsDocument(exported);
+  NameDepths(exported, options, document);
+  WriteFileAtomically(folder / kTransformsFile, JsonText(document, 1) + "\n");
+}
+
+void WriteModel(const LightField& exported, const ExportOptions& options, const fs::path& folder,
+                const fs::path& out, ExportSummary& summary) {
+  const ExportForm form = options.form;
   if (!exported.points.empty() && (form == ExportForm::kNerfstudio || form == ExportForm::kMetashape))
     WriteFileAtomically(folder / "points.ply", PointPlyBytes(exported.points));
   switch (form) {
@@ -299,9 +210,8 @@ void WriteModel(const LightField& exported, ExportForm form, const fs::path& fol
     case ExportForm::kColmapBinary:
       return WriteColmap(exported, form == ExportForm::kColmapBinary, folder, out, summary);
     case ExportForm::kNerfstudio:
-      return WriteFileAtomically(folder / kTransformsFile, TransformsJsonText(exported));
     case ExportForm::kInstantNgp:
-      return WriteFileAtomically(folder / kTransformsFile, InstantNgpText(exported));
+      return WriteTransforms(exported, options, folder);
     case ExportForm::kNerfSynthetic:
       return WriteNerfSynthetic(exported, folder);
     case ExportForm::kRealityScan:
@@ -349,24 +259,24 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
   for (std::size_t i = 0; i < cameras.size(); ++i) exported.cameras[i] = cameras[i].to;
   exported.flat_fields.clear();
   exported.color_profiles.clear();
-  const bool masks = AnyMask(light_field), alpha = rules.masks == FormRules::Masks::kAlpha;
+  const bool masks = AnyMask(light_field), alpha = rules.masks == MaskPlace::kAlpha;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < exported.views.size(); ++i) {
     View& view = exported.views[i];
     const bool is_there = fs::is_regular_file(light_field.root / view.image_path);
     fs::path path = view.image_path;
-    if (alpha ||
-        (!(StaysAsItIs(view, cameras) && is_there && !IsRawFile(path)) && Ending(view.image_path) != ".exr"))
+    if (alpha || (!(StaysAsItIs(view, cameras) && is_there && !IsRawFile(path)) &&
+                  LowercaseEnding(view.image_path) != ".exr"))
       path.replace_extension(".png");
     std::string name = path.generic_string(), ending;
-    if (rules.by_stem) {
+    if (rules.by_stem || options.depths) {
       ending = path.extension().string();
       name.resize(name.size() - ending.size());
-      std::ranges::replace(name, '.', '_');  // a reader would take what follows for the ending
     }
+    if (rules.by_stem) std::ranges::replace(name, '.', '_');  // a reader would take the rest for the ending
     name = NameInExport(name, taken) + ending;
     view.image_path = (!alpha ? "images/" : IsForTesting(i) ? "test/" : "train/") + name;
-    view.mask_path = masks ? MaskName(rules.masks, name) : "";
+    view.mask_path = masks ? MaskPathOf(rules.masks, name) : "";
     view.master_path.clear();
     view.master_transfer.reset();
     view.master_mosaic = Mosaic::kNone;
@@ -383,6 +293,8 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
 }  // namespace
 
 bool HasPoints(ExportForm form) { return RulesOf(form).has_points; }
+
+bool HasDepths(ExportForm form) { return RulesOf(form).has_depths; }
 
 void RequireOutside(const fs::path& light_field, const fs::path& out, std::string_view parameter) {
   const fs::path inside = fs::weakly_canonical(out).lexically_relative(fs::weakly_canonical(light_field));
@@ -407,7 +319,7 @@ void RequireExportable(const LightField& light_field, const fs::path& out, const
 }
 
 void RequireRoomFor(const LightField& light_field, const fs::path& out, const ExportOptions& options) {
-  if (IsUndistorted(options) || RulesOf(options.form).masks == FormRules::Masks::kAlpha) return;
+  if (IsUndistorted(options) || RulesOf(options.form).masks == MaskPlace::kAlpha) return;
   std::uint64_t bytes = 0;
   for (const View& view : light_field.views) {
     std::error_code missing;
@@ -428,9 +340,10 @@ ExportSummary ExportLightField(const LightField& light_field, const fs::path& ou
   for (const View& view : exported.views)
     for (const std::string& path : {view.image_path, view.mask_path})
       if (!path.empty()) MakeFolder((folder.path() / path).parent_path());
-  WritePictures(Pictures(light_field, exported, summary.cameras, rules.masks, folder.path()),
-                exported.views.size(), options, summary);
-  WriteModel(exported, options.form, folder.path(), out, summary);
+  WritePictures(
+      ExportedPhotographs(light_field, exported, summary.cameras, rules.masks, options, folder.path()),
+      exported.views.size(), options, summary);
+  WriteModel(exported, options, folder.path(), out, summary);
   if (options.form == ExportForm::kNerfSynthetic)
     std::ranges::move(
         NerfSyntheticDoubts(exported, SubjectForExport(exported, "nerf-synthetic"), AnyMask(light_field)),

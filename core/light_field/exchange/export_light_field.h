@@ -8,6 +8,8 @@
 //   RealityScan     images/NAME  images/STEM.xmp  images/NAME.mask.png
 //   Metashape       images/NAME  masks/STEM_mask.png  cameras.xml  points.ply
 //
+// On request COLMAP's, nerfstudio's and instant-ngp's folders get depths/STEM.exr and depths/STEM.png, too.
+//
 // Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are
 // copied byte for byte. Names lose folders and spaces, which some readers do not accept. The export is
 // complete, or the folder `out` does not exist.
@@ -15,6 +17,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,17 +39,38 @@ enum class ExportForm {
 };
 // Returns whether the form has points; if not, none need be measured.
 bool HasPoints(ExportForm form);
+// Returns whether the form's programs read depth maps.
+bool HasDepths(ExportForm form);
+
+// The depth of an exported photograph's pixels, of its size.
+struct PhotographDepth {
+  cv::Mat depth;       // CV_32F, along the optical axis, world units; 0: unknown
+  cv::Mat confidence;  // CV_32F, 0 to 1; empty: nothing judges the depths
+};
+struct DepthSource {
+  // Is called by several threads with a view of the light field and its camera in the export.
+  std::function<PhotographDepth(const View& view, const CameraModel& exported)> of;
+  double png_unit = 1e-3;  // world units that 1 in a PNG stands for
+};
 
 struct ExportOptions {
   ExportForm form = ExportForm::kColmapText;
   bool undistort = false;
+  std::optional<DepthSource> depths = {};  // none: no depth maps
   std::function<void(double share, const std::string& what)> progress = {};
   std::function<bool()> stop = {};  // polled; if true, the export throws Error and leaves nothing
+};
+
+struct DepthSummary {
+  std::size_t maps = 0;
+  // Numbers of pixels: all, those with a depth, and those too deep for the PNG, where it has 0.
+  std::size_t pixels = 0, known = 0, beyond = 0;
 };
 
 struct ExportSummary {
   std::size_t copied = 0, made = 0;  // numbers of photographs copied unchanged, and written anew
   std::size_t masks = 0;
+  DepthSummary depths;
   std::vector<Undistortion> cameras;  // by index into LightField::cameras; empty if nothing was undistorted
   PointStatistics points;
   std::vector<std::string> doubts;    // sentences on what the form's programs will not read as it is

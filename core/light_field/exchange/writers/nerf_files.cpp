@@ -21,7 +21,7 @@ constexpr double kCameraDistance = 4, kNearest = 2, kFarthest = 6;
 
 }  // namespace
 
-std::string InstantNgpText(const LightField& exported) {
+nlohmann::json InstantNgpDocument(const LightField& exported) {
   LightField unmasked = exported;
   for (View& view : unmasked.views) view.mask_path.clear();
   nlohmann::json document = TransformsDocument(unmasked);
@@ -31,7 +31,7 @@ std::string InstantNgpText(const LightField& exported) {
   document["offset"] = Vector3ToJson(cube.offset);
   document["up"] = Vector3ToJson(exported.UpInWorld());
   document.erase("ply_file_path");  // training starts without points
-  return JsonText(document, 1) + "\n";
+  return document;
 }
 
 Similarity3 NerfFromWorld(const LightField& light_field, const Subject& subject) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,7 +54,7 @@ std::string RealityScanXmpText(const CameraModel& camera, int camera_group, cons
 // the origin, and readers assume depths of 2 to 6: the world is scaled so that cameras are about 4 from it.
 
 // Returns the transforms.json without "mask_path", which instant-ngp does not know; its masks are inverted.
-std::string InstantNgpText(const LightField& exported);
+nlohmann::json InstantNgpDocument(const LightField& exported);
 
 // Returns the transform from the light field's world to that of NeRF's synthetic sets.
 Similarity3 NerfFromWorld(const LightField& light_field, const Subject& subject);

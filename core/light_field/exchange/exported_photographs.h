@@ -1,0 +1,59 @@
+// Makes the photographs of an export, with their masks and depth maps, as the contents of files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/image/undistortion.h"
+#include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+// Where a form of export wants masks: masks/NAME.png, masks/STEM_mask.png, images/dynamic_mask_STEM.png (not
+// 0: excluded), images/NAME.mask.png, or in the photograph's alpha channel.
+enum class MaskPlace { kBeside, kSuffix, kDynamic, kLayer, kAlpha };
+// Returns the path of the mask of a photograph of this name in images/; empty for kAlpha.
+std::string MaskPathOf(MaskPlace place, const std::string& name);
+
+// Returns the path of a depth map without its ending, depths/STEM, for a photograph at `image_path`.
+std::string DepthPathOf(const std::string& image_path);
+
+std::string LowercaseEnding(const std::string& path);  // ".png"
+
+struct ExportedFiles {
+  std::vector<std::pair<std::filesystem::path, std::string>> contents;  // the photograph's first
+  bool copied = false;                                                  // its bytes are the original's
+  bool has_mask = false;
+  StoredPicture stored = {};  // facts of a copied picture, without its pixels
+  DepthSummary depths = {};
+};
+
+class ExportedPhotographs {
+ public:
+  // `to` is `from` as it is exported: the same views, with paths below `folder`. `cameras` are by index, or
+  // empty if nothing is undistorted. All must outlive it.
+  ExportedPhotographs(const LightField& from, const LightField& to, const std::vector<Undistortion>& cameras,
+                      MaskPlace masks, const ExportOptions& options, const std::filesystem::path& folder);
+  // Returns the files of the view at this index. Several threads may call it. Throws Error if the photograph
+  // cannot be read.
+  ExportedFiles Of(std::size_t index) const;
+
+ private:
+  bool StaysAsItIs(const View& view) const;
+  const UndistortionMap& MapFor(const View& view) const;
+  ExportedFiles PhotographOf(const View& view, const View& exported) const;
+  cv::Mat MaskFor(const View& view) const;
+  void AddDepth(const View& view, const View& exported, const cv::Mat& mask, ExportedFiles& files) const;
+
+  const LightField &from_, &to_;
+  const std::vector<Undistortion>& cameras_;
+  const MaskPlace masks_;
+  const ExportOptions& options_;
+  const std::filesystem::path folder_;
+  std::vector<UndistortionMap> maps_;
+};
+
+}  // namespace ulf
