@@ -3,11 +3,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
 #include "commands/light_field/export_depths.h"
+#include "commands/light_field/export_light.h"
 #include "commands/light_field/export_scene.h"
 #include "commands/light_field/measured_points.h"
 #include "commands/options/subcommands.h"
@@ -22,7 +24,7 @@
 namespace ulf::commands {
 namespace {
 
-struct ExportArgs {
+struct ExportArgs : LightArgs {
   std::string dir;
   std::string output;
   std::string subject;
@@ -101,6 +103,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   ExportedDepths depths;
   if (args.depth) depths = DepthsOf(light_field, form);
   options.depths = depths.source;
+  const auto light_words = SetLight(args, light_field, options);
   if (measures)
     measured = MeasurePointsAnew(light_field, [&](double done, const std::string& stage) {
       progress.Show(points_share * done, stage);
@@ -113,7 +116,8 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   options.progress = [&](double share, const std::string& what) {
     progress.Show(points_share + (1 - points_share) * share, what);
   };
-  const ExportSummary summary = ExportLightField(light_field, args.output, options);
+  ExportSummary summary = ExportLightField(light_field, args.output, options);
+  std::ranges::move(light_words(summary), std::back_inserter(summary.doubts));
   if (!args.json) {
     PrintText(args, summary, measured, depths, HasPoints(form));
     return kOk;
@@ -172,6 +176,7 @@ void AddForm(CLI::App& command, ChosenCommand& chosen, const FormOption& option)
   if (HasPoints(option.form))
     form->add_flag("--known-points", args->known_points,
                    "Export the light field's own points (default: measure all points that its views share)");
+  AddLightOptions(*form, *args, option.form != ExportForm::kNerfSynthetic);
   if (HasDepths(option.form))
     form->add_flag(
         "--depth", args->depth,

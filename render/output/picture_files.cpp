@@ -71,15 +71,7 @@ cv::Mat ShownLight(const Rendering& picture, const PictureEncoding& encoding) {
 }
 
 cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
-  const auto gain = static_cast<float>(std::exp2(exposure_stops));
-  cv::Mat encoded(linear.size(), CV_16UC3);
-  for (int y = 0; y < linear.rows; ++y) {
-    const float* in = linear.ptr<float>(y);
-    std::uint16_t* out = encoded.ptr<std::uint16_t>(y);
-    for (int x = 0; x < 3 * linear.cols; ++x)
-      out[x] = cv::saturate_cast<std::uint16_t>(65535 * SrgbFromLinear(std::clamp(gain * in[x], 0.0f, 1.0f)));
-  }
-  return encoded;
+  return Srgb16FromLinear(linear * std::exp2(exposure_stops));
 }
 
 std::string ExrOf(const Rendering& picture, const PictureEncoding& encoding) {

@@ -5,6 +5,7 @@
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
+#include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
@@ -316,7 +317,8 @@ cv::Mat HalfFromFloat(const cv::Mat& pixels) {
 }
 
 std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression,
-                     const ExrColors& colors, const std::map<std::string, std::string>& attributes) {
+                     const ExrColors& colors, const std::map<std::string, std::string>& attributes,
+                     const std::map<std::string, float>& numbers) {
   const cv::Size size = channels.front().pixels.size();
   Imf::Header header(size.width, size.height);
   header.compression() = compression == ExrCompression::kPiz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
@@ -327,6 +329,7 @@ std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression com
     if (xy == kRec709) header.insert("colorInteropID", Imf::StringAttribute("lin_rec709_scene"));
   }
   for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
+  for (const auto& [name, number] : numbers) header.insert(name, Imf::FloatAttribute(number));
   Imf::FrameBuffer buffer;
   for (const ExrChannel& channel : channels) {
     const Imf::PixelType type = channel.pixels.depth() == CV_16F ? Imf::HALF : Imf::FLOAT;

@@ -3,11 +3,14 @@
 #include <fmt/core.h>
 #include <png.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csetjmp>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -17,6 +20,7 @@
 #include "core/image/files/exif.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
+#include "core/image/image.h"
 
 namespace ulf {
 namespace {
@@ -258,6 +262,18 @@ std::string PngBytes(const cv::Mat& pixels) {
                 pixels.cols, pixels.rows, channels, depth,
                 report.error[0] != '\0' ? fmt::format(": {}", report.error.data()) : "");
   return bytes;
+}
+
+cv::Mat Srgb16FromLinear(const cv::Mat& linear) {
+  constexpr float kFull = std::numeric_limits<std::uint16_t>::max();
+  cv::Mat encoded(linear.size(), CV_16UC3);
+  for (int y = 0; y < linear.rows; ++y) {
+    const float* in = linear.ptr<float>(y);
+    std::uint16_t* out = encoded.ptr<std::uint16_t>(y);
+    for (int x = 0; x < 3 * linear.cols; ++x)
+      out[x] = cv::saturate_cast<std::uint16_t>(kFull * SrgbFromLinear(std::clamp(in[x], 0.0f, 1.0f)));
+  }
+  return encoded;
 }
 
 }  // namespace ulf

@@ -17,4 +17,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name);
 // Encodes 8 or 16 bits, one channel, B G R or B G R A; fast rather than small. Throws Error for others.
 std::string PngBytes(const cv::Mat& pixels);
 
+// Converts linear light (CV_32FC3, clamped to 0..1) to the pixels of a PNG of 16 bits: CV_16UC3, sRGB.
+cv::Mat Srgb16FromLinear(const cv::Mat& linear);
+
 }  // namespace ulf

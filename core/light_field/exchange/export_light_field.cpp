@@ -139,6 +139,7 @@ void WritePictures(const ExportedPhotographs& pictures, std::size_t count, const
       ++(of_view.copied ? summary.copied : summary.made);
       meanings.Add(of_view.stored);
       summary.masks += of_view.has_mask;
+      summary.with_exposures += of_view.has_exposure;
       Add(of_view.depths, summary.depths);
       for (const auto& [path, bytes] : of_view.contents) batch.Write(path, ContentOf(bytes));
     }
@@ -263,11 +264,9 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
   std::set<std::string> taken;
   for (std::size_t i = 0; i < exported.views.size(); ++i) {
     View& view = exported.views[i];
-    const bool is_there = fs::is_regular_file(light_field.root / view.image_path);
     fs::path path = view.image_path;
-    if (alpha || (!(StaysAsItIs(view, cameras) && is_there && !IsRawFile(path)) &&
-                  LowercaseEnding(view.image_path) != ".exr"))
-      path.replace_extension(".png");
+    path.replace_extension(alpha ? ".png"
+                                 : EndingInExport(light_field, view, StaysAsItIs(view, cameras), options));
     std::string name = path.generic_string(), ending;
     if (rules.by_stem || options.depths) {
       ending = path.extension().string();

@@ -53,9 +53,21 @@ struct DepthSource {
   double png_unit = 1e-3;  // world units that 1 in a PNG stands for
 };
 
+// How photographs are written. kAsTheyAre: copied where nothing changes them, otherwise PNG of 8 bits. The
+// others take the view's light of highest dynamic range (ReadRecordedLight()); kExr is linear light above
+// black, 32-bit float, with chromaticities where the colours are known.
+enum class PhotographFormat { kAsTheyAre, kJpeg, kPng16, kExr };
+
 struct ExportOptions {
   ExportForm form = ExportForm::kColmapText;
   bool undistort = false;
+  PhotographFormat format = PhotographFormat::kAsTheyAre;
+  int jpeg_quality = 95;
+  // Writes exposure time, f-number, ISO, focal length, lens and camera into photographs, as far as they are
+  // known: Exif in JPEG and PNG, attributes in EXR.
+  bool with_exposures = false;
+  // Returns the photograph in even light (CV_32FC3, linear), called by several threads; empty: as recorded.
+  std::function<cv::Mat(const View& view)> even_light = {};
   std::optional<DepthSource> depths = {};  // none: no depth maps
   std::function<void(double share, const std::string& what)> progress = {};
   std::function<bool()> stop = {};  // polled; if true, the export throws Error and leaves nothing
@@ -70,6 +82,7 @@ struct DepthSummary {
 struct ExportSummary {
   std::size_t copied = 0, made = 0;  // numbers of photographs copied unchanged, and written anew
   std::size_t masks = 0;
+  std::size_t with_exposures = 0;  // photographs that say their exposure, of those that were to
   DepthSummary depths;
   std::vector<Undistortion> cameras;  // by index into LightField::cameras; empty if nothing was undistorted
   PointStatistics points;

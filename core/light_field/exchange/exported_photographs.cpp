@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
-#include <opencv2/imgproc.hpp>
+#include <map>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/image/files/exif_insertion.h"
 #include "core/image/files/exr_file.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
@@ -92,6 +95,25 @@ std::string MaskPathOf(MaskPlace place, const std::string& name) {
   return {};
 }
 
+bool IsCopied(const LightField& light_field, const View& view, bool stays, const ExportOptions& options) {
+  const fs::path original = light_field.root / view.image_path;
+  if (!stays || options.even_light || IsRawFile(original) || !fs::is_regular_file(original)) return false;
+  const std::string ending = LowercaseEnding(view.image_path);
+  return options.format == PhotographFormat::kAsTheyAre ||
+         (options.format == PhotographFormat::kJpeg && (ending == ".jpg" || ending == ".jpeg"));
+}
+
+std::string EndingInExport(const LightField& light_field, const View& view, bool stays,
+                           const ExportOptions& options) {
+  if (IsCopied(light_field, view, stays, options)) return fs::path(view.image_path).extension().string();
+  const bool is_exr = options.format == PhotographFormat::kAsTheyAre && !options.even_light &&
+                      LowercaseEnding(view.image_path) == ".exr";
+  if (is_exr) return fs::path(view.image_path).extension().string();
+  return options.format == PhotographFormat::kExr    ? ".exr"
+         : options.format == PhotographFormat::kJpeg ? ".jpg"
+                                                     : ".png";
+}
+
 std::string DepthPathOf(const std::string& image_path) {
   return "depths/" + fs::path(image_path).stem().string();
 }
@@ -99,7 +121,13 @@ std::string DepthPathOf(const std::string& image_path) {
 ExportedPhotographs::ExportedPhotographs(const LightField& from, const LightField& to,
                                          const std::vector<Undistortion>& cameras, MaskPlace masks,
                                          const ExportOptions& options, const fs::path& folder)
-    : from_(from), to_(to), cameras_(cameras), masks_(masks), options_(options), folder_(folder) {
+    : from_(from),
+      to_(to),
+      cameras_(cameras),
+      masks_(masks),
+      options_(options),
+      folder_(folder),
+      knows_gains_(std::ranges::any_of(from.views, [](const View& view) { return view.gain != 1; })) {
   for (const Undistortion& undistortion : cameras)
     maps_.push_back(undistortion.is_identity ? UndistortionMap{} : MapOf(undistortion));
 }
@@ -134,37 +162,103 @@ ExportedFiles ExportedPhotographs::Of(std::size_t index) const {
 }
 
 ExportedFiles ExportedPhotographs::PhotographOf(const View& view, const View& exported) const {
-  const bool stays = StaysAsItIs(view);
-  const fs::path original = from_.root / view.image_path;
-  const bool is_raw = IsRawFile(original);  // no other program reads it
+  const ExifFacts exposure = options_.with_exposures ? ExposureOf(view) : ExifFacts{};
+  const fs::path to = folder_ / exported.image_path;
+  const bool copies = masks_ != MaskPlace::kAlpha && IsCopied(from_, view, StaysAsItIs(view), options_);
+  const std::string ending = LowercaseEnding(exported.image_path);
   ExportedFiles files;
-  files.copied = stays && !is_raw && masks_ != MaskPlace::kAlpha && fs::is_regular_file(original);
-  Image image;
-  if (files.copied) {
-    files.stored = ReadPicture(original.string());
-    files.stored.alpha.release();
-  }
+  if (copies)
+    files = CopyOf(view, to);
+  else
+    files.contents.emplace_back(to, Made(view, exposure, ending));
+  if (!exposure.exposure_s && !exposure.f_number && !exposure.iso) return files;
+  std::string& bytes = files.contents.front().second;
+  std::optional<std::string> with_exif = WithExif(bytes, exposure);
+  files.has_exposure = with_exif || (!copies && ending == ".exr");
+  if (with_exif) bytes = std::move(*with_exif);
+  return files;
+}
+
+ExportedFiles ExportedPhotographs::CopyOf(const View& view, const fs::path& to) const {
+  const fs::path original = from_.root / view.image_path;
+  ExportedFiles files;
+  files.copied = true;
+  files.stored = ReadPicture(original.string());
+  files.stored.alpha.release();
   LogWarnings(original.string(), files.stored);
   // The light field's own reader reports a wrong size.
-  const CameraModel& camera = from_.CameraOf(view);
-  if (!files.copied || files.stored.pixels.size() != cv::Size(camera.width, camera.height))
-    image = ReadRecordedImage(from_, view);
+  if (files.stored.pixels.size() != SizeOf(from_.CameraOf(view))) ReadRecordedImage(from_, view);
   files.stored.pixels.release();
-  if (masks_ == MaskPlace::kAlpha) {
-    cv::Mat pixels = Srgb8(image);
-    if (pixels.channels() == 1) cv::cvtColor(pixels, pixels, cv::COLOR_GRAY2BGR);
-    if (!stays) pixels = Undistorted(MapFor(view), pixels);
-    files.contents.emplace_back(folder_ / exported.image_path, PngBytes(WithAlpha(pixels, MaskFor(view))));
-    return files;
-  }
-  if (is_raw) image.pixels = Srgb8(image);
-  files.contents.emplace_back(folder_ / exported.image_path,
-                              files.copied
-                                  ? ReadWholeFile(original)
-                                  : Encoded(LowercaseEnding(exported.image_path),
-                                            stays ? image.pixels : Undistorted(MapFor(view), image.pixels),
-                                            IsExrWithColors(original) ? ExrColors(kRec709) : std::nullopt));
+  files.contents.emplace_back(to, ReadWholeFile(original));
   return files;
+}
+
+std::string ExportedPhotographs::Made(const View& view, const ExifFacts& exposure,
+                                      const std::string& ending) const {
+  if (masks_ == MaskPlace::kAlpha) return PngBytes(WithAlpha(EightBits(view), MaskFor(view)));
+  switch (options_.format) {
+    case PhotographFormat::kJpeg:
+      return JpegBytes(EightBits(view), options_.jpeg_quality);
+    case PhotographFormat::kPng16:
+      return PngBytes(Srgb16FromLinear(LinearLight(view)));
+    case PhotographFormat::kExr:
+      return AsExr(view, exposure);
+    case PhotographFormat::kAsTheyAre:
+      break;
+  }
+  return options_.even_light ? PngBytes(EightBits(view)) : AsItIs(view, ending);
+}
+
+std::string ExportedPhotographs::AsItIs(const View& view, const std::string& ending) const {
+  const fs::path original = from_.root / view.image_path;
+  Image image = ReadRecordedImage(from_, view);
+  if (IsRawFile(original)) image.pixels = Srgb8(image);  // no other program reads it
+  return Encoded(ending, Resampled(view, image.pixels),
+                 IsExrWithColors(original) ? ExrColors(kRec709) : std::nullopt);
+}
+
+std::string ExportedPhotographs::AsExr(const View& view, const ExifFacts& exposure) const {
+  cv::Mat light = LinearLight(view);
+  if (!options_.even_light) light = cv::max(light - cv::Scalar::all(view.black_level), 0);
+  const bool has_profile = options_.even_light && from_.color_profiles.contains(view.camera);
+  std::map<std::string, float> numbers;  // of OpenEXR's standard attributes
+  if (exposure.exposure_s) numbers["expTime"] = static_cast<float>(*exposure.exposure_s);
+  if (exposure.f_number) numbers["aperture"] = static_cast<float>(*exposure.f_number);
+  if (exposure.iso) numbers["isoSpeed"] = static_cast<float>(*exposure.iso);
+  return ExrBytes({{"B", light, 0}, {"G", light, 1}, {"R", light, 2}}, ExrCompression::kZip,
+                  HasRec709Colors(view) || has_profile ? ExrColors(kRec709) : std::nullopt, {}, numbers);
+}
+
+cv::Mat ExportedPhotographs::Resampled(const View& view, const cv::Mat& pixels) const {
+  return StaysAsItIs(view) ? pixels : Undistorted(MapFor(view), pixels);
+}
+
+cv::Mat ExportedPhotographs::EightBits(const View& view) const {
+  return options_.even_light ? Srgb8FromLinear(LinearLight(view))
+                             : Resampled(view, Srgb8(ReadRecordedImage(from_, view)));
+}
+
+// The interpolation swings below 0 beside edges.
+cv::Mat ExportedPhotographs::LinearLight(const View& view) const {
+  const cv::Mat light =
+      options_.even_light ? options_.even_light(view) : LinearFloat(ReadRecordedLight(from_, view));
+  return cv::max(Resampled(view, light), 0);
+}
+
+// The light field's facts, or else those of the photograph's own Exif data. ISO is 100 times the gain, which
+// is known to be 1 only where the camera told its exposure, or gains of other views.
+ExifFacts ExportedPhotographs::ExposureOf(const View& view) const {
+  constexpr double kBaseIso = 100;
+  const fs::path original = from_.root / view.image_path;
+  ExifFacts facts = fs::is_regular_file(original) ? ExifOfPicture(ReadWholeFile(original)) : ExifFacts{};
+  if (view.exposure_s > 0) facts.exposure_s = view.exposure_s;
+  if (view.exposure_s > 0 || knows_gains_) facts.iso = std::max(1.0, std::round(kBaseIso * view.gain));
+  if (view.f_number) facts.f_number = view.f_number;
+  if (view.focal_mm) facts.focal_mm = view.focal_mm;
+  if (!view.lens.empty()) facts.lens = ExifText(view.lens);
+  if (!from_.device_maker.empty()) facts.maker = ExifText(from_.device_maker);
+  if (!from_.device_model.empty()) facts.model = ExifText(from_.device_model);
+  return facts;
 }
 
 // What a mask excludes has no depth of its own.

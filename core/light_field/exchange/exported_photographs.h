@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/image/files/exif.h"
+#include "core/image/files/stored_picture.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/light_field.h"
@@ -23,10 +25,17 @@ std::string DepthPathOf(const std::string& image_path);
 
 std::string LowercaseEnding(const std::string& path);  // ".png"
 
+// Returns whether the photograph is copied, but for its Exif data, if nothing resamples it (`stays`).
+bool IsCopied(const LightField& light_field, const View& view, bool stays, const ExportOptions& options);
+// Returns the ending of the exported photograph's name.
+std::string EndingInExport(const LightField& light_field, const View& view, bool stays,
+                           const ExportOptions& options);
+
 struct ExportedFiles {
   std::vector<std::pair<std::filesystem::path, std::string>> contents;  // the photograph's first
-  bool copied = false;                                                  // its bytes are the original's
+  bool copied = false;                                                  // its pixels are the original's
   bool has_mask = false;
+  bool has_exposure = false;  // it says its exposure, as was asked
   StoredPicture stored = {};  // facts of a copied picture, without its pixels
   DepthSummary depths = {};
 };
@@ -45,6 +54,14 @@ class ExportedPhotographs {
   bool StaysAsItIs(const View& view) const;
   const UndistortionMap& MapFor(const View& view) const;
   ExportedFiles PhotographOf(const View& view, const View& exported) const;
+  ExportedFiles CopyOf(const View& view, const std::filesystem::path& to) const;
+  std::string Made(const View& view, const ExifFacts& exposure, const std::string& ending) const;
+  std::string AsItIs(const View& view, const std::string& ending) const;
+  std::string AsExr(const View& view, const ExifFacts& exposure) const;
+  cv::Mat Resampled(const View& view, const cv::Mat& pixels) const;
+  cv::Mat EightBits(const View& view) const;  // sRGB
+  cv::Mat LinearLight(const View& view) const;
+  ExifFacts ExposureOf(const View& view) const;
   cv::Mat MaskFor(const View& view) const;
   void AddDepth(const View& view, const View& exported, const cv::Mat& mask, ExportedFiles& files) const;
 
@@ -53,6 +70,7 @@ class ExportedPhotographs {
   const MaskPlace masks_;
   const ExportOptions& options_;
   const std::filesystem::path folder_;
+  const bool knows_gains_;
   std::vector<UndistortionMap> maps_;
 };
 

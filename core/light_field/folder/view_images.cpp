@@ -166,6 +166,10 @@ Image ReadViewLight(const LightField& light_field, const View& view, cv::Mat* cl
   return Corrected(light_field, view, recorded);
 }
 
+Image ReadRecordedLight(const LightField& light_field, const View& view) {
+  return ReadMostLight(light_field, view).image;
+}
+
 bool HasMask(const LightField& light_field, const View& view) {
   return !view.mask_path.empty() || HasAlphaChannel(light_field.root / view.image_path);
 }

@@ -35,5 +35,7 @@ bool HasMoreThanEightBits(const LightField& light_field, const View& view);
 // ReadViewImage(). A file that cannot be read is a warning, and the next is taken. A raw file with a profile
 // is developed by that profile's white balance.
 Image ReadViewLight(const LightField& light_field, const View& view, cv::Mat* clipped = nullptr);
+// Does the same without flat field and colour profile.
+Image ReadRecordedLight(const LightField& light_field, const View& view);
 
 }  // namespace ulf
