@@ -11,6 +11,7 @@
 #include "commands/light_field/export_depths.h"
 #include "commands/light_field/export_light.h"
 #include "commands/light_field/export_scene.h"
+#include "commands/light_field/export_shutter.h"
 #include "commands/light_field/measured_points.h"
 #include "commands/options/subcommands.h"
 #include "core/base/counted.h"
@@ -32,6 +33,7 @@ struct ExportArgs : LightArgs {
   bool binary = false;
   bool known_points = false;
   bool depth = false;
+  bool global_shutter = false;
   int threads = 2;
   bool json = false;
 };
@@ -104,6 +106,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   if (args.depth) depths = DepthsOf(light_field, form);
   options.depths = depths.source;
   const auto light_words = SetLight(args, light_field, options);
+  ExportedShutter shutter = ShutterOf(light_field, args.global_shutter, form);
   if (measures)
     measured = MeasurePointsAnew(light_field, [&](double done, const std::string& stage) {
       progress.Show(points_share * done, stage);
@@ -112,12 +115,15 @@ int RunExport(const ExportArgs& args, ExportForm form) {
     WarnOfNoKnownPoints(light_field);
   if (HasPoints(form))
     light_field.points = tracking::WithoutMasked(std::move(light_field.points), light_field);
+  SetShutter(light_field, args.global_shutter, shutter, options);
+  const LightField& exported = shutter.at_one_instant ? *shutter.at_one_instant : light_field;
   const StopOnSignal signals;  // from here on a stop removes the output
   options.progress = [&](double share, const std::string& what) {
     progress.Show(points_share + (1 - points_share) * share, what);
   };
-  ExportSummary summary = ExportLightField(light_field, args.output, options);
+  ExportSummary summary = ExportLightField(exported, args.output, options);
   std::ranges::move(light_words(summary), std::back_inserter(summary.doubts));
+  if (!shutter.words.empty()) summary.doubts.push_back(shutter.words);
   if (!args.json) {
     PrintText(args, summary, measured, depths, HasPoints(form));
     return kOk;
@@ -176,6 +182,9 @@ void AddForm(CLI::App& command, ChosenCommand& chosen, const FormOption& option)
   if (HasPoints(option.form))
     form->add_flag("--known-points", args->known_points,
                    "Export the light field's own points (default: measure all points that its views share)");
+  form->add_flag(
+      "--global-shutter", args->global_shutter,
+      "Draw photographs of a rolling shutter as of one instant, by the mesh and the camera's velocity");
   AddLightOptions(*form, *args, option.form != ExportForm::kNerfSynthetic);
   if (HasDepths(option.form))
     form->add_flag(

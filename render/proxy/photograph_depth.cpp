@@ -131,6 +131,11 @@ SoftProxy::Maps OwnMaps(const LightField& light_field, const std::shared_ptr<con
   }
 }
 
+bool HasPoseOf(const View& view, const LightField& light_field) {
+  const View* known = light_field.FindView(view.id);
+  return known && known->cam_from_world.Matrix() == view.cam_from_world.Matrix();
+}
+
 // What the depth maps of other views say of one place.
 struct Votes {
   int agree = 0, see_through = 0;
@@ -186,7 +191,8 @@ PhotographDepth PhotographDepths::Of(const View& view, const CameraModel& camera
   const CameraModel covering = CoveringPinhole(camera);
   const InverseDepths of_mesh{covering, DrawInverseDepth(*mesh_, covering, view.cam_from_world)};
   const auto found = maps_.find(view.id);
-  const InverseDepths own = found == maps_.end() ? InverseDepths{} : FloatsOf(found->second->Get());
+  const bool has_own = found != maps_.end() && HasPoseOf(view, light_field_);
+  const InverseDepths own = has_own ? FloatsOf(found->second->Get()) : InverseDepths{};
   const std::vector<Judge> judges = JudgesOf(view, light_field_, maps_);
   const Slopes slopes(camera);
   PhotographDepth pixels{cv::Mat::zeros(camera.height, camera.width, CV_32F), {}};

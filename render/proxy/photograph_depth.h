@@ -27,6 +27,7 @@ class PhotographDepths {
                    SoftProxy::Maps maps);
 
   // Returns the depths of the pixels of `camera`, which stands where the view does and looks the same way.
+  // A view of another pose than the light field's gets those of the mesh.
   // Several threads may call it.
   PhotographDepth Of(const View& view, const CameraModel& camera) const;
 

@@ -78,10 +78,6 @@ std::string NameInExport(const std::string& image_path, std::set<std::string>& t
   return UniqueName(name, taken);
 }
 
-bool StaysAsItIs(const View& view, const std::vector<Undistortion>& cameras) {
-  return cameras.empty() || cameras[static_cast<std::size_t>(view.camera)].is_identity;
-}
-
 std::vector<Undistortion> UndistortAll(const LightField& light_field, bool one_lens) {
   std::vector<std::string> owners;
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i)
@@ -194,15 +190,34 @@ void NameDepths(const LightField& exported, const ExportOptions& options, nlohma
         DepthPathOf(exported.views[i].image_path) + ".png";
 }
 
-void WriteTransforms(const LightField& exported, const ExportOptions& options, const fs::path& folder) {
+// In instant-ngp's keys: the time of a place in the picture, from 0 at the upper edge's pose to 1 at the
+// lower edge's.
+void NameEdgePoses(const LightField& light_field, const LightField& exported, const ExportOptions& options,
+                   nlohmann::json& document) {
+  if (!options.edge_poses) return;
+  bool any = false;
+  for (std::size_t i = 0; i < exported.views.size(); ++i) {
+    const auto poses = options.edge_poses(light_field.views[i], exported.CameraOf(exported.views[i]));
+    if (!poses) continue;
+    any = true;
+    nlohmann::json& frame = document["frames"][i];
+    frame["transform_matrix_start"] = OpenGlRows(poses->upper_from_world.Inverse().Matrix());
+    frame["transform_matrix_end"] = OpenGlRows(poses->lower_from_world.Inverse().Matrix());
+  }
+  if (any) document["rolling_shutter"] = {0, 0, 1};
+}
+
+void WriteTransforms(const LightField& light_field, const LightField& exported, const ExportOptions& options,
+                     const fs::path& folder) {
   nlohmann::json document =
       options.form == ExportForm::kInstantNgp ? InstantNgpDocument(exported) : TransformsDocument(exported);
   NameDepths(exported, options, document);
+  NameEdgePoses(light_field, exported, options, document);
   WriteFileAtomically(folder / kTransformsFile, JsonText(document, 1) + "\n");
 }
 
-void WriteModel(const LightField& exported, const ExportOptions& options, const fs::path& folder,
-                const fs::path& out, ExportSummary& summary) {
+void WriteModel(const LightField& light_field, const LightField& exported, const ExportOptions& options,
+                const fs::path& folder, const fs::path& out, ExportSummary& summary) {
   const ExportForm form = options.form;
   if (!exported.points.empty() && (form == ExportForm::kNerfstudio || form == ExportForm::kMetashape))
     WriteFileAtomically(folder / "points.ply", PointPlyBytes(exported.points));
@@ -212,7 +227,7 @@ void WriteModel(const LightField& exported, const ExportOptions& options, const 
       return WriteColmap(exported, form == ExportForm::kColmapBinary, folder, out, summary);
     case ExportForm::kNerfstudio:
     case ExportForm::kInstantNgp:
-      return WriteTransforms(exported, options, folder);
+      return WriteTransforms(light_field, exported, options, folder);
     case ExportForm::kNerfSynthetic:
       return WriteNerfSynthetic(exported, folder);
     case ExportForm::kRealityScan:
@@ -260,13 +275,14 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
   for (std::size_t i = 0; i < cameras.size(); ++i) exported.cameras[i] = cameras[i].to;
   exported.flat_fields.clear();
   exported.color_profiles.clear();
-  const bool masks = AnyMask(light_field), alpha = rules.masks == MaskPlace::kAlpha;
+  // What is resampled to one instant may lie outside the photograph.
+  const bool masks = AnyMask(light_field) || options.resampling, alpha = rules.masks == MaskPlace::kAlpha;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < exported.views.size(); ++i) {
     View& view = exported.views[i];
     fs::path path = view.image_path;
-    path.replace_extension(alpha ? ".png"
-                                 : EndingInExport(light_field, view, StaysAsItIs(view, cameras), options));
+    path.replace_extension(
+        alpha ? ".png" : EndingInExport(light_field, view, StaysAsItIs(view, cameras, options), options));
     std::string name = path.generic_string(), ending;
     if (rules.by_stem || options.depths) {
       ending = path.extension().string();
@@ -342,7 +358,7 @@ ExportSummary ExportLightField(const LightField& light_field, const fs::path& ou
   WritePictures(
       ExportedPhotographs(light_field, exported, summary.cameras, rules.masks, options, folder.path()),
       exported.views.size(), options, summary);
-  WriteModel(exported, options, folder.path(), out, summary);
+  WriteModel(light_field, exported, options, folder.path(), out, summary);
   if (options.form == ExportForm::kNerfSynthetic)
     std::ranges::move(
         NerfSyntheticDoubts(exported, SubjectForExport(exported, "nerf-synthetic"), AnyMask(light_field)),

@@ -19,9 +19,11 @@
 #include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "core/geometry/rigid3.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/light_field.h"
 #include "core/light_field/points/point_tracks.h"
@@ -58,6 +60,19 @@ struct DepthSource {
 // black, 32-bit float, with chromaticities where the colours are known.
 enum class PhotographFormat { kAsTheyAre, kJpeg, kPng16, kExr };
 
+// Photographs that are resampled otherwise than their lens demands, such as those of a rolling shutter to one
+// instant.
+struct Resampling {
+  std::set<int> views;  // ids
+  // Is called by several threads with a view of the light field and its camera in the export.
+  std::function<UndistortionMap(const View& view, const CameraModel& exported)> map_of;
+};
+// The poses of the exported picture's upper and lower edge, of a rolling shutter; none: it moved not.
+struct EdgePoses {
+  Rigid3 upper_from_world, lower_from_world;
+};
+using EdgePosesOf = std::function<std::optional<EdgePoses>(const View& view, const CameraModel& exported)>;
+
 struct ExportOptions {
   ExportForm form = ExportForm::kColmapText;
   bool undistort = false;
@@ -69,6 +84,8 @@ struct ExportOptions {
   // Returns the photograph in even light (CV_32FC3, linear), called by several threads; empty: as recorded.
   std::function<cv::Mat(const View& view)> even_light = {};
   std::optional<DepthSource> depths = {};  // none: no depth maps
+  std::optional<Resampling> resampling = {};
+  EdgePosesOf edge_poses = {};  // for transforms.json of nerfstudio and instant-ngp; empty: none
   std::function<void(double share, const std::string& what)> progress = {};
   std::function<bool()> stop = {};  // polled; if true, the export throws Error and leaves nothing
 };

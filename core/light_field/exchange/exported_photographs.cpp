@@ -40,6 +40,10 @@ bool IsExrWithColors(const fs::path& original) {
   return LowercaseEnding(original.string()) == ".exr" && fs::exists(original) && ExrColorsOf(original);
 }
 
+cv::Mat Resampled(const UndistortionMap& map, const cv::Mat& pixels) {
+  return map.x.empty() ? pixels : Undistorted(map, pixels);
+}
+
 cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
   cv::Mat all;
   cv::merge(std::array{bgr, alpha}, all);
@@ -95,6 +99,11 @@ std::string MaskPathOf(MaskPlace place, const std::string& name) {
   return {};
 }
 
+bool StaysAsItIs(const View& view, const std::vector<Undistortion>& cameras, const ExportOptions& options) {
+  if (options.resampling && options.resampling->views.contains(view.id)) return false;
+  return cameras.empty() || cameras[static_cast<std::size_t>(view.camera)].is_identity;
+}
+
 bool IsCopied(const LightField& light_field, const View& view, bool stays, const ExportOptions& options) {
   const fs::path original = light_field.root / view.image_path;
   if (!stays || options.even_light || IsRawFile(original) || !fs::is_regular_file(original)) return false;
@@ -132,117 +141,115 @@ ExportedPhotographs::ExportedPhotographs(const LightField& from, const LightFiel
     maps_.push_back(undistortion.is_identity ? UndistortionMap{} : MapOf(undistortion));
 }
 
-bool ExportedPhotographs::StaysAsItIs(const View& view) const {
-  return cameras_.empty() || cameras_[static_cast<std::size_t>(view.camera)].is_identity;
+UndistortionMap ExportedPhotographs::MapFor(const View& view, const View& exported) const {
+  if (options_.resampling && options_.resampling->views.contains(view.id))
+    return options_.resampling->map_of(view, to_.CameraOf(exported));
+  return StaysAsItIs(view, cameras_, options_) ? UndistortionMap{}
+                                               : maps_[static_cast<std::size_t>(view.camera)];
 }
 
-const UndistortionMap& ExportedPhotographs::MapFor(const View& view) const {
-  return maps_[static_cast<std::size_t>(view.camera)];
-}
-
-// If one view has a mask, every view gets one, because nerfstudio takes all or none.
-cv::Mat ExportedPhotographs::MaskFor(const View& view) const {
-  const CameraModel& camera = from_.CameraOf(view);
-  cv::Mat mask = ReadViewMask(from_, view);
+// If one view has a mask, every view gets one, because nerfstudio takes all or none. What lies outside the
+// photograph is masked, too.
+cv::Mat ExportedPhotographs::MaskFor(const Task& task) const {
+  const CameraModel& camera = from_.CameraOf(task.view);
+  cv::Mat mask = ReadViewMask(from_, task.view);
   if (mask.empty()) mask = cv::Mat(camera.height, camera.width, CV_8U, cv::Scalar(255));
-  return StaysAsItIs(view) ? mask : UndistortedMask(MapFor(view), mask);
+  if (task.map.x.empty()) return mask;
+  constexpr double kHalf = 0.5;  // the first pixel's centre is 0
+  const cv::Mat inside = (task.map.x >= -kHalf) & (task.map.x <= camera.width - kHalf) &
+                         (task.map.y >= -kHalf) & (task.map.y <= camera.height - kHalf);
+  return UndistortedMask(task.map, mask) & inside;
 }
 
 ExportedFiles ExportedPhotographs::Of(std::size_t index) const {
   const View &view = from_.views[index], &exported = to_.views[index];
-  ExportedFiles files = PhotographOf(view, exported);
+  const Task task{view, exported, MapFor(view, exported)};
+  ExportedFiles files = PhotographOf(task);
   files.has_mask = !exported.mask_path.empty();
   cv::Mat mask;
-  if (files.has_mask || (options_.depths && HasMask(from_, view))) mask = MaskFor(view);
+  if (files.has_mask || (options_.depths && HasMask(from_, view))) mask = MaskFor(task);
   if (files.has_mask)
     files.contents.emplace_back(folder_ / exported.mask_path,
                                 Encoded(".png", masks_ == MaskPlace::kDynamic ? cv::Mat(mask == 0) : mask));
-  if (options_.depths) AddDepth(view, exported, mask, files);
+  if (options_.depths) AddDepth(task, mask, files);
   return files;
 }
 
-ExportedFiles ExportedPhotographs::PhotographOf(const View& view, const View& exported) const {
-  const ExifFacts exposure = options_.with_exposures ? ExposureOf(view) : ExifFacts{};
-  const fs::path to = folder_ / exported.image_path;
-  const bool copies = masks_ != MaskPlace::kAlpha && IsCopied(from_, view, StaysAsItIs(view), options_);
-  const std::string ending = LowercaseEnding(exported.image_path);
+ExportedFiles ExportedPhotographs::PhotographOf(const Task& task) const {
+  const ExifFacts exposure = options_.with_exposures ? ExposureOf(task.view) : ExifFacts{};
+  const bool copies = masks_ != MaskPlace::kAlpha && IsCopied(from_, task.view, task.map.x.empty(), options_);
   ExportedFiles files;
   if (copies)
-    files = CopyOf(view, to);
+    files = CopyOf(task);
   else
-    files.contents.emplace_back(to, Made(view, exposure, ending));
+    files.contents.emplace_back(folder_ / task.exported.image_path, Made(task, exposure));
   if (!exposure.exposure_s && !exposure.f_number && !exposure.iso) return files;
   std::string& bytes = files.contents.front().second;
   std::optional<std::string> with_exif = WithExif(bytes, exposure);
-  files.has_exposure = with_exif || (!copies && ending == ".exr");
+  files.has_exposure = with_exif || (!copies && LowercaseEnding(task.exported.image_path) == ".exr");
   if (with_exif) bytes = std::move(*with_exif);
   return files;
 }
 
-ExportedFiles ExportedPhotographs::CopyOf(const View& view, const fs::path& to) const {
-  const fs::path original = from_.root / view.image_path;
+ExportedFiles ExportedPhotographs::CopyOf(const Task& task) const {
+  const fs::path original = from_.root / task.view.image_path;
   ExportedFiles files;
   files.copied = true;
   files.stored = ReadPicture(original.string());
   files.stored.alpha.release();
   LogWarnings(original.string(), files.stored);
   // The light field's own reader reports a wrong size.
-  if (files.stored.pixels.size() != SizeOf(from_.CameraOf(view))) ReadRecordedImage(from_, view);
+  if (files.stored.pixels.size() != SizeOf(from_.CameraOf(task.view))) ReadRecordedImage(from_, task.view);
   files.stored.pixels.release();
-  files.contents.emplace_back(to, ReadWholeFile(original));
+  files.contents.emplace_back(folder_ / task.exported.image_path, ReadWholeFile(original));
   return files;
 }
 
-std::string ExportedPhotographs::Made(const View& view, const ExifFacts& exposure,
-                                      const std::string& ending) const {
-  if (masks_ == MaskPlace::kAlpha) return PngBytes(WithAlpha(EightBits(view), MaskFor(view)));
+std::string ExportedPhotographs::Made(const Task& task, const ExifFacts& exposure) const {
+  if (masks_ == MaskPlace::kAlpha) return PngBytes(WithAlpha(EightBits(task), MaskFor(task)));
   switch (options_.format) {
     case PhotographFormat::kJpeg:
-      return JpegBytes(EightBits(view), options_.jpeg_quality);
+      return JpegBytes(EightBits(task), options_.jpeg_quality);
     case PhotographFormat::kPng16:
-      return PngBytes(Srgb16FromLinear(LinearLight(view)));
+      return PngBytes(Srgb16FromLinear(LinearLight(task)));
     case PhotographFormat::kExr:
-      return AsExr(view, exposure);
+      return AsExr(task, exposure);
     case PhotographFormat::kAsTheyAre:
       break;
   }
-  return options_.even_light ? PngBytes(EightBits(view)) : AsItIs(view, ending);
+  return options_.even_light ? PngBytes(EightBits(task)) : AsItIs(task);
 }
 
-std::string ExportedPhotographs::AsItIs(const View& view, const std::string& ending) const {
-  const fs::path original = from_.root / view.image_path;
-  Image image = ReadRecordedImage(from_, view);
+std::string ExportedPhotographs::AsItIs(const Task& task) const {
+  const fs::path original = from_.root / task.view.image_path;
+  Image image = ReadRecordedImage(from_, task.view);
   if (IsRawFile(original)) image.pixels = Srgb8(image);  // no other program reads it
-  return Encoded(ending, Resampled(view, image.pixels),
+  return Encoded(LowercaseEnding(task.exported.image_path), Resampled(task.map, image.pixels),
                  IsExrWithColors(original) ? ExrColors(kRec709) : std::nullopt);
 }
 
-std::string ExportedPhotographs::AsExr(const View& view, const ExifFacts& exposure) const {
-  cv::Mat light = LinearLight(view);
-  if (!options_.even_light) light = cv::max(light - cv::Scalar::all(view.black_level), 0);
-  const bool has_profile = options_.even_light && from_.color_profiles.contains(view.camera);
+std::string ExportedPhotographs::AsExr(const Task& task, const ExifFacts& exposure) const {
+  cv::Mat light = LinearLight(task);
+  if (!options_.even_light) light = cv::max(light - cv::Scalar::all(task.view.black_level), 0);
+  const bool has_profile = options_.even_light && from_.color_profiles.contains(task.view.camera);
   std::map<std::string, float> numbers;  // of OpenEXR's standard attributes
   if (exposure.exposure_s) numbers["expTime"] = static_cast<float>(*exposure.exposure_s);
   if (exposure.f_number) numbers["aperture"] = static_cast<float>(*exposure.f_number);
   if (exposure.iso) numbers["isoSpeed"] = static_cast<float>(*exposure.iso);
   return ExrBytes({{"B", light, 0}, {"G", light, 1}, {"R", light, 2}}, ExrCompression::kZip,
-                  HasRec709Colors(view) || has_profile ? ExrColors(kRec709) : std::nullopt, {}, numbers);
+                  HasRec709Colors(task.view) || has_profile ? ExrColors(kRec709) : std::nullopt, {}, numbers);
 }
 
-cv::Mat ExportedPhotographs::Resampled(const View& view, const cv::Mat& pixels) const {
-  return StaysAsItIs(view) ? pixels : Undistorted(MapFor(view), pixels);
-}
-
-cv::Mat ExportedPhotographs::EightBits(const View& view) const {
-  return options_.even_light ? Srgb8FromLinear(LinearLight(view))
-                             : Resampled(view, Srgb8(ReadRecordedImage(from_, view)));
+cv::Mat ExportedPhotographs::EightBits(const Task& task) const {
+  return options_.even_light ? Srgb8FromLinear(LinearLight(task))
+                             : Resampled(task.map, Srgb8(ReadRecordedImage(from_, task.view)));
 }
 
 // The interpolation swings below 0 beside edges.
-cv::Mat ExportedPhotographs::LinearLight(const View& view) const {
+cv::Mat ExportedPhotographs::LinearLight(const Task& task) const {
   const cv::Mat light =
-      options_.even_light ? options_.even_light(view) : LinearFloat(ReadRecordedLight(from_, view));
-  return cv::max(Resampled(view, light), 0);
+      options_.even_light ? options_.even_light(task.view) : LinearFloat(ReadRecordedLight(from_, task.view));
+  return cv::max(Resampled(task.map, light), 0);
 }
 
 // The light field's facts, or else those of the photograph's own Exif data. ISO is 100 times the gain, which
@@ -262,14 +269,13 @@ ExifFacts ExportedPhotographs::ExposureOf(const View& view) const {
 }
 
 // What a mask excludes has no depth of its own.
-void ExportedPhotographs::AddDepth(const View& view, const View& exported, const cv::Mat& mask,
-                                   ExportedFiles& files) const {
-  PhotographDepth depth = options_.depths->of(view, to_.CameraOf(exported));
+void ExportedPhotographs::AddDepth(const Task& task, const cv::Mat& mask, ExportedFiles& files) const {
+  PhotographDepth depth = options_.depths->of(task.view, to_.CameraOf(task.exported));
   if (!mask.empty()) {
     depth.depth.setTo(0, mask == 0);
     if (!depth.confidence.empty()) depth.confidence.setTo(0, mask == 0);
   }
-  const fs::path path = folder_ / DepthPathOf(exported.image_path);
+  const fs::path path = folder_ / DepthPathOf(task.exported.image_path);
   files.contents.emplace_back(path.string() + ".exr", DepthExr(depth));
   files.contents.emplace_back(path.string() + ".png",
                               PngBytes(DepthPixels(depth.depth, options_.depths->png_unit, files.depths)));

@@ -25,7 +25,9 @@ std::string DepthPathOf(const std::string& image_path);
 
 std::string LowercaseEnding(const std::string& path);  // ".png"
 
-// Returns whether the photograph is copied, but for its Exif data, if nothing resamples it (`stays`).
+// Returns whether the view's pixels stay where they are; `cameras` as of ExportedPhotographs.
+bool StaysAsItIs(const View& view, const std::vector<Undistortion>& cameras, const ExportOptions& options);
+// Returns whether the photograph is copied, but for its Exif data, if its pixels stay where they are.
 bool IsCopied(const LightField& light_field, const View& view, bool stays, const ExportOptions& options);
 // Returns the ending of the exported photograph's name.
 std::string EndingInExport(const LightField& light_field, const View& view, bool stays,
@@ -51,19 +53,22 @@ class ExportedPhotographs {
   ExportedFiles Of(std::size_t index) const;
 
  private:
-  bool StaysAsItIs(const View& view) const;
-  const UndistortionMap& MapFor(const View& view) const;
-  ExportedFiles PhotographOf(const View& view, const View& exported) const;
-  ExportedFiles CopyOf(const View& view, const std::filesystem::path& to) const;
-  std::string Made(const View& view, const ExifFacts& exposure, const std::string& ending) const;
-  std::string AsItIs(const View& view, const std::string& ending) const;
-  std::string AsExr(const View& view, const ExifFacts& exposure) const;
-  cv::Mat Resampled(const View& view, const cv::Mat& pixels) const;
-  cv::Mat EightBits(const View& view) const;  // sRGB
-  cv::Mat LinearLight(const View& view) const;
+  // A view, and how its pixels move.
+  struct Task {
+    const View &view, &exported;
+    UndistortionMap map;  // empty: they stay
+  };
+  UndistortionMap MapFor(const View& view, const View& exported) const;
+  ExportedFiles PhotographOf(const Task& task) const;
+  ExportedFiles CopyOf(const Task& task) const;
+  std::string Made(const Task& task, const ExifFacts& exposure) const;
+  std::string AsItIs(const Task& task) const;
+  std::string AsExr(const Task& task, const ExifFacts& exposure) const;
+  cv::Mat EightBits(const Task& task) const;  // sRGB
+  cv::Mat LinearLight(const Task& task) const;
   ExifFacts ExposureOf(const View& view) const;
-  cv::Mat MaskFor(const View& view) const;
-  void AddDepth(const View& view, const View& exported, const cv::Mat& mask, ExportedFiles& files) const;
+  cv::Mat MaskFor(const Task& task) const;
+  void AddDepth(const Task& task, const cv::Mat& mask, ExportedFiles& files) const;
 
   const LightField &from_, &to_;
   const std::vector<Undistortion>& cameras_;

@@ -73,11 +73,17 @@ double MiddleTime(const JsonPlace& frame, const JsonPlace& set) {
   return time;
 }
 
+// Our own frames have the picture's pose as well.
+bool IsOfTwoPoses(const JsonPlace& frame) {
+  const bool is_ours = frame.Has("ulf") && frame.Has("transform_matrix");
+  return !is_ours && frame.Has("transform_matrix_start") && frame.Has("transform_matrix_end");
+}
+
 Rigid3 CamFromWorld(const JsonPlace& frame, const JsonPlace& set, PoseRotations& rotations) {
   const auto pose = [&](const char* key) {
     return CamFromOpenGl(WorldFromCam(frame, key), frame.where, key, rotations);
   };
-  if (!frame.Has("transform_matrix_start") || !frame.Has("transform_matrix_end"))
+  if (!IsOfTwoPoses(frame))
     return pose(frame.Has("transform_matrix_start") && !frame.Has("transform_matrix")
                     ? "transform_matrix_start"
                     : "transform_matrix");
@@ -308,7 +314,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (view.image_path.empty() && files.are_read) return missing.Add(frame.where, given);
     view.mask_path = PathOfMask(files, frame, view.image_path);
     view.cam_from_world = CamFromWorld(frame, top, rotations);
-    moving += frame.Has("transform_matrix_start") && frame.Has("transform_matrix_end");
+    moving += IsOfTwoPoses(frame);
     const fs::path image = light_field.root / view.image_path;
     CameraModel camera = camera_of(object, frame, given, image);
     if (files.is_copied()) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);

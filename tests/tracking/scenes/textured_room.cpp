@@ -260,16 +260,15 @@ Frame TexturedRoom::Take(const Rigid3& cam_from_world, std::uint64_t id, const C
 }
 
 Frame TexturedRoom::TakeRolling(const std::function<Rigid3(double)>& motion, int frame, double readout_s,
-                                const CameraModel& camera) const {
-  constexpr int kBands = 16;
+                                const CameraModel& camera, int bands) const {
   cv::Mat image(camera.height, camera.width, CV_8U);
-  for (int band = 0; band < kBands; ++band) {
-    const int first = camera.height * band / kBands, end = camera.height * (band + 1) / kBands;
+  for (int band = 0; band < bands; ++band) {
+    const int first = camera.height * band / bands, end = camera.height * (band + 1) / bands;
     CameraModel rows = camera;
     rows.height = end - first;
     rows.cy -= first;
     const double time_s = readout_s * (0.5 * (first + end) / camera.height - 0.5);
-    Take(motion(frame + 30 * time_s), static_cast<std::uint64_t>(frame * kBands + band), rows)
+    Take(motion(frame + 30 * time_s), static_cast<std::uint64_t>(frame * bands + band), rows)
         .image.pixels.copyTo(image.rowRange(first, end));
   }
   Frame taken = Take(motion(frame), static_cast<std::uint64_t>(frame), camera);

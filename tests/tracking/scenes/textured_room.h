@@ -49,10 +49,10 @@ class TexturedRoom {
   Frame Take(const Rigid3& cam_from_world, std::uint64_t id, const CameraModel& camera,
              const Moment& moment) const;
 
-  // As a rolling shutter takes it, band by band; `motion`: the pose at a time in frames, the middle
+  // As a rolling shutter takes it, in so many bands; `motion`: the pose at a time in frames, the middle
   // row's at `frame`.
   Frame TakeRolling(const std::function<Rigid3(double)>& motion, int frame, double readout_s,
-                    const CameraModel& camera) const;
+                    const CameraModel& camera, int bands = 16) const;
 
   // A hand that sways sideways, up and down and forth, looking at the panels; 30 frames a second.
   static Rigid3 HandAt(int frame);
