@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/digest.h"
 #include "core/geometry/small_matrices.h"
+#include "core/geometry/up_direction.h"
 
 namespace ulf {
 
@@ -28,28 +30,6 @@ Subject ParseSubject(const std::string& text) {
         fmt::format("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text),
         "");
   return subject;
-}
-
-void UpEstimator::Add(const Eigen::Matrix3d& cam_from_world) {
-  const Eigen::Vector3d right = cam_from_world.row(0);
-  ++count_;
-  up_ -= cam_from_world.row(1);
-  right_ += right;
-  rights_ += right * right.transpose();
-}
-
-Eigen::Vector3d UpEstimator::Up() const {
-  // The mean of the cameras' -y axes has length 1 if all are upright. If it is shorter than kLeastMean
-  // (cameras held sideways or turned round), the common axis of their x axes is up, provided that the mean
-  // square of x along it exceeds kAlike. Guessed.
-  constexpr double kLeastMean = 0.3, kAlike = 0.8;
-  if (up_.norm() > kLeastMean * count_) return up_.normalized();
-  const Eigenvalues3 solver = EigenvaluesOf(rights_);
-  if (count_ > 0 && solver.values(2) > kAlike * count_) {
-    const Eigen::Vector3d axis = solver.vectors.col(2);
-    return axis.dot(right_) < 0 ? Eigen::Vector3d(-axis) : axis;
-  }
-  return up_.norm() > 1e-9 ? Eigen::Vector3d(up_.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
 }
 
 int LightField::AddCamera(const NewCamera& camera) {
@@ -80,9 +60,9 @@ std::uint64_t LightField::PoseDigest(const View& view) const {
 
 Eigen::Vector3d LightField::UpInWorld() const {
   if (up_in_world) return *up_in_world;
-  UpEstimator cameras_up;
-  for (const View& view : views) cameras_up.Add(view.cam_from_world.RotationMatrix());
-  return cameras_up.Up();
+  std::vector<Eigen::Matrix3d> rotations;
+  for (const View& view : views) rotations.push_back(view.cam_from_world.RotationMatrix());
+  return UpOfCameras(rotations);
 }
 
 std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field) {

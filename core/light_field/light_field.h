@@ -125,19 +125,6 @@ struct CoverageGoal {
   bool operator==(const CoverageGoal&) const = default;
 };
 
-// Estimates the upward direction in the world from hand-held cameras: the mean of the cameras' upward axes,
-// or, if these cancel out, the axis that the cameras' rightward axes share.
-class UpEstimator {
- public:
-  void Add(const Eigen::Matrix3d& cam_from_world);
-  Eigen::Vector3d Up() const;  // in the world, a unit vector; -y if no camera was added
-
- private:
-  double count_ = 0;
-  Eigen::Vector3d up_ = Eigen::Vector3d::Zero(), right_ = Eigen::Vector3d::Zero();  // sums
-  Eigen::Matrix3d rights_ = Eigen::Matrix3d::Zero();
-};
-
 // How well recorded views predicted frames of a capture (docs/capture.md, "Measured errors"), by direction.
 struct MeasuredDirection {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // from the subject, unit, world frame
@@ -205,7 +192,7 @@ struct LightField : CaptureFacts {
   // beside them (unposed_photographs.h).
   std::vector<UnposedPhotograph> unposed;
   std::optional<Subject> subject;
-  std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() estimates it from the cameras
+  std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() finds it by the cameras
   std::optional<CoverageGoal> goal;            // the last one given; none: the operator ends the capture
   std::optional<Turntable> turntable;          // none: the subject did not turn
   std::optional<ShutterReadout> readout;       // measured or given in the last session; none: unknown

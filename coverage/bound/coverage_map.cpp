@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/up_direction.h"
 #include "coverage/bound/criterion.h"
 
 namespace ulf::coverage {
@@ -97,7 +99,12 @@ bool CapFrame::Holds(const Cap& cap, const Vector3d& direction) const {
 void SubjectViews::Add(const CriterionView& view) {
   views_.push_back(view);
   directions_.push_back((view.center_in_world - subject_.center_in_world).normalized());
-  cameras_up_.Add(view.cam_from_world);
+}
+
+Vector3d SubjectViews::Up() const {
+  std::vector<Eigen::Matrix3d> rotations;
+  for (const CriterionView& view : views_) rotations.push_back(view.cam_from_world);
+  return UpOfCameras(rotations);
 }
 
 CoveringView SubjectViews::Best(const CriterionView& candidate) const {
@@ -173,14 +180,14 @@ bool CoverageMap::IsGridStale() const {
   if (std::abs(recorded_.MedianDistance() / reference_distance_ - 1) > kDistanceChange) return true;
   if (options_.up_in_world) return false;
   const CapFrame now((views()[0].center_in_world - subject_.center_in_world).normalized(),
-                     recorded_.MeanUp());
+                     recorded_.Up());
   return now.Up().dot(frame_->Up()) < kUpCosine;
 }
 
 void CoverageMap::Rebuild() {
   const CriterionView& first = views()[0];
   frame_.emplace((first.center_in_world - subject_.center_in_world).normalized(),
-                 options_.up_in_world.value_or(recorded_.MeanUp()));
+                 options_.up_in_world.value_or(recorded_.Up()));
   reference_distance_ = recorded_.MedianDistance();
   const Cap cap = extent();
   spacing_ = DiscRadiusFor(first, subject_, reference_distance_, options_.threshold_px) /

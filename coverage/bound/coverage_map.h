@@ -82,18 +82,17 @@ class SubjectViews {
   // Returns whether some view covers the candidate; stops at the first one.
   bool Covers(const CriterionView& candidate, double threshold_px) const;
   double MedianDistance() const;  // from the subject's centre, world units; 0 without views
-  Eigen::Vector3d MeanUp() const { return cameras_up_.Up(); }  // as UpEstimator finds it
+  Eigen::Vector3d Up() const;     // in the world, as UpOfCameras() finds it
 
  private:
   Subject subject_;
   std::vector<CriterionView> views_;
   std::vector<Eigen::Vector3d> directions_;
-  UpEstimator cameras_up_;
 };
 
 struct CoverageMapOptions {
   std::optional<Cap> cap = std::nullopt;                      // none: the whole sphere
-  std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: the mean of the cameras' up
+  std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: by the views
   double threshold_px = kHighThresholdPx;
   double cells_per_disc_radius = 4;  // of the grid; pictures of the map take more
   double most_threshold_factor = 1;  // larger factors of SetThresholdFactor() count as this one

@@ -31,7 +31,7 @@ struct ReopenedDirection {
 class CoveragePainter {
  public:
   // `views`, `lens` and `options` outlive it. `up_in_world`: the light field's own, as `ulf info` takes it;
-  // none: the mean of the cameras' up. The owner calls it after changes of `views`.
+  // none: by the cameras. The owner calls it after changes of `views`.
   CoveragePainter(const RecordedViews& views, const CaptureLens& lens, const CaptureOptions& options,
                   const std::optional<Eigen::Vector3d>& up_in_world);
 
