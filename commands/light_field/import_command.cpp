@@ -29,6 +29,7 @@ struct ImportArgs {
   std::string calibration;
   std::string format = "auto";
   std::string background;
+  bool no_subject = false;
   bool check = true;
   bool pose = false;
 };
@@ -90,6 +91,7 @@ int RunImport(const ImportArgs& args) {
   std::optional<PosedByColmap> posed;
   if (args.pose) RequireForPosing(args);
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
+  options.without_subject = args.no_subject;
   if (!args.background.empty()) options.background = BackgroundFromText(args.background);
   options.format = SetFormatFromName(args.format);
   options.images = ImagesFolder(args.images, args.source);
@@ -129,6 +131,10 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--subject", args->subject,
                       "Subject: x,y,z,radius in world units (default: where the optical axes meet; for sets "
                       "that face one way by their points or depth bounds)");
+  command->add_flag(
+      "--no-subject", args->no_subject,
+      "Posed photographs without a subject, of cameras that look outwards: a walk through a room, "
+      "a panorama");
   command->add_option("--images", args->images,
                       "Folder of the photographs, such as images_4 (default: beside the poses, the largest)");
   command

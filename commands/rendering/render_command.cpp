@@ -193,7 +193,7 @@ std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
   SceneArgs scene_args = args;
   if (encoding.format != render::PictureFormat::kPng) scene_args.form = render::PhotographForm::kLinear;
   const auto scene = Load(scene_args);
-  spdlog::info("{}", scene->mesh.Description());
+  spdlog::info("{}", scene->ViewpointsInWords());
   return scene;
 }
 
@@ -324,9 +324,11 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
       sub->add_option(
           "--path", args->path,
           "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly (towards the "
-          "subject), vertigo (a dolly that zooms out), spiral, a file of TUM poses, another light field "
-          "(its poses), or a JSON file of keyframes or of nerfstudio's viewer"),
-      "orbit,rise,sweep,dolly,vertigo,spiral,FILE");
+          "subject), vertigo (a dolly that zooms out), spiral, walk (through the "
+          "views), a file of TUM poses, another light field "
+          "or set (its poses, without its photographs), or a JSON file of keyframes or of nerfstudio's "
+          "viewer"),
+      "orbit,rise,sweep,dolly,vertigo,spiral,walk,FILE");
   OfferValues(sub->add_option("--field", args->field,
                               "Blending field (auto: the best on left-out views): auto, subdivision, linear, "
                               "lumigraph, lumigraph-per-pixel, soft, nearest"),

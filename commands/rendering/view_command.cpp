@@ -273,7 +273,7 @@ int RunView(const ViewArgs& args) {
   try {
     if (args.screenshot.empty()) ShowWaiting(*surface, "reading the light field");
     auto scene = Load(args);
-    spdlog::info("{}", scene->mesh.Description());
+    spdlog::info("{}", scene->ViewpointsInWords());
     RequireProxyOfLightField(args.proxy, args.dir);
     const auto proxies = ProxiesOf(args, scene->subject);
     if (args.light == "fit" && args.frame_ms == 0)

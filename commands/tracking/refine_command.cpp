@@ -47,6 +47,7 @@ struct RefineArgs {
   std::string dir;
   std::string output;
   std::string subject;
+  bool no_subject = false;
   std::string truth;
   tracking::RefineOptions options;
   int threads = 2;
@@ -163,6 +164,7 @@ int RunRefine(const RefineArgs& args) {
   if (!args.output.empty()) {
     ImportOptions import;
     if (!args.subject.empty()) import.subject = ParseSubject(args.subject);
+    import.without_subject = args.no_subject;
     Import(args.dir, args.output, import);
     dir = args.output;
   }
@@ -258,6 +260,7 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("DIR", args->dir, "Light field, or with -o a set with transforms.json")->required();
   command->add_option("-o,--output", args->output, "New folder for the result; DIR stays as it is");
   command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
+  command->add_flag("--no-subject", args->no_subject, "With -o: the cameras look outwards, at no subject");
   command->add_flag("--intrinsics", args->options.intrinsics,
                     "Also refine the lens, as far as the images determine it (default: only report it)");
   command->add_flag(

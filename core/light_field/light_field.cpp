@@ -102,6 +102,22 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field) {
   return Subject{center, Median(distances) * std::sin(Median(half_angles))};
 }
 
+std::optional<Subject> MiddleOfPoints(const LightField& light_field) {
+  constexpr std::size_t kFewest = 10;
+  constexpr double kMiddleFrom = 0.1, kMiddleTo = 0.9;  // quantiles. Guessed.
+  if (light_field.points.size() < kFewest) return std::nullopt;
+  Eigen::Vector3d low, high;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const ScenePoint& point : light_field.points) values.push_back(point.position_in_world[axis]);
+    low[axis] = Quantile(values, kMiddleFrom);
+    high[axis] = Quantile(std::move(values), kMiddleTo);
+  }
+  const double radius = 0.5 * (high - low).maxCoeff();
+  if (!(radius > 0)) return std::nullopt;
+  return Subject{0.5 * (low + high), radius};
+}
+
 void PlaceSubject(const Subject& subject, LightField& light_field) {
   constexpr double kSame = 0.05;  // of the radius; corrected maps move a subject by less. Guessed.
   const std::optional<Subject> before = std::exchange(light_field.subject, subject);

@@ -249,6 +249,10 @@ std::optional<Eigen::Vector3d> ConvergenceOfAxes(const LightField& light_field);
 // fewer than half of the photographs show it.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field);
 
+// Returns a sphere as large as the middle four fifths of the points, by each coordinate, which stands for the
+// subject of a place that was walked through; none if there are fewer than ten points.
+std::optional<Subject> MiddleOfPoints(const LightField& light_field);
+
 // Returns the distances of the viewpoints from the subject's centre, world units, in their order. `center_of`
 // is the member with a viewpoint's centre in the world, such as &View::CenterInWorld.
 template <typename Viewpoints, typename Center>

@@ -63,7 +63,7 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
     const LightCorrection& light = view.correction;
     out.color[3] = light.falloff_r4;
     out.correction = MakeVec4(1 / light.gain[2], 1 / light.gain[1], 1 / light.gain[0], light.falloff_r2);
-    level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
+    level_.push_back(PyramidLevel(view, scene, virtual_center, camera.MeanFocalPx()));
   }
 }
 

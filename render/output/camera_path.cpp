@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "render/output/keyframes.h"
 #include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::render {
@@ -236,6 +237,22 @@ CameraPath SweepPath(const RenderScene& scene, int frames) {
                    }));
 }
 
+CameraPath WalkPath(const RenderScene& scene, int frames) {
+  constexpr std::size_t kMostKeyframes = 24;  // a hand's shaking between them is left out. Guessed.
+  const std::size_t count = std::min(kMostKeyframes, scene.views.size());
+  std::vector<PathKeyframe> keyframes;
+  for (std::size_t i = 0; i < count; ++i) {
+    const SceneView& view = scene.views[count > 1 ? i * (scene.views.size() - 1) / (count - 1) : 0];
+    keyframes.push_back({.time_s = static_cast<double>(i),
+                         .eye_in_world = view.center_in_world,
+                         .world_from_cam = view.cam_from_world.rotation.conjugate()});
+  }
+  CameraPath path;
+  for (const KeyframedPose& pose : InterpolateKeyframes(keyframes, frames))
+    path.cam_from_world.push_back(pose.cam_from_world);
+  return path;
+}
+
 double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
   const std::size_t poses = path.cam_from_world.size();
   const std::size_t stride = std::max<std::size_t>(1, poses / kPoses);
@@ -261,7 +278,7 @@ double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel
 
 bool IsNamedPath(const std::string& path) {
   return path == "orbit" || path == "dolly" || path == "vertigo" || path == "spiral" || path == "rise" ||
-         path == "sweep";
+         path == "sweep" || path == "walk";
 }
 
 void RequireFrames(const CameraPath& path, int asked, const std::string& frames) {

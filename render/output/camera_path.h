@@ -46,6 +46,9 @@ CameraPath SpiralPath(const RenderScene& scene, int frames);
 CameraPath RisePath(const RenderScene& scene, int frames);
 CameraPath SweepPath(const RenderScene& scene, int frames);
 
+// Passes smoothly through the places of some of the views, in their order, and looks where they look.
+CameraPath WalkPath(const RenderScene& scene, int frames);
+
 // Returns the smallest zoom from 1 to 1.6 at which the photographs fill the pictures along the path but for
 // half a per cent; 1.6 if none does. Cameras that were not held level leave the corners of pictures from
 // other places uncovered. Renders small pictures at some poses.

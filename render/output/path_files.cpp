@@ -13,7 +13,7 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/exchange/poses_of_set.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "render/output/keyframes.h"
 
@@ -33,7 +33,8 @@ double FocalPx(double fov_deg, int size_px) { return 0.5 * size_px / std::tan(Ra
 CameraPath FromTum(const fs::path& path) {
   if (!std::ifstream(path))
     throw Error(
-        "{}: no such camera path; give orbit, dolly, vertigo, spiral, rise or sweep, a TUM file, a light "
+        "{}: no such camera path; give orbit, dolly, vertigo, spiral, rise, sweep or walk, a TUM file, a "
+        "light "
         "field, or a JSON file of keyframes",
         path.string());
   CameraPath result;
@@ -41,13 +42,10 @@ CameraPath FromTum(const fs::path& path) {
   return result;
 }
 
-CameraPath FromLightField(const fs::path& path) {
-  const LightField other = ReadLightField(path);
-  CameraPath result;
-  for (const View& view : other.views) {
-    result.cam_from_world.push_back(view.cam_from_world);
-    result.cameras.push_back(other.CameraOf(view).WithoutDistortion());
-  }
+CameraPath FromSet(const fs::path& path) {
+  const SetPoses poses = ReadPosesOfSet(path);
+  CameraPath result{.cam_from_world = poses.cam_from_world, .cameras = {}, .apertures = {}};
+  for (const CameraModel& camera : poses.cameras) result.cameras.push_back(camera.WithoutDistortion());
   return result;
 }
 
@@ -275,12 +273,12 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
 CameraPath PathFromFile(const fs::path& file, const PathRequest& request, const RenderScene& scene) {
   const auto read = [&] {
     std::error_code unknown;
-    if (fs::is_directory(file, unknown)) return FromLightField(file);
+    if (fs::is_directory(file, unknown)) return FromSet(file);
     if (file.extension() != ".json" || !fs::is_regular_file(file, unknown)) return FromTum(file);
     const json document = ReadJson(file);
     if (document.contains("camera_path")) return FromNerfstudio(document, file, request);
     if (document.contains("keyframes")) return FromKeyframes(document, file, request, scene);
-    if (document.contains("frames")) return FromLightField(file);
+    if (document.contains("frames")) return FromSet(file);
     throw Error(
         "{}: holds neither 'keyframes' nor 'camera_path' (nerfstudio's camera path) nor 'frames' "
         "(transforms.json); see docs/rendering.md",
@@ -300,6 +298,7 @@ CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
   if (request.path == "spiral") return SpiralPath(scene, frames);
   if (request.path == "rise") return RisePath(scene, frames);
   if (request.path == "sweep") return SweepPath(scene, frames);
+  if (request.path == "walk") return WalkPath(scene, frames);
   return PathFromFile(request.path, request, scene);
 }
 

@@ -203,7 +203,7 @@ FrameSetup SetUp(const RenderScene& scene, const CameraModel& camera, const Rigi
   FrameSetup setup{scene, camera, cam_from_world.Inverse(), cam_from_world.OriginInSource(), show_field,
                    {},    {}};
   for (const SceneView& view : scene.views)
-    setup.level.push_back(PyramidLevel(view, scene.subject, setup.virtual_center, camera.MeanFocalPx()));
+    setup.level.push_back(PyramidLevel(view, scene, setup.virtual_center, camera.MeanFocalPx()));
   setup.views_by_distance = ViewsByDistance(scene, setup.virtual_center);
   return setup;
 }

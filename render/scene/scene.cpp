@@ -64,6 +64,11 @@ bool IsCutOut(const LightField& light_field) {
          std::ranges::all_of(light_field.views, [](const View& view) { return !view.mask_path.empty(); });
 }
 
+std::optional<Subject> KnownSubject(const LightField& light_field, const std::optional<Subject>& given) {
+  if (given) return given;
+  return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
+}
+
 // Poses of another convention render as empty pictures.
 void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
   if (std::ranges::any_of(light_field.views, [&](const View& view) {
@@ -122,12 +127,19 @@ std::vector<Eigen::Vector3d> RenderScene::Centers() const {
   return centers;
 }
 
-void RenderScene::MakeMesh() { mesh = MakeViewpointMesh(Centers(), subject, {mesh_in_plane, up_in_world}); }
+void RenderScene::MakeMesh() {
+  mesh = MakeViewpointMesh(Centers(), subject, {mesh_in_plane, up_in_world});
+  if (!has_subject && mesh.span == Span::kSurface) mesh.span = Span::kLine;
+}
+
+std::string RenderScene::ViewpointsInWords() const {
+  if (has_subject || mesh.span == Span::kPlace) return mesh.Description();
+  return fmt::format("{} without a subject: lumigraph weights; paths go round the middle of the points",
+                     Counted(views.size(), "view"));
+}
 
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given) {
-  if (given) return *given;
-  if (light_field.subject) return *light_field.subject;
-  if (const auto found = SubjectFromAxes(light_field)) return *found;
+  if (const auto known = KnownSubject(light_field, given)) return *known;
   throw Refusal(
       light_field.root.string(), "",
       "the light field names no subject, and its optical axes do not meet in front of the cameras (they are "
@@ -141,12 +153,16 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
     throw Error("{}: the light field holds no views; capture or import some first",
                 light_field.root.string());
   auto scene = std::make_shared<RenderScene>();
-  scene->subject = SubjectOf(light_field, options.subject);
+  const auto stand_in = options.needs_subject || KnownSubject(light_field, options.subject)
+                            ? std::nullopt
+                            : MiddleOfPoints(light_field);
+  scene->has_subject = !stand_in;
+  scene->subject = stand_in ? *stand_in : SubjectOf(light_field, options.subject);
   scene->in_metres = light_field.units == "metres";
   scene->knows_exposures = KnowsExposures(light_field);
   scene->knows_colors = KnowsColors(light_field);
   scene->is_cut_out = IsCutOut(light_field);
-  WarnWhenAllLookAway(light_field, scene->subject);
+  if (scene->has_subject) WarnWhenAllLookAway(light_field, scene->subject);
   scene->up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
   const ExposureScales exposures = ScalesOf(light_field);
   ReportExposures(light_field, exposures);
@@ -203,10 +219,11 @@ std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::
   return rest;
 }
 
-int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vector3d& virtual_center,
+int PyramidLevel(const SceneView& view, const RenderScene& scene, const Eigen::Vector3d& virtual_center,
                  double output_focal_px) {
-  const double view_distance = (subject.center_in_world - view.center_in_world).norm();
-  const double output_distance = (subject.center_in_world - virtual_center).norm();
+  const Eigen::Vector3d& center = scene.subject.center_in_world;
+  const double view_distance = scene.has_subject ? (center - view.center_in_world).norm() : 1;
+  const double output_distance = scene.has_subject ? (center - virtual_center).norm() : 1;
   if (!(view_distance > 0) || !(output_distance > 0)) return 0;
   const double texels_per_pixel =
       (view.camera.MeanFocalPx() / view_distance) / (output_focal_px / output_distance);

@@ -65,7 +65,7 @@ struct SceneView {
 
 struct RenderScene {
   std::vector<SceneView> views;
-  Subject subject;
+  Subject subject;  // if `has_subject` is false: MiddleOfPoints()
   Eigen::Vector3d up_in_world = -Eigen::Vector3d::UnitY();
   ViewpointMesh mesh;
   bool mesh_in_plane = false;    // ViewpointMeshOptions::in_plane
@@ -76,11 +76,13 @@ struct RenderScene {
   bool knows_colors = true;
   // Whether masked areas are no part of the scene (LightField::turntable) and stay empty in renderings.
   bool is_cut_out = false;
+  bool has_subject = true;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null if they are in memory
 
   std::vector<Eigen::Vector3d> Centers() const;  // the views', world frame
   void MakeMesh();                               // from these
+  std::string ViewpointsInWords() const;         // for people, in a line: what they span, and what follows
 };
 
 enum class PhotographForm {
@@ -104,6 +106,7 @@ struct SceneOptions {
   bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
   bool of_masks = false;       // use the views' masks as photographs: light 1 inside, 0 outside
   bool masks_clipped = true;   // false: clipped pixels count as light like others, for comparison
+  bool needs_subject = true;   // false: points suffice, for views that look outwards
 };
 
 // Returns the given subject, or the light field's, or the point where the optical axes meet. Throws Refusal
@@ -111,8 +114,8 @@ struct SceneOptions {
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
 // Reads no photograph yet, except to estimate a view's unknown exposure (exposure_scales.h). The proxy is the
-// plane through the subject that faces the virtual camera. Throws Error for an empty light field, and as
-// SubjectOf() does.
+// plane through the subject that faces the virtual camera. Without a subject the viewpoints have no mesh, and
+// lumigraph weights are used. Throws Error for an empty light field, and as SubjectOf() does.
 std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options);
 
 // Returns the scene without these views (indices): it shares the photographs and gets a mesh of its own.
@@ -124,7 +127,8 @@ std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shar
 // Returns the pyramid level at which a view is read: the one nearest to one texel per output pixel at the
 // subject's centre O, for the view's centre C and the virtual camera's centre V,
 //   round(log2((focal_view / |O - C|) / (focal_out / |O - V|))), limited to the pyramid.
-int PyramidLevel(const SceneView& view, const Subject& subject, const Eigen::Vector3d& virtual_center,
+// Without a subject all distances are taken to be equal.
+int PyramidLevel(const SceneView& view, const RenderScene& scene, const Eigen::Vector3d& virtual_center,
                  double output_focal_px);
 
 // Returns the colour of a view in pictures of the blending field, linear B G R.

@@ -21,6 +21,16 @@ Vector3d RightOf(const ViewerCamera& camera) {
   return camera.CamFromWorld().DirectionInSource(Vector3d::UnitX());
 }
 
+// Looks at a point that is as far before a view as the middle of the points reaches.
+ViewerCamera CameraOfView(const SceneView& view, const RenderScene& scene) {
+  ViewerCamera camera;
+  camera.eye_in_world = view.center_in_world;
+  camera.target_in_world = view.cam_from_world.Inverse() * Vector3d(0, 0, scene.subject.radius);
+  camera.photograph = view.camera.WithoutDistortion();
+  camera.up_in_world = scene.up_in_world.normalized();
+  return camera;
+}
+
 }  // namespace
 
 CameraModel ViewerCamera::ModelFor(const cv::Size& screen) const {
@@ -31,6 +41,7 @@ CameraModel ViewerCamera::ModelFor(const cv::Size& screen) const {
 
 ViewerCamera StartingCamera(const RenderScene& scene) {
   constexpr double kNearlyAlong = 0.95;  // cosine. Guessed.
+  if (!scene.has_subject) return CameraOfView(scene.views[scene.views.size() / 2], scene);
   const Rigid3 middle = OrbitPath(scene, 1).cam_from_world.front();
   ViewerCamera camera;
   camera.eye_in_world = middle.OriginInSource();

@@ -403,7 +403,13 @@ PoseCheck CheckPoses(const RefineInput& input,
   }
   PoseCheck check;
   check.error_px = Median(std::move(medians_px));
-  if (const auto fit = FitOfPoses(scene, pairs, kCheckMinMatches)) {
+  auto fit = FitOfPoses(scene, pairs, kCheckMinMatches);
+  if (fit && IsPoor(*fit)) {
+    pairs = PairsThatAgree(scene, pairs, kCheckMinMatches);
+    spdlog::debug("the matches of {} agree on a motion by themselves", Counted(pairs.size(), "pair"));
+    fit = FitOfPoses(scene, pairs, kCheckMinMatches);
+  }
+  if (fit) {
     spdlog::debug("off by {:.3f} px as they are compared; {:.3f} before both cameras", fit->error_px,
                   fit->before_share);
     check.fits_poorly = IsPoor(*fit);

@@ -1,9 +1,12 @@
 #include "tracking/refine/pose_conventions.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <functional>
 
+#include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
+#include "tracking/estimation/relative_pose.h"
 #include "tracking/estimation/two_view_motion.h"
 
 namespace ulf::tracking {
@@ -15,6 +18,10 @@ using PoseChange = std::function<Rigid3(const Rigid3& cam_from_world)>;
 // Poses with a larger error fit poorly: twice what the worst of ten right sets comes to, pictures at most
 // 1000 px a side (docs/measured/tracking.md, "Views whose poses their neighbours contradict").
 constexpr double kMostFitErrorPx = 1;
+// A match farther from its epipolar line is wrong, or its pose is: where its rays meet says nothing. Guessed.
+constexpr double kMostDepthErrorPx = 3;
+// Of the others at least this share must have a determined depth. Guessed.
+constexpr double kLeastToldShare = 0.2;
 
 // Returns the distances along both rays to where they are nearest to each other; none if too parallel.
 std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& second_from_first,
@@ -32,7 +39,7 @@ std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& secon
 std::optional<PoseFit> FitUnder(const PoseChange& change, const RefineScene& scene,
                                 const std::vector<UnguidedPair>& pairs, std::size_t min_matches) {
   std::vector<double> medians;
-  std::size_t told = 0, before = 0;
+  std::size_t near = 0, told = 0, before = 0;
   for (const UnguidedPair& pair : pairs) {
     if (pair.matches.size() < min_matches) continue;
     const RefineView &first = scene.view(pair.first), &second = scene.view(pair.second);
@@ -44,6 +51,8 @@ std::optional<PoseFit> FitUnder(const PoseChange& change, const RefineScene& sce
       const RayPair rays{first.features[match.first].ray.normalized(),
                          second.features[match.second].ray.normalized()};
       errors.push_back(EpipolarError(essential, rays) * scene.LensOf(first).MeanFocalPx());
+      if (errors.back() > kMostDepthErrorPx) continue;
+      ++near;
       if (const auto depths = DepthsWhereRaysMeet(second_from_first, rays)) {
         ++told;
         before += depths->first > 0 && depths->second > 0;
@@ -52,8 +61,28 @@ std::optional<PoseFit> FitUnder(const PoseChange& change, const RefineScene& sce
     medians.push_back(Median(std::move(errors)));
   }
   if (medians.empty()) return std::nullopt;
+  const bool is_told = told > 0 && static_cast<double>(told) >= kLeastToldShare * static_cast<double>(near);
   return PoseFit{Median(std::move(medians)),
-                 told == 0 ? 1 : static_cast<double>(before) / static_cast<double>(told)};
+                 is_told ? static_cast<double>(before) / static_cast<double>(told) : 1};
+}
+
+// Returns whether most matches of a pair agree on a motion of the camera, found in them alone. The threshold is
+// wide: a wrong lens bends true matches, too, while wrong ones are off by a part of the picture.
+bool AgreesByItself(const RefineScene& scene, const UnguidedPair& pair) {
+  constexpr double kThresholdShare = 0.01;  // of the picture's width. Guessed.
+  constexpr double kMost = 0.5;             // of the matches
+  const RefineView &first = scene.view(pair.first), &second = scene.view(pair.second);
+  std::vector<RayPair> rays;
+  for (const FeatureMatch& match : pair.matches)
+    rays.push_back(
+        {first.features[match.first].ray.normalized(), second.features[match.second].ray.normalized()});
+  const CameraModel& lens = scene.LensOf(first);
+  const RelativePoseResult found =
+      RelativePose(rays, {.focal_px = lens.MeanFocalPx(), .threshold_px = kThresholdShare * lens.width});
+  if (found.outcome == RelativePoseOutcome::kRotationOnly) return true;
+  const int most =
+      std::max({found.evidence.by_rotation, found.evidence.by_homography, found.evidence.by_essential});
+  return most > kMost * static_cast<double>(rays.size());
 }
 
 Rigid3 WithYAndZTurned(const Rigid3& cam_from_world) {
@@ -69,6 +98,23 @@ bool IsPoor(const PoseFit& fit) {
 std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                   std::size_t min_matches) {
   return FitUnder([](const Rigid3& pose) { return pose; }, scene, pairs, min_matches);
+}
+
+std::vector<UnguidedPair> PairsThatAgree(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                                         std::size_t min_matches) {
+  constexpr std::size_t kMostTried = 60;
+  std::vector<const UnguidedPair*> tried;
+  for (const UnguidedPair& pair : pairs)
+    if (pair.matches.size() >= min_matches) tried.push_back(&pair);
+  const std::size_t count = std::min(kMostTried, tried.size());
+  std::vector<char> agrees(count);
+  ParallelFor(count, [&](std::size_t i) {
+    agrees[i] = AgreesByItself(scene, *tried[i * tried.size() / count]) ? 1 : 0;
+  });
+  std::vector<UnguidedPair> agreeing;
+  for (std::size_t i = 0; i < count; ++i)
+    if (agrees[i] != 0) agreeing.push_back(*tried[i * tried.size() / count]);
+  return agreeing;
 }
 
 std::string PoseConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,

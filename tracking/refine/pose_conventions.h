@@ -15,7 +15,8 @@ namespace ulf::tracking {
 struct PoseFit {
   double error_px =
       0;  // median distance from the epipolar lines in most pairs; pixels of the scene's pictures
-  // The share of the matches with a determined depth that lie in front of both cameras.
+  // The share of the matches with a determined depth that lie in front of both cameras; 1 where hardly any
+  // match near its epipolar line has one.
   double before_share = 1;
 };
 
@@ -28,6 +29,12 @@ bool IsPoor(const PoseFit& fit);
 // Returns how well the poses fit the pairs with at least `min_matches` matches; none if there is none.
 std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                   std::size_t min_matches);
+
+// Returns the pairs of which most matches agree on one motion of the camera, whatever the poses say; of many
+// pairs some are tried. Matches of photographs that show little in common are mostly wrong and agree on none:
+// they tell nothing about poses.
+std::vector<UnguidedPair> PairsThatAgree(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                                         std::size_t min_matches);
 
 // For poses that fit poorly: returns a clause for people that names the convention (inverted, other axes)
 // under which they would fit; "" if there is none.

@@ -246,6 +246,8 @@ std::uint64_t BytesOf(const LightField& source) {
 }  // namespace
 
 Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
+  if (options.subject && options.without_subject)
+    throw Refusal(Parameter("no_subject"), "", "a subject is given, too", "leave out one of the two");
   PosedSet set = options.model.empty()
                      ? ReadPosedSet(source_path, options.format, options.images, options.camera)
                      : ReadColmapSet(options.model, source_path);
@@ -259,18 +261,24 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   }
   Imported imported{source, set.format, {}};
   if (options.subject) PlaceSubject(*options.subject, source);
-  if (!source.subject)
+  if (options.without_subject) {
+    source.subject.reset();
+    source.goal.reset();
+    source.measured.reset();
+  } else if (!source.subject) {
     if (const auto found = FindSubject(set)) {
       source.subject = found->subject;
       imported.subject_told_by = found->told_by;
     }
+  }
   for (const Check check : {Check::kPoints, Check::kSubject}) Replace(check, {}, source.findings);
   const std::vector<Finding> quick = QuickFindings(source);
   source.findings.insert(source.findings.end(), quick.begin(), quick.end());
   WarnOnce(dir, source.findings);
   for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
   // Poses that took long to find are worth keeping.
-  if (!source.subject && options.model.empty())
+  if (!source.subject && !options.without_subject && options.model.empty() &&
+      set.format != Name(SetFormat::kUlf))
     throw Refusal(source_path.string(), "", "the subject cannot be found: " + WhyNoSubject(source), "");
 
   LightField& made = imported.light_field;

@@ -12,6 +12,7 @@ namespace ulf {
 
 struct ImportOptions {
   std::optional<Subject> subject = {};     // none: the set's, or else found (subject_of_set.h)
+  bool without_subject = false;            // whatever the set says: for cameras that look outwards
   std::optional<SetFormat> format = {};    // none: recognised from the files
   std::filesystem::path images = {};       // the photographs' folder; empty: searched for
   std::filesystem::path model = {};        // COLMAP's, of the photographs in `source` (colmap_posing.h)
@@ -33,7 +34,7 @@ struct Imported {
 // masks/; points to points.ulf and points.ply. White space in names becomes '_'. `dir` is complete at the
 // end, or does not exist after a failure. Warnings tell what of the source is not used. Throws Error for an
 // invalid source, DiskFullError, and Refusal if the subject or the camera must be given; photographs with
-// `model` may be without a subject.
+// `model`, and a light field that has no subject, may stay without one.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

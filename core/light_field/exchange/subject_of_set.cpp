@@ -177,7 +177,8 @@ std::optional<SubjectOfSet> FindSubject(const PosedSet& set) {
 }
 
 std::string WhyNoSubject(const LightField& light_field) {
-  const std::string give_it = fmt::format("give it with {} x,y,z,radius", Parameter("subject"));
+  const std::string give_it = fmt::format("give it with {} x,y,z,radius, or do without one ({})",
+                                          Parameter("subject"), Parameter("no_subject"));
   if (light_field.views.size() == 1)
     return fmt::format("one photograph alone does not tell how far away it is; {}", give_it);
   if (VarianceOfCenters(light_field) == 0)
@@ -206,10 +207,11 @@ std::string WhyNoSubject(const LightField& light_field) {
   });
   if (2 * static_cast<std::size_t>(behind) > light_field.views.size())
     return fmt::format(
-        "the optical axes meet behind the cameras. Either the cameras look outwards: then {}. Or the poses "
-        "have other axes than the format: then mend them (a transform_matrix leads from the camera to the "
-        "world, with y up and z back)",
-        give_it);
+        "the optical axes meet behind the cameras. Either the cameras look outwards: then do without one "
+        "({}), "
+        "or give it with {} x,y,z,radius. Or the poses have other axes than the format: then mend them (a "
+        "transform_matrix leads from the camera to the world, with y up and z back)",
+        Parameter("no_subject"), Parameter("subject"));
   return fmt::format(
       "the cameras' axes are nearly parallel or do not meet in front of them, and the set has neither points "
       "that belong to the poses nor depth bounds; {}",

@@ -22,6 +22,7 @@ std::string PathInside(const std::filesystem::path& root, const std::string& rel
 // Says where the photographs and masks of frames are.
 struct FrameFiles {
   bool are_read = true;                  // if false, paths are taken as they are written
+  bool are_poses_wanted = false;         // and nothing else: views keep their order, cameras may lack a size
   bool may_be_poses_alone = false;       // none of the photographs may exist
   std::filesystem::path root = {};       // the folder that frames' paths are relative to
   std::optional<SetImages> images = {};  // if set, the photographs' folder instead of `root`

@@ -286,6 +286,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (own_keys.empty() && shared_camera) return *shared_camera;
     const json keys = MergedCameraKeys(shared_keys, own_keys);
     const JsonPlace place{keys, frame.where};
+    if (files.are_poses_wanted && !(HasIntrinsics(place) && HasSize(place))) return CameraModel{};
     if (!HasIntrinsics(place))
       throw Error(
           "{}: none of 'fl_x', 'camera_angle_x' and 'x_fov' is here or at the top; add the focal length in "
@@ -309,7 +310,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     view.id = static_cast<int>(i) + 1;
     const std::string given = frame.Text("file_path");
     frame.where += " (" + given + ")";
-    if (!files.are_read) view.id = NumberOfName(given).value_or(view.id);
+    if (!files.are_read && !files.are_poses_wanted) view.id = NumberOfName(given).value_or(view.id);
     view.image_path = PathOfPhotograph(files, given, frame.where);
     if (view.image_path.empty() && files.are_read) return missing.Add(frame.where, given);
     view.mask_path = PathOfMask(files, frame, view.image_path);
@@ -319,7 +320,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     CameraModel camera = camera_of(object, frame, given, image);
     if (files.is_copied()) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
     view.camera = cameras.IndexOf(camera);
-    if (frame.Has("ulf")) {
+    if (frame.Has("ulf") && !files.are_poses_wanted) {
       const JsonPlace ours = frame.Inside("ulf");
       ReadOurView(files, ours, view);
       NoteCalibrationSource(ours, view.camera, light_field);
@@ -419,6 +420,11 @@ LightField ReadTransformsSet(const fs::path& file, const fs::path& images, bool 
   files.around = {SetImages(files.root), SetImages(files.root / "..")};
   if (!images.empty()) files.images.emplace(files.root, images, std::vector<fs::path>());
   return ReadDocument(file, files);
+}
+
+LightField ReadTransformsPoses(const fs::path& file) {
+  return ReadFrames(Document(file), file,
+                    {.are_read = false, .are_poses_wanted = true, .root = FolderOf(file)});
 }
 
 TransformsText ReadTransformsText(const fs::path& file) {

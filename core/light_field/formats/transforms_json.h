@@ -45,6 +45,10 @@ struct TransformsText {
 };
 TransformsText ReadTransformsText(const std::filesystem::path& file);
 
+// Reads poses and cameras only, in the file's order, numbered from 1. The files that it names need not exist;
+// a camera whose size only its photograph would tell has the width 0.
+LightField ReadTransformsPoses(const std::filesystem::path& file);
+
 // Returns the content of a transforms.json. `made_from` is the stamp of the journal that holds the values.
 nlohmann::json TransformsDocument(const LightField& light_field,
                                   const std::optional<JournalStamp>& made_from = std::nullopt);

@@ -109,6 +109,21 @@ TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
   }
 }
 
+TEST(CameraPath, WalkPassesThroughTheViews) {
+  const auto scene =
+      test::MakeScene({.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0), .width = 8, .height = 8});
+  const std::size_t views = scene->views.size();
+  const CameraPath path = WalkPath(*scene, 24);
+  ASSERT_EQ(path.cam_from_world.size(), 24u);
+  const auto differ = [](const Rigid3& a, const Rigid3& b) { return (a.Matrix() - b.Matrix()).norm(); };
+  EXPECT_LT(differ(path.cam_from_world.front(), scene->views.front().cam_from_world), 1e-9);
+  EXPECT_LT(differ(path.cam_from_world.back(), scene->views.back().cam_from_world), 1e-9);
+  EXPECT_LT(differ(path.cam_from_world[12], scene->views[12 * (views - 1) / 23].cam_from_world), 1e-9);
+  auto alone = *scene;
+  alone.views.resize(1);
+  EXPECT_LT(differ(WalkPath(alone, 3).cam_from_world[2], scene->views.front().cam_from_world), 1e-9);
+}
+
 // ---- Vertigo and spiral ----
 
 // A white disc of radius 0.25 in the plane through the subject's centre, before black.

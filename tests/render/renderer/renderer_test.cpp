@@ -513,11 +513,11 @@ TEST(PyramidLevel, FollowsTheFootprint) {
   const auto scene =
       test::MakeScene({.viewpoints = {{0, 0, 2}}, .width = 256, .height = 256, .focal_px = 200});
   const SceneView& view = scene->views[0];
-  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 200), 0);
-  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 4}, 200), 1);  // twice as far: half the size
-  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 50), 2);
-  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 1}, 400), 0);   // never finer than the photograph
-  EXPECT_EQ(PyramidLevel(view, scene->subject, {0, 0, 2}, 1e-6), 8);  // nor coarser than one pixel
+  EXPECT_EQ(PyramidLevel(view, *scene, {0, 0, 2}, 200), 0);
+  EXPECT_EQ(PyramidLevel(view, *scene, {0, 0, 4}, 200), 1);  // twice as far: half the size
+  EXPECT_EQ(PyramidLevel(view, *scene, {0, 0, 2}, 50), 2);
+  EXPECT_EQ(PyramidLevel(view, *scene, {0, 0, 1}, 400), 0);   // never finer than the photograph
+  EXPECT_EQ(PyramidLevel(view, *scene, {0, 0, 2}, 1e-6), 8);  // nor coarser than one pixel
 }
 
 // ---- Real photographs: OpenGL equals the reference where several views make the picture

@@ -67,7 +67,7 @@ cv::Mat BandOf(const RenderScene& scene, const PlacedField& field, const Filling
     const SceneView& view = scene.views[static_cast<std::size_t>(index)];
     const auto seen = view.ProjectVisible(point);
     if (!seen || !view.photograph->linear()) return seen ? seen->feather : 0;
-    const int level = PyramidLevel(view, scene.subject, v, camera.MeanFocalPx());
+    const int level = PyramidLevel(view, scene, v, camera.MeanFocalPx());
     return seen->feather * SampleLevel(view.photograph->Level(level), view.camera, seen->img)[3];
   };
   // Those that others' filling is made of: lumigraph weights of four have the fifth for their threshold.

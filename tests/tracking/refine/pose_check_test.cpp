@@ -151,6 +151,69 @@ TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
               AllOf(HasSubstr("inverted"), HasSubstr("y axis down and z forward, as in OpenCV")));
 }
 
+// A walk in a circle that looks outwards.
+std::unique_ptr<RoomViews> LookingOutwards(int count, const CameraModel& lens, unsigned seed) {
+  const TexturedRoom room({.furniture = Furniture::kRound, .seed = seed});
+  auto views = std::make_unique<RoomViews>();
+  views->input.lenses = {lens};
+  for (int i = 0; i < count; ++i) {
+    const Rigid3 pose = TexturedRoom::RoundAt(TexturedRoom::kRoundFrames * i / count);
+    views->truth.push_back(pose);
+    views->images.push_back(room.Take(pose, static_cast<std::uint64_t>(i), lens).image);
+    views->input.views.push_back({"view " + std::to_string(i), 0, pose});
+  }
+  views->input.read = [from = views.get()](int i) { return from->images[static_cast<std::size_t>(i)]; };
+  return views;
+}
+
+// Photographs that share little have matches that are mostly wrong, whatever the poses.
+TEST(PoseCheck, RightPosesThatLookOutwardsAreNotBlamed) {
+  const CameraModel lenses[] = {CameraModel::Pinhole(160, 120, 100), CameraModel::Pinhole(640, 480, 400),
+                                TexturedRoom::Camera()};
+  for (const CameraModel& lens : lenses)
+    for (const int count : {8, 12, 24})
+      for (const unsigned seed : {1u, 2u}) {
+        const auto views = LookingOutwards(count, lens, seed);
+        EXPECT_THAT(WordsOf(CheckPoses(views->input), views->input), IsEmpty())
+            << count << " of " << lens.width << " px, focal length " << lens.fx << ", seed " << seed;
+      }
+}
+
+// A panorama in the hand: between neighbours there is hardly any parallax, and its sign is the pose's error.
+TEST(PoseCheck, APanoramasDepthsAreNotJudged) {
+  const TexturedRoom room({.furniture = Furniture::kRound, .seed = 4});
+  RoomViews views;
+  views.input.lenses = {TexturedRoom::Camera()};
+  Draw draw(3);
+  for (int i = 0; i < 36; ++i) {
+    const double angle = 2 * M_PI * i / 36;
+    const Eigen::Vector3d center = 0.004 * draw.Direction();
+    const Rigid3 pose = LookAt(center, center + Eigen::Vector3d(std::sin(angle), 0, std::cos(angle)),
+                               -Eigen::Vector3d::UnitY());
+    views.images.push_back(room.Take(pose, static_cast<std::uint64_t>(i)).image);
+    views.input.views.push_back({"view " + std::to_string(i), 0, Disturbed(pose, 0.004, 0.05, draw)});
+  }
+  views.input.read = [&](int i) { return views.images[static_cast<std::size_t>(i)]; };
+  const PoseCheck check = CheckPoses(views.input);
+  EXPECT_FALSE(check.looks_away);
+  EXPECT_THAT(WordsOf(check, views.input), Not(Contains(HasSubstr("wrong as a whole"))));
+}
+
+TEST(PoseCheck, WrongPosesThatLookOutwardsAreNoticed) {
+  const auto views = LookingOutwards(30, TexturedRoom::Camera(), 3);
+  const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
+  const auto words_with = [&](const std::function<Rigid3(int)>& pose) {
+    for (int i = 0; i < 30; ++i) views->input.views[static_cast<std::size_t>(i)].cam_from_world = pose(i);
+    return WordsOf(CheckPoses(views->input), views->input);
+  };
+  const auto truth = [&](int i) { return views->truth[static_cast<std::size_t>(i)]; };
+  EXPECT_THAT(words_with([&](int i) { return half_turn * truth(i); }),
+              Contains(HasSubstr("y and z axes point the other way")));
+  EXPECT_THAT(words_with([&](int i) { return truth(i).Inverse(); }), Contains(HasSubstr("inverted")));
+  EXPECT_THAT(words_with([&](int i) { return truth((7 * i) % 30); }), Not(IsEmpty())) << "another order";
+  EXPECT_THAT(words_with([&](int i) { return truth(29 - i); }), Not(IsEmpty())) << "the reverse order";
+}
+
 // COLMAP's poses lead from the world to the camera, its y axis down and z forward.
 TEST(PoseCheck, NamesTheFilesConvention) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};

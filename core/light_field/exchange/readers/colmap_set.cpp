@@ -102,30 +102,48 @@ struct TakenImage {
   Eigen::Vector2d scale;  // of image points, for resized photographs
 };
 
+// The cameras of a model by their numbers.
+class ModelCameras {
+ public:
+  ModelCameras(const ColmapReconstruction& model, const fs::path& folder) {
+    for (const ColmapReconstruction::Camera& camera : model.cameras)
+      cameras_[camera.id] =
+          FromColmapCamera(camera, fmt::format("{}, camera {}", folder.string(), camera.id));
+  }
+  const CameraModel& Of(const ColmapReconstruction::Image& image, const std::string& where) const {
+    const auto camera = cameras_.find(image.camera);
+    if (camera == cameras_.end())
+      throw Error("{}: its camera {} is not among the cameras; write the model anew", where, image.camera);
+    return camera->second;
+  }
+
+ private:
+  std::map<std::uint32_t, CameraModel> cameras_;
+};
+
+std::string WhereOf(const fs::path& model_folder, const ColmapReconstruction::Image& image) {
+  return fmt::format("{}, image {} ({})", model_folder.string(), image.id, image.name);
+}
+
 std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::path& model_folder,
                                    const SetImages& images, std::vector<std::string>& doubts) {
-  std::map<std::uint32_t, CameraModel> cameras;
-  for (const ColmapReconstruction::Camera& camera : model.cameras)
-    cameras[camera.id] =
-        FromColmapCamera(camera, fmt::format("{}, camera {}", model_folder.string(), camera.id));
+  const ModelCameras cameras(model, model_folder);
   std::vector<TakenImage> taken;
   std::vector<std::string> missing;
   for (const ColmapReconstruction::Image& image : model.images) {
-    const std::string where = fmt::format("{}, image {} ({})", model_folder.string(), image.id, image.name);
-    const auto camera = cameras.find(image.camera);
-    if (camera == cameras.end())
-      throw Error("{}: its camera {} is not among the cameras; write the model anew", where, image.camera);
+    const std::string where = WhereOf(model_folder, image);
+    const CameraModel& camera = cameras.Of(image, where);
     const std::string path = images.Find(image.name);
     if (path.empty()) {
       missing.push_back(image.name);
       continue;
     }
-    const CameraModel own = AtSizeOf(images.folder() / path, camera->second, where, doubts);
-    taken.push_back({&image,
-                     path,
-                     own,
-                     {static_cast<double>(own.width) / camera->second.width,
-                      static_cast<double>(own.height) / camera->second.height}});
+    const CameraModel own = AtSizeOf(images.folder() / path, camera, where, doubts);
+    taken.push_back(
+        {&image,
+         path,
+         own,
+         {static_cast<double>(own.width) / camera.width, static_cast<double>(own.height) / camera.height}});
   }
   if (taken.empty())
     throw Error("{}: none of its {} is in {} ({} is the first); {}", model_folder.string(),
@@ -218,6 +236,31 @@ void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>
   note(unmeasured, "observation", "whose place in the image is not finite");
 }
 
+struct ReadModel {
+  fs::path folder;
+  bool is_binary = false;
+  ColmapReconstruction model;
+};
+
+// Reads the largest model.
+ReadModel ReadModelIn(const fs::path& source, std::vector<std::string>& doubts) {
+  const std::vector<fs::path> models = ColmapModelsIn(source);
+  if (models.empty())
+    throw Error("{}: no COLMAP model (cameras and images as .bin or .txt) in it or in sparse/0",
+                source.string());
+  const fs::path folder = LargestModel(models, doubts);
+  const bool is_binary =
+      HoldsModel(folder, "bin") || (!HoldsModel(folder, "txt") && HoldsColmapPart(folder, "cameras", "bin"));
+  ReadModel read{folder, is_binary, is_binary ? ReadColmapBinary(folder) : ReadColmapText(folder)};
+  if (read.model.images.empty())
+    throw Error("{}: the model has no images; was the reconstruction successful?", folder.string());
+  if (is_binary && HoldsModel(folder, "txt"))
+    doubts.push_back(fmt::format(
+        "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));
+  doubts.insert(doubts.end(), read.model.doubts.begin(), read.model.doubts.end());
+  return read;
+}
+
 }  // namespace
 
 std::uint64_t ImagesOfColmapModel(const fs::path& folder) {
@@ -236,24 +279,11 @@ std::uint64_t ImagesOfColmapModel(const fs::path& folder) {
 }
 
 PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
-  const std::vector<fs::path> models = ColmapModelsIn(source);
-  if (models.empty())
-    throw Error("{}: no COLMAP model (cameras and images as .bin or .txt) in it or in sparse/0",
-                source.string());
   PosedSet set;
   LightField& light_field = set.light_field;
   const ToldOnFailure told(light_field.doubts);
-  const fs::path folder = LargestModel(models, light_field.doubts);
-  const bool is_binary =
-      HoldsModel(folder, "bin") || (!HoldsModel(folder, "txt") && HoldsColmapPart(folder, "cameras", "bin"));
-  const ColmapReconstruction model = is_binary ? ReadColmapBinary(folder) : ReadColmapText(folder);
-  if (model.images.empty())
-    throw Error("{}: the model has no images; was the reconstruction successful?", folder.string());
+  const auto [folder, is_binary, model] = ReadModelIn(source, light_field.doubts);
   set.format = is_binary ? "COLMAP, binary" : "COLMAP, text";
-  if (is_binary && HoldsModel(folder, "txt"))
-    light_field.doubts.push_back(fmt::format(
-        "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));
-  light_field.doubts.insert(light_field.doubts.end(), model.doubts.begin(), model.doubts.end());
   const SetImages images(source, chosen, ImagesFoldersOf(source, folder, model));
   light_field.root = images.folder();
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);
@@ -262,6 +292,21 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   SayUnposed(images, taken, set);
   TakePoints(model, taken, light_field);
   return set;
+}
+
+LightField ReadColmapSetPoses(const fs::path& source) {
+  LightField poses;
+  auto [folder, is_binary, model] = ReadModelIn(source, poses.doubts);
+  const ModelCameras cameras(model, folder);
+  std::ranges::sort(model.images, NameOrder, &ColmapReconstruction::Image::name);
+  for (const ColmapReconstruction::Image& image : model.images) {
+    View& view = poses.views.emplace_back();
+    view.id = static_cast<int>(poses.views.size());
+    view.image_path = image.name;
+    view.camera = IndexOfCamera(cameras.Of(image, WhereOf(folder, image)), poses.cameras);
+    view.cam_from_world = image.cam_from_world;
+  }
+  return poses;
 }
 
 }  // namespace ulf

@@ -43,6 +43,8 @@ PosedSet ReadColmapSet(const std::filesystem::path& source, const std::filesyste
 
 // Returns how many images the model in the folder has, without reading its points.
 std::uint64_t ImagesOfColmapModel(const std::filesystem::path& folder);
+// Returns the cameras and poses of that model alone, in the order of names; no photograph need be there.
+LightField ReadColmapSetPoses(const std::filesystem::path& source);
 
 // Local Light Field Fusion (Mildenhall et al. 2019) has poses_bounds.npy and photographs in images, or
 // reduced by N in images_N. The row of a photograph, in byte order of names, holds a 3x5 matrix, row by row,

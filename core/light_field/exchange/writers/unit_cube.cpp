@@ -10,24 +10,9 @@ namespace {
 
 // The subject's diameter in the unit cube. Guessed: silhouettes and shadows close by stay in the cube.
 constexpr double kSubjectShare = 0.7;
-// Quantiles for the middle of a place's points, and for all of its content. Guessed.
-constexpr double kMiddleFrom = 0.1, kMiddleTo = 0.9, kContent = 0.95;
+// The quantile for all of a place's content. Guessed.
+constexpr double kContent = 0.95;
 constexpr int kMostAabbScale = 128;  // instant-ngp's limit
-
-std::optional<Subject> MiddleOfPoints(const LightField& light_field) {
-  constexpr std::size_t kFewest = 10;
-  if (light_field.points.size() < kFewest) return std::nullopt;
-  Eigen::Vector3d low, high;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const ScenePoint& point : light_field.points) values.push_back(point.position_in_world[axis]);
-    low[axis] = Quantile(values, kMiddleFrom);
-    high[axis] = Quantile(std::move(values), kMiddleTo);
-  }
-  const double radius = 0.5 * (high - low).maxCoeff();
-  if (!(radius > 0)) return std::nullopt;
-  return Subject{0.5 * (low + high), radius};
-}
 
 }  // namespace
 

@@ -1,0 +1,70 @@
+#include "core/light_field/exchange/poses_of_set.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/findings.h"
+#include "core/light_field/folder/journal.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/set_format.h"
+#include "core/light_field/formats/transforms_json.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+void Append(const LightField& part, LightField& all) {
+  for (View view : part.views) {
+    view.camera = IndexOfCamera(part.CameraOf(view), all.cameras);
+    all.views.push_back(std::move(view));
+  }
+  all.doubts.insert(all.doubts.end(), part.doubts.begin(), part.doubts.end());
+}
+
+LightField ReadPartsOf(const fs::path& folder) {
+  LightField all;
+  for (const char* part : {"transforms_train.json", "transforms_val.json", "transforms_test.json"})
+    if (fs::is_regular_file(folder / part)) Append(ReadTransformsPoses(folder / part), all);
+  return all;
+}
+
+LightField ReadWithoutPhotographs(const fs::path& source) {
+  std::error_code unknown;
+  const bool is_file = fs::is_regular_file(source, unknown);
+  if (is_file && source.extension() == ".json") return ReadTransformsPoses(source);
+  const std::vector<SetFormat> formats = FormatsIn(source);
+  if (formats.empty()) return ReadLightField(source);  // says what is missing
+  const fs::path place = PlaceOf(formats.front(), source);
+  switch (formats.front()) {
+    case SetFormat::kUlf:
+      return ReadJournal(source / kJournalFile).light_field;
+    case SetFormat::kTransforms:
+      return ReadTransformsPoses(place);
+    case SetFormat::kNerfSynthetic:
+      return ReadPartsOf(place);
+    case SetFormat::kColmap:
+      return ReadColmapSetPoses(place);
+    default:
+      return ReadPosedSet(source, formats.front(), {}).light_field;
+  }
+}
+
+}  // namespace
+
+SetPoses ReadPosesOfSet(const fs::path& source) {
+  const LightField set = ReadWithoutPhotographs(source);
+  WarnOnce(set.doubts);
+  SetPoses poses;
+  for (const View& view : set.views) {
+    poses.cam_from_world.push_back(view.cam_from_world);
+    poses.cameras.push_back(set.CameraOf(view));
+  }
+  if (std::ranges::any_of(poses.cameras, [](const CameraModel& camera) { return camera.width == 0; }))
+    poses.cameras.clear();
+  return poses;
+}
+
+}  // namespace ulf
