@@ -102,7 +102,6 @@ Trial TrialOf(const Example& example) {
       trial.data.push_back(data.name);
   change("build/release/", "", "");
   std::erase(trial.changes, "");
-  if (Has(command, R"(walk\.mp4)")) change(R"(--focal-px \d+)", "--focal-px 527", "of the stand-in's camera");
   if (Has(command, R"(-o DIR\b)"))
     change(R"(-o DIR\b)", "-o dir" + std::to_string(++folders), "DIR is a new folder");
   if (Has(command, R"(^ulf simulate\b)")) trial.stop_after_s = 2;
