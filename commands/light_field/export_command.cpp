@@ -207,6 +207,7 @@ void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
   for (const FormOption& form : kForms) AddForm(*command, chosen, form);
   AddFileForms(*command, chosen);
   AddSceneForms(*command, chosen);
+  AddExportSplat(*command, chosen);
   AddExportWeb(*command, chosen);
   command->footer("Example: ulf export colmap vase -o vase_colmap --undistort --binary");
 }

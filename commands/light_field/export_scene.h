@@ -8,6 +8,7 @@ namespace ulf::commands {
 // `command` is that of `ulf export`.
 void AddSceneForms(CLI::App& command, ChosenCommand& chosen);  // glTF, and quilts for light-field displays
 void AddFileForms(CLI::App& command, ChosenCommand& chosen);  // one file: poses, or points (export_files.cpp)
-void AddExportWeb(CLI::App& command, ChosenCommand& chosen);  // the page for browsers (export_web.cpp)
+void AddExportSplat(CLI::App& command, ChosenCommand& chosen);  // Gaussians (export_splat.cpp)
+void AddExportWeb(CLI::App& command, ChosenCommand& chosen);    // the page for browsers (export_web.cpp)
 
 }  // namespace ulf::commands

@@ -1,57 +1,21 @@
 #include "render/output/gltf_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "core/base/error.h"
-#include "core/base/json_text.h"
 #include "core/geometry/small_matrices.h"
+#include "render/output/glb.h"
 
 namespace ulf::render {
 namespace {
 
 using nlohmann::ordered_json;
 
-static_assert(std::endian::native == std::endian::little,
-              "glTF's numbers are little-endian, and written as they are");
-
-// These are constants of the specification.
-constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;
-constexpr int kVertices = 34962, kIndices = 34963;  // ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
-constexpr int kFilterLinear = 9729, kFilterMipmaps = 9987, kClampToEdge = 33071;
-
-// The file's one buffer, in views that begin at multiples of four bytes.
-class GltfBuffer {
- public:
-  explicit GltfBuffer(ordered_json& document) : document_(document) {}
-  std::size_t AddView(const void* data, std::size_t size, int target) {
-    bytes_.resize((bytes_.size() + 3) / 4 * 4);
-    ordered_json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
-    if (target != 0) view["target"] = target;
-    bytes_.append(static_cast<const char*>(data), size);
-    document_["bufferViews"].push_back(std::move(view));
-    return document_["bufferViews"].size() - 1;
-  }
-  template <typename Value>
-  std::size_t AddAccessor(const std::vector<Value>& values, int component, const char* type,
-                          std::size_t count, int target) {
-    const std::size_t view = AddView(values.data(), values.size() * sizeof(Value), target);
-    document_["accessors"].push_back(
-        {{"bufferView", view}, {"componentType", component}, {"count", count}, {"type", type}});
-    return document_["accessors"].size() - 1;
-  }
-  std::string Take() {
-    bytes_.resize((bytes_.size() + 3) / 4 * 4);
-    return std::move(bytes_);
-  }
-
- private:
-  ordered_json& document_;
-  std::string bytes_;
-};
+constexpr int kFilterLinear = 9729, kFilterMipmaps = 9987, kClampToEdge = 33071;  // of the specification
 
 std::vector<float> FlatNumbers(const std::vector<Eigen::Vector3f>& points) {
   std::vector<float> numbers;
@@ -61,10 +25,11 @@ std::vector<float> FlatNumbers(const std::vector<Eigen::Vector3f>& points) {
   return numbers;
 }
 
-ordered_json PrimitiveOf(const GltfModel& model, ordered_json& document, GltfBuffer& buffer) {
+ordered_json PrimitiveOf(const GltfModel& model, ordered_json& document, GlbBuffer& buffer) {
   const TriangleMesh& mesh = model.mesh;
   const std::vector<float> positions = FlatNumbers(mesh.vertices);
-  const std::size_t position = buffer.AddAccessor(positions, kFloat, "VEC3", mesh.vertices.size(), kVertices);
+  const std::size_t position =
+      buffer.AddAccessor(positions, kGltfFloat, "VEC3", mesh.vertices.size(), kGltfVertices);
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& vertex : mesh.vertices) box.extend(vertex);
   document["accessors"][position]["min"] = {box.min().x(), box.min().y(), box.min().z()};
@@ -76,7 +41,8 @@ ordered_json PrimitiveOf(const GltfModel& model, ordered_json& document, GltfBuf
       places.push_back(texel.x() / static_cast<float>(model.texture_size.width));
       places.push_back(texel.y() / static_cast<float>(model.texture_size.height));
     }
-    attributes["TEXCOORD_0"] = buffer.AddAccessor(places, kFloat, "VEC2", model.texel.size(), kVertices);
+    attributes["TEXCOORD_0"] =
+        buffer.AddAccessor(places, kGltfFloat, "VEC2", model.texel.size(), kGltfVertices);
   }
   if (!model.colors.empty()) {
     std::vector<std::uint16_t> colors;  // red, green, blue, opaque: a multiple of four bytes for each vertex
@@ -88,14 +54,14 @@ ordered_json PrimitiveOf(const GltfModel& model, ordered_json& document, GltfBuf
       colors.push_back(static_cast<std::uint16_t>(kOne));
     }
     const std::size_t color =
-        buffer.AddAccessor(colors, kUnsignedShort, "VEC4", model.colors.size(), kVertices);
+        buffer.AddAccessor(colors, kGltfUnsignedShort, "VEC4", model.colors.size(), kGltfVertices);
     document["accessors"][color]["normalized"] = true;
     attributes["COLOR_0"] = color;
   }
   std::vector<std::uint32_t> corners;
   for (const auto& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
   return {{"attributes", std::move(attributes)},
-          {"indices", buffer.AddAccessor(corners, kUnsignedInt, "SCALAR", corners.size(), kIndices)},
+          {"indices", buffer.AddAccessor(corners, kGltfUnsignedInt, "SCALAR", corners.size(), kGltfIndices)},
           {"material", 0},
           {"mode", 4}};
 }
@@ -120,13 +86,6 @@ void RequireGltfCamera(const GltfCamera& camera) {
         "{}: glTF has cameras without distortion and with the principal point in the middle alone; "
         "undistort it",
         camera.name);
-}
-
-void AppendChunk(std::string& file, const char* type, const std::string& bytes) {
-  const auto size = static_cast<std::uint32_t>(bytes.size());
-  file.append(reinterpret_cast<const char*>(&size), sizeof(size));
-  file.append(type, 4);
-  file += bytes;
 }
 
 }  // namespace
@@ -159,7 +118,7 @@ std::string GlbBytes(const GltfModel& model) {
          {"perspective",
           {{"yfov", 2 * std::atan(tan_y)}, {"aspectRatio", tan_x / tan_y}, {"znear", model.near_distance}}}});
   }
-  GltfBuffer buffer(document);
+  GlbBuffer buffer(document);
   const ordered_json primitive = PrimitiveOf(model, document, buffer);
   document["meshes"] =
       ordered_json::array({{{"name", model.name}, {"primitives", ordered_json::array({primitive})}}});
@@ -178,22 +137,8 @@ std::string GlbBytes(const GltfModel& model) {
     document["textures"] = ordered_json::array({{{"sampler", 0}, {"source", 0}}});
   }
   document["materials"] = ordered_json::array({std::move(material)});
-  const std::string bytes = buffer.Take();
-  document["buffers"] = ordered_json::array({{{"byteLength", bytes.size()}}});
-  std::string text = JsonText(document);
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-
-  constexpr std::size_t kHeader = 12, kChunkHeader = 8;
-  const std::size_t size = kHeader + 2 * kChunkHeader + text.size() + bytes.size();
-  if (size > std::numeric_limits<std::uint32_t>::max())
-    throw Error("{}: {:.1f} GB; a .glb has at most 4: give fewer {} or a smaller {}", model.name,
-                static_cast<double>(size) / 1e9, Parameter("triangles"), Parameter("texture"));
-  std::string file("glTF");
-  for (const std::uint32_t number : {std::uint32_t{2}, static_cast<std::uint32_t>(size)})
-    file.append(reinterpret_cast<const char*>(&number), sizeof(number));
-  AppendChunk(file, "JSON", text);
-  AppendChunk(file, std::string("BIN\0", 4).c_str(), bytes);
-  return file;
+  return GlbOf(document, buffer, model.name,
+               fmt::format("fewer {} or a smaller {}", Parameter("triangles"), Parameter("texture")));
 }
 
 }  // namespace ulf::render

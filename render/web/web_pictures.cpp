@@ -12,8 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel_for.h"
 #include "core/image/files/picture_codecs.h"
-#include "core/image/image.h"
-#include "core/image/undistortion.h"
+#include "render/scene/even_picture.h"
 
 namespace ulf::render {
 namespace {
@@ -22,46 +21,13 @@ constexpr int kBestQuality = 95, kUsualQuality = 80, kLeastQuality = 40,
               kSmallQuality = 70;  // WebP's. Guessed.
 constexpr int kLeastPx = 64;       // of the longer side. Guessed.
 
-// Returns B G R and the share of the pixel that has light, CV_32FC4, linear, of the photograph's level.
-cv::Mat LightOf(const SceneView& view, int level) {
-  const cv::Mat pixels = view.photograph->Level(level);
-  cv::Mat light(pixels.size(), CV_32FC4);
-  if (view.photograph->linear()) {
-    pixels.convertTo(light, CV_32F);
-  } else {
-    const cv::Mat linear = LinearFloat({pixels, Transfer::kSrgb});
-    cv::mixChannels(std::vector<cv::Mat>{linear, cv::Mat::ones(pixels.size(), CV_32F)}, {light},
-                    {0, 0, 1, 1, 2, 2, 3, 3});
-  }
-  const double to_full = 1.0 * view.camera.width / pixels.cols;
-  const bool is_even = view.correction == LightCorrection{};
-  const cv::Vec3f even = view.ScaleAt({view.camera.cx, view.camera.cy});
-  for (int y = 0; y < light.rows; ++y)
-    for (int x = 0; x < light.cols; ++x) {
-      auto& at = light.at<cv::Vec4f>(y, x);
-      if (!(at[3] > 0)) {
-        at = {0, 0, 0, 0};
-        continue;
-      }
-      const cv::Vec3f scale = is_even ? even : view.ScaleAt({(x + 0.5) * to_full, (y + 0.5) * to_full});
-      for (int c = 0; c < 3; ++c) at[c] = (at[c] / at[3] - view.black) * scale[c];
-    }
-  return light;
-}
-
 class PicturesOfViews {
  public:
   explicit PicturesOfViews(const RenderScene& scene) : scene_(scene), kept_(scene.views.size()) {
-    for (std::size_t i = 0; i < scene.views.size(); ++i) {
-      const SceneView& view = scene.views[i];
-      const bool is_as_before = i > 0 && view.camera == scene.views[i - 1].camera;
-      if (is_as_before)
-        undistortions_.push_back(undistortions_.back());
-      else if (view.camera.distortion == Distortion::kNone)
-        undistortions_.push_back({.from = view.camera, .to = view.camera, .is_identity = true});
-      else
-        undistortions_.push_back(UndistortionOf(view.camera, fmt::format("view {}", view.id)));
-    }
+    for (const SceneView& view : scene.views)
+      undistortions_.push_back(!undistortions_.empty() && undistortions_.back().from == view.camera
+                                   ? undistortions_.back()
+                                   : UndistortionOf(view));
   }
 
   std::size_t count() const { return scene_.views.size(); }
@@ -81,44 +47,13 @@ class PicturesOfViews {
   cv::Mat Draw(std::size_t index, const CameraModel& camera) {
     cv::Mat& kept = kept_[index];
     if (kept.cols == camera.width && kept.rows == camera.height) return kept;
-    cv::Mat picture = Drawn(index, camera);
+    cv::Mat picture = EvenPicture(scene_.views[index], undistortions_[index], camera);
     constexpr std::size_t kMostKeptBytes = std::size_t{1} << 30;  // other pictures are drawn again. Guessed.
     if (picture.total() * picture.elemSize() * count() <= kMostKeptBytes) kept = picture;
     return picture;
   }
 
  private:
-  cv::Mat Drawn(std::size_t index, const CameraModel& camera) const {
-    const SceneView& view = scene_.views[index];
-    const Undistortion& full = undistortions_[index];
-    int level = 0;  // the smallest that is large enough
-    while (level + 1 < view.photograph->LevelCount() &&
-           view.photograph->LevelSize(level + 1).width * full.to.width >= camera.width * full.from.width)
-      ++level;
-    cv::Mat light = LightOf(view, level);
-    if (!full.is_identity) {
-      Undistortion here = full;
-      here.from = full.from.ScaledTo(light.cols, light.rows);
-      const double share = 1.0 * light.cols / full.from.width;
-      here.to = full.to.ScaledTo(std::max(1, static_cast<int>(std::lround(share * full.to.width))),
-                                 std::max(1, static_cast<int>(std::lround(share * full.to.height))));
-      light = Undistorted(MapOf(here), light);
-    }
-    if (light.cols != camera.width || light.rows != camera.height)
-      cv::resize(light, light, {camera.width, camera.height}, 0, 0, cv::INTER_AREA);
-    cv::Mat bgr, share, picture;
-    cv::cvtColor(light, bgr, cv::COLOR_BGRA2BGR);
-    cv::extractChannel(light, share, 3);
-    picture = Srgb8FromLinear(bgr);
-    double least = 1;
-    cv::minMaxLoc(share, &least);
-    if (least > 0.5) return picture;
-    cv::Mat alpha, with_alpha;
-    share.convertTo(alpha, CV_8U, 255);
-    cv::merge(std::vector<cv::Mat>{picture, alpha}, with_alpha);
-    return with_alpha;
-  }
-
   const RenderScene& scene_;
   std::vector<Undistortion> undistortions_;
   std::vector<cv::Mat> kept_;  // of the last drawn size

@@ -248,6 +248,8 @@ std::vector<Writer> Writers() {
   writers.push_back({"`ulf export realityscan`", "export realityscan {lf} -o {out}", Ends::kAtOnce});
   writers.push_back({"`ulf export gltf`", "export gltf {lf} -o {out}", Ends::kAtOnce, "",
                      "proxy {lf} --size 80 --depth-maps 6"});
+  writers.push_back({"`ulf export splat`", "export splat {lf} -o {out}.spz", Ends::kAtOnce, "",
+                     "proxy {lf} --size 80 --depth-maps 6"});
   writers.push_back({"`ulf refine`", "refine {lf}", Ends::kAtOnce, "refine {lf}"});
   writers.push_back({"`ulf refine -o`", "refine {lf} -o {out}", Ends::kInGoodOrder, "refine {lf} -o {out}"});
   writers.push_back({"`ulf proxy -o`", "proxy {lf} --size 80 --depth-maps 6 -o {out}.ply", Ends::kAtOnce});

@@ -1,5 +1,5 @@
 // Tests: commands/light_field/export_command, commands/light_field/export_files,
-// commands/light_field/export_scene, commands/light_field/measured_points,
+// commands/light_field/export_scene, commands/light_field/export_splat, commands/light_field/measured_points,
 // core/light_field/exchange/export_light_field, core/light_field/exchange/writers/colmap_folder.
 //
 // `ulf export` on photographs: its points come from them, and COLMAP itself takes what it writes; and the
@@ -295,6 +295,36 @@ TEST_F(ExportCommand, DrawsAQuiltAndBakesAMesh) {
   EXPECT_LE(baked["texture"][0], 512);
   for (const char* name : {"lf.glb", "lf_vertex_colors.glb"})
     EXPECT_TRUE(fs::exists(scratch / "gltf" / name));
+}
+
+TEST_F(ExportCommand, SplatWritesAFileByItsEnding) {
+  const ScratchFolder scratch;
+  const auto said = [](const fs::path& light_field, const fs::path& out) {
+    return RunUlf("export splat --most 3000 --json " + light_field.string() + " -o " + out.string());
+  };
+  const auto unmade = said(Dir(), scratch / "vase.ply");
+  EXPECT_EQ(unmade.exit_code, 1);
+  EXPECT_THAT(unmade.errors, HasSubstr("ulf proxy"));
+  EXPECT_FALSE(fs::exists(scratch / "vase.ply"));
+  const fs::path with_mesh = scratch / "lf";
+  fs::copy(Dir(), with_mesh, fs::copy_options::recursive);
+  std::ofstream(with_mesh / "proxy.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+         "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "-6 -6 3\n6 -6 3\n6 6 3\n-6 6 3\n4 0 1 2 3\n";
+  for (const char* name : {"vase.ply", "vase.SPZ", "vase.glb"}) {
+    const auto run = said(with_mesh, scratch / name);
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    const auto report = JsonFromText(run.output);
+    EXPECT_GT(report["gaussians"], 300) << name;
+    EXPECT_LE(report["gaussians"], 3000) << name;
+    EXPECT_EQ(report["bytes"], fs::file_size(scratch / name)) << name;
+  }
+  const auto again = said(with_mesh, scratch / "vase.ply");
+  EXPECT_EQ(again.exit_code, 2);
+  const auto other = said(with_mesh, scratch / "vase.splat");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.errors, HasSubstr(".ply, .spz or .glb"));
 }
 
 // ---- COLMAP itself (Debian's, without a display or a GPU). ----

@@ -79,6 +79,7 @@ const std::map<std::string, std::string> kArguments{
     {"ulf export gltf", "-o {}"},
     {"ulf export tum", "-o {}.txt"},
     {"ulf export ply", "--known-points -o {}.ply"},
+    {"ulf export splat", "-o {}.ply"},
     {"ulf export quilt", "--size-limit 160 --proxy plane --field nearest --tiles 2x1 --size 64x64 -o {}"},
     {"ulf export web", "--size-limit 160 --proxy plane --budget 200kB -o {}"},
 };

@@ -1,0 +1,17 @@
+// Gaussians for what lies beyond the depth maps: the sky, a far background, walls on which the views find
+// nothing to match. They stand on a sphere around all others, where views show pixels without a Gaussian.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "render/splats/gaussians.h"
+#include "render/splats/splat_views.h"
+
+namespace ulf::render {
+
+// Adds Gaussians until there are at most `most`, and returns how many; they are coarser where they would be
+// more.
+std::size_t AddFarSphere(const std::vector<SplatView>& views, std::size_t most, Gaussians& gaussians);
+
+}  // namespace ulf::render

@@ -1,0 +1,311 @@
+#include "render/splats/placing.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+
+#include "core/base/at.h"
+#include "core/base/error.h"
+#include "core/base/parallel_for.h"
+#include "render/splats/far_sphere.h"
+#include "render/splats/splat_shape.h"
+
+namespace ulf::render {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+constexpr float kAgreeing = 3;          // steps of the maps within which two say the same
+constexpr float kRoughlyAgreeing = 12;  // the same of the rest
+constexpr float kFlatCell = 1;          // steps by which the surface may leave a cell's plane at its corners
+constexpr float kFinerBy = 1.5f;      // a view that shows the cell this much larger gets Gaussians of its own
+constexpr float kLeastCosine = 0.2f;  // of the angle between a ray and the surface's normal
+constexpr int kFirstRoughness = 3;    // levels of 255
+constexpr double kRougher = 1.5;      // factor where there are too many Gaussians
+constexpr double kAroundShare = 0.15;  // of all Gaussians, at most
+
+// A view with what projections into it need, in single precision.
+struct FastView {
+  SplatView* view;
+  Eigen::Matrix3f rotation;
+  Vector3f translation, center;
+  float fx, fy, cx, cy;
+
+  explicit FastView(SplatView& of)
+      : view(&of),
+        rotation(of.cam_from_world.RotationMatrix().cast<float>()),
+        translation(of.cam_from_world.translation.cast<float>()),
+        center(of.cam_from_world.OriginInSource().cast<float>()),
+        fx(static_cast<float>(of.camera.fx)),
+        fy(static_cast<float>(of.camera.fy)),
+        cx(static_cast<float>(of.camera.cx)),
+        cy(static_cast<float>(of.camera.cy)) {}
+  Vector3f RayAt(float x, float y) const { return {(x - cx) / fx, (y - cy) / fy, 1}; }
+  Vector3f InCam(const Vector3f& point_in_world) const { return rotation * point_in_world + translation; }
+  Vector3f InWorld(const Vector3f& in_cam) const { return rotation.transpose() * (in_cam - translation); }
+};
+
+// A cell, and the uncertainty of 1 / depth in its view, times the squared depth.
+struct SurfacePatch : SurfaceCell {
+  float tolerance = 0;
+};
+
+// The rest is ground for pixels that it left out, because the maps are too inexact there to agree.
+enum class Layer { kGround, kDetail, kRest };
+constexpr int kGroundLevel = 2;  // cells of 4 x 4 pixels; larger ones where the photograph is smooth
+// The ground lies behind the surface by this share of its cell's size, so that it comes after the details.
+constexpr float kBehind = 0.75f;
+
+enum class Vote { kNone, kAgrees, kSeesThrough, kHidden };
+
+struct PatchReading {
+  Vote vote = Vote::kNone;
+  Vector3f in_cam;
+  float change = 0;  // of the inverse depth there to the map's
+};
+
+// `steps` of the maps may lie between what agrees.
+PatchReading ReadPatch(const FastView& other, const SurfacePatch& patch, float steps, bool gaps_are_empty) {
+  PatchReading reading{Vote::kNone, other.InCam(patch.point), 0};
+  const float depth = reading.in_cam.z();
+  if (!(depth > 0)) return reading;
+  const float slope_x = reading.in_cam.x() / depth, slope_y = reading.in_cam.y() / depth;
+  const float x = other.fx * slope_x + other.cx, y = other.fy * slope_y + other.cy;
+  const SplatView& view = *other.view;
+  if (!(x >= 0 && y >= 0 && x < static_cast<float>(view.camera.width) &&
+        y < static_cast<float>(view.camera.height)))
+    return reading;
+  if (view.IsGap(static_cast<int>(x), static_cast<int>(y))) {
+    if (gaps_are_empty) reading.vote = Vote::kSeesThrough;
+    return reading;
+  }
+  const auto plane = view.surface.At(slope_x, slope_y);
+  if (!plane) return reading;
+  reading.change = plane->inverse_depth - 1 / depth;
+  const float tolerance = steps * (view.surface.step() + patch.tolerance / (depth * depth));
+  reading.vote = std::abs(reading.change) <= tolerance ? Vote::kAgrees
+                 : reading.change < 0                  ? Vote::kSeesThrough
+                                                       : Vote::kHidden;
+  return reading;
+}
+
+// Returns the change of the image point by a span at a point.
+Vector2f SpanInImage(const FastView& view, const Vector3f& in_cam, const Vector3f& span_in_world) {
+  const Vector3f span = view.rotation * span_in_world;
+  const float per_depth = 1 / in_cam.z();
+  return {view.fx * per_depth * (span.x() - in_cam.x() * per_depth * span.z()),
+          view.fy * per_depth * (span.y() - in_cam.y() * per_depth * span.z())};
+}
+
+class Placing {
+ public:
+  Placing(std::vector<SplatView>& views, const PlacingOptions& options, int roughness)
+      : options_(options), roughness_(roughness) {
+    for (SplatView& view : views) views_.emplace_back(view);
+  }
+
+  // Adds a layer; returns false once there are more than `most` Gaussians.
+  bool Place(Layer layer, std::size_t most, Gaussians& gaussians) {
+    layer_ = layer;
+    if (layer != Layer::kRest)
+      for (const FastView& view : views_) view.view->done.setTo(0);
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      const std::vector<SurfacePatch> patches = PatchesOf(v);
+      for (const SurfacePatch& patch : patches) gaussians.push_back(GaussianOf(patch));
+      if (gaussians.size() > most) return false;
+      ParallelFor(views_.size(), [&](std::size_t w) {
+        for (const SurfacePatch& patch : patches) MarkIn(w, v, patch);
+      });
+    }
+    return true;
+  }
+
+ private:
+  float Steps() const { return layer_ == Layer::kRest ? kRoughlyAgreeing : kAgreeing; }
+
+  Gaussian GaussianOf(const SurfacePatch& patch) const {
+    if (layer_ == Layer::kDetail) return FlatGaussian(kDetailForm, patch);
+    SurfaceCell ground = patch;
+    ground.point -= kBehind * std::max(patch.across.norm(), patch.down.norm()) * patch.normal;
+    return FlatGaussian(kGroundForm, ground);
+  }
+
+  // Returns the cell's piece of surface; none without depth.
+  std::optional<SurfacePatch> PatchAt(const FastView& of, float x, float y, int size) const {
+    const Vector3f ray = of.RayAt(x, y);
+    const auto plane = of.view->surface.At(ray.x(), ray.y());
+    if (!plane) return std::nullopt;
+    const float depth = 1 / plane->inverse_depth;
+    Vector3f normal(plane->by_x, plane->by_y,
+                    plane->inverse_depth - plane->by_x * ray.x() - plane->by_y * ray.y());
+    normal.normalize();
+    const Vector3f towards = ray.normalized();
+    const float cosine = normal.dot(towards);
+    if (cosine < kLeastCosine) {  // turn it towards the view
+      const Vector3f aside = (normal - cosine * towards).normalized();
+      normal = kLeastCosine * towards + std::sqrt(1 - kLeastCosine * kLeastCosine) * aside;
+    }
+    const auto along = [&](const Vector3f& step) -> Vector3f {
+      return depth * static_cast<float>(size) * (step - normal.dot(step) / normal.dot(ray) * ray);
+    };
+    SurfacePatch patch;
+    patch.point = of.InWorld(depth * ray);
+    patch.across = of.rotation.transpose() * along({1 / of.fx, 0, 0});
+    patch.down = of.rotation.transpose() * along({0, 1 / of.fy, 0});
+    patch.normal = of.rotation.transpose() * -normal;
+    patch.size_px = static_cast<float>(size);
+    patch.tolerance = of.view->surface.step() * depth * depth;
+    return patch;
+  }
+
+  // Returns whether the depths at the corners of a square around a place lie on the plane in its middle.
+  static bool IsFlat(const FastView& of, float x, float y, float half) {
+    const Vector3f ray = of.RayAt(x, y);
+    const auto plane = of.view->surface.At(ray.x(), ray.y());
+    if (!plane) return false;
+    for (const float side : {-half, half})
+      for (const float below : {-half, half}) {
+        const Vector3f corner = of.RayAt(x + side, y + below);
+        const auto there = of.view->surface.At(corner.x(), corner.y());
+        const float expected = plane->inverse_depth + plane->by_x * (corner.x() - ray.x()) +
+                               plane->by_y * (corner.y() - ray.y());
+        if (!there || std::abs(there->inverse_depth - expected) > kFlatCell * of.view->surface.step())
+          return false;
+      }
+    return true;
+  }
+
+  // Moves the patch to the mean of the maps that agree with it; returns false if they are too few.
+  bool Confirm(std::size_t v, SurfacePatch& patch) const {
+    int agreeing = 0, through = 0;
+    const float depth = views_[v].InCam(patch.point).z();
+    float change = 0;  // of its inverse depth in its own view
+    for (std::size_t w = 0; w < views_.size(); ++w) {
+      if (w == v) continue;
+      const PatchReading reading = ReadPatch(views_[w], patch, Steps(), !options_.has_background);
+      through += reading.vote == Vote::kSeesThrough;
+      if (reading.vote != Vote::kAgrees) continue;
+      ++agreeing;
+      const float ratio = reading.in_cam.z() / depth;
+      change += ratio * ratio * reading.change;
+    }
+    const bool is_confirmed =
+        layer_ == Layer::kRest ? agreeing >= through : agreeing > 0 && agreeing > through;
+    if (views_.size() > 1 && !is_confirmed) return false;
+    const float scale = 1 / (1 + depth * change / static_cast<float>(agreeing + 1));
+    patch.point = views_[v].center + scale * (patch.point - views_[v].center);
+    patch.across *= scale;
+    patch.down *= scale;
+    return true;
+  }
+
+  // Appends the patches of a cell, whole or in parts.
+  void Visit(std::size_t v, int x, int y, int level, std::vector<SurfacePatch>& patches) const {
+    const FastView& of = views_[v];
+    const SplatView& view = *of.view;
+    const int size = 1 << level, width = view.camera.width, height = view.camera.height;
+    int open = 0, inside = 0;
+    bool has_gap = false;
+    for (int row = y; row < std::min(height, y + size); ++row)
+      for (int column = x; column < std::min(width, x + size); ++column) {
+        ++inside;
+        open += view.done.at<std::uint8_t>(row, column) == 0;
+        has_gap = has_gap || view.IsGap(column, row);
+      }
+    if (open == 0 || (level == 0 && has_gap)) return;
+    const float middle_x = static_cast<float>(x) + 0.5f * static_cast<float>(size);
+    const float middle_y = static_cast<float>(y) + 0.5f * static_cast<float>(size);
+    const bool is_smooth =
+        level > 0 && view.roughness[At(level)].at<std::uint8_t>(y >> level, x >> level) <= roughness_;
+    if (layer_ == Layer::kDetail && level == kGroundLevel && is_smooth) return;  // the ground shows it
+    // The ground reaches as far beyond its cell again.
+    const float reach = (layer_ != Layer::kDetail ? 1.25f : 0.5f) * static_cast<float>(size);
+    const bool may_be_whole =
+        layer_ != Layer::kDetail ? level <= kGroundLevel || is_smooth : level < kGroundLevel && is_smooth;
+    const bool whole = level == 0 || (may_be_whole && 2 * open >= size * size && inside == size * size &&
+                                      !has_gap && IsFlat(of, middle_x, middle_y, reach));
+    if (!whole) {
+      for (const int below : {0, size / 2})
+        for (const int beside : {0, size / 2})
+          if (x + beside < width && y + below < height) Visit(v, x + beside, y + below, level - 1, patches);
+      return;
+    }
+    auto patch = PatchAt(of, middle_x, middle_y, size);
+    if (!patch || !Confirm(v, *patch)) return;
+    patch->bgr = view.means[At(level)].at<cv::Vec3b>(y >> level, x >> level);
+    patches.push_back(*patch);
+  }
+
+  std::vector<SurfacePatch> PatchesOf(std::size_t v) const {
+    const SplatView& view = *views_[v].view;
+    constexpr int kLevel = kCellSizes - 1, kLargest = 1 << kLevel;
+    std::vector<std::vector<SurfacePatch>> rows(At((view.camera.height + kLargest - 1) / kLargest));
+    ParallelFor(rows.size(), [&](std::size_t row) {
+      for (int x = 0; x < view.camera.width; x += kLargest)
+        Visit(v, x, static_cast<int>(row) * kLargest, kLevel, rows[row]);
+    });
+    std::vector<SurfacePatch> patches;
+    for (const auto& row : rows) patches.insert(patches.end(), row.begin(), row.end());
+    return patches;
+  }
+
+  // Marks the pixels of view `w` that a Gaussian of view `v` shows.
+  void MarkIn(std::size_t w, std::size_t v, const SurfacePatch& patch) {
+    const FastView& other = views_[w];
+    const PatchReading reading = ReadPatch(other, patch, Steps(), false);
+    if (w != v && reading.vote != Vote::kAgrees) return;
+    const Vector2f across = SpanInImage(other, reading.in_cam, patch.across);
+    const Vector2f down = SpanInImage(other, reading.in_cam, patch.down);
+    if (w != v && std::max(across.norm(), down.norm()) > kFinerBy * patch.size_px) return;
+    const Vector2f half = 0.5f * (across.cwiseAbs() + down.cwiseAbs());
+    const Vector2f at(other.fx * reading.in_cam.x() / reading.in_cam.z() + other.cx,
+                      other.fy * reading.in_cam.y() / reading.in_cam.z() + other.cy);
+    const auto first = [](float from) { return std::max(0, static_cast<int>(std::lround(from))); };
+    const auto end = [](float to, int most) { return std::min(most, static_cast<int>(std::lround(to))); };
+    cv::Mat& done = other.view->done;
+    // The pixel in the middle is marked however small the cell is here.
+    const int left = std::min(first(at.x() - half.x()), static_cast<int>(at.x()));
+    const int top = std::min(first(at.y() - half.y()), static_cast<int>(at.y()));
+    const int right =
+        std::max(end(at.x() + half.x(), done.cols), std::min(done.cols, static_cast<int>(at.x()) + 1));
+    const int bottom =
+        std::max(end(at.y() + half.y(), done.rows), std::min(done.rows, static_cast<int>(at.y()) + 1));
+    for (int y = top; y < bottom; ++y)
+      for (int x = left; x < right; ++x) done.at<std::uint8_t>(y, x) = 1;
+  }
+
+  const PlacingOptions& options_;
+  int roughness_;
+  Layer layer_ = Layer::kGround;
+  std::vector<FastView> views_;
+};
+
+}  // namespace
+
+std::optional<PlacedGaussians> PlaceGaussians(std::vector<SplatView>& views, const PlacingOptions& options) {
+  const double share = options.has_background ? 1 - kAroundShare : 1;
+  const auto most = static_cast<std::size_t>(share * static_cast<double>(options.most));
+  constexpr int kMostRoughness = 256;
+  PlacedGaussians placed;
+  bool fits = false;
+  for (double roughness = kFirstRoughness; roughness < kMostRoughness; roughness *= kRougher) {
+    if (options.progress) options.progress(roughness / kMostRoughness);
+    placed.roughness = static_cast<int>(roughness);
+    placed.gaussians.clear();
+    Placing placing(views, options, placed.roughness);
+    // The ground comes last, so that `done` says what it covers.
+    fits = placing.Place(Layer::kDetail, most, placed.gaussians) &&
+           placing.Place(Layer::kGround, most, placed.gaussians) &&
+           placing.Place(Layer::kRest, most, placed.gaussians);
+    if (fits) break;
+  }
+  if (!fits) return std::nullopt;
+  if (options.has_background) placed.around = AddFarSphere(views, options.most, placed.gaussians);
+  if (placed.gaussians.empty())
+    throw Error("no Gaussian can be placed: the depth maps of the views agree nowhere");
+  return placed;
+}
+
+}  // namespace ulf::render

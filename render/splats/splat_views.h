@@ -1,0 +1,43 @@
+// The views from which Gaussians are made: each one's photograph without distortion, the surface that its
+// depth map shows, how coarse Gaussians may be where the photograph is smooth, and which of its pixels have a
+// Gaussian already.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "render/scene/scene.h"
+#include "render/splats/surface_map.h"
+
+namespace ulf::render {
+
+// A Gaussian stands for a cell of 1, 2, 4 or 8 pixels of a view.
+inline constexpr int kCellSizes = 4;
+
+struct SplatView {
+  CameraModel camera;  // without distortion
+  Rigid3 cam_from_world;
+  cv::Mat photograph;  // EvenPicture()
+  SurfaceMap surface;
+  std::array<cv::Mat, kCellSizes> means;      // CV_8UC3: the mean colour of each cell, by size
+  std::array<cv::Mat, kCellSizes> roughness;  // CV_8U: how far the cell is from what its and its neighbours'
+                                              // means say, the largest of its pixels; empty for single pixels
+  cv::Mat done;                               // CV_8U, not 0: a Gaussian shows the pixel
+
+  // Returns whether the photograph has no light at a pixel.
+  bool IsGap(int x, int y) const {
+    return photograph.channels() == 4 && photograph.at<cv::Vec4b>(y, x)[3] == 0;
+  }
+};
+
+// Returns up to `most` views, each far from those before it. `size_px` limits the pictures' longer side. The
+// scene's proxy must have a mesh. Throws Error if a photograph cannot be read.
+std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, int size_px,
+                                      const std::function<void(double share)>& progress);
+
+}  // namespace ulf::render
