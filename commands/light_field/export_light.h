@@ -18,8 +18,8 @@ struct LightArgs {
 // `has_format`: whether the form has photographs of several kinds.
 void AddLightOptions(CLI::App& form, LightArgs& args, bool has_format);
 
-// Sets the options of the export by the arguments. Returns what gives the report's sentences after the export.
-// Throws UsageError for values that do not exist. `light_field` must outlive both.
+// Sets the options of the export by the arguments. Returns what gives the report's sentences after the
+// export. Throws UsageError for values that do not exist. `light_field` must outlive both.
 std::function<std::vector<std::string>(const ExportSummary& summary)> SetLight(const LightArgs& args,
                                                                                const LightField& light_field,
                                                                                ExportOptions& options);

@@ -46,8 +46,8 @@ Resampling ToOneInstant(const LightField& light_field, const ExportedShutter& sh
   return resampling;
 }
 
-std::string ShutterInWords(const LightField& light_field, std::size_t moving, double readout_ms, bool is_global,
-                    ExportForm form) {
+std::string ShutterInWords(const LightField& light_field, std::size_t moving, double readout_ms,
+                           bool is_global, ExportForm form) {
   const std::size_t views = light_field.views.size();
   std::string words =
       fmt::format("rolling shutter of {:.1f} ms: {} of {} ", readout_ms, moving, Counted(views, "view"));

@@ -52,8 +52,9 @@ double SquaredTilt(const CameraAxes& camera, const Vector3d& up) {
   return tilt * tilt;
 }
 
-// Returns how badly a direction or its opposite explains the cameras as upright, level and without tilt. Round
-// a subject on one level, turned cameras would do as well with another up, far below and above themselves.
+// Returns how badly a direction or its opposite explains the cameras as upright, level and without tilt.
+// Round a subject on one level, turned cameras would do as well with another up, far below and above
+// themselves.
 double CostOf(const Vector3d& up, const std::vector<CameraAxes>& cameras) {
   double cost = 0, upright = 0;
   for (const CameraAxes& camera : cameras) {

@@ -179,8 +179,7 @@ bool CoverageMap::IsGridStale() const {
   if (!frame_) return true;
   if (std::abs(recorded_.MedianDistance() / reference_distance_ - 1) > kDistanceChange) return true;
   if (options_.up_in_world) return false;
-  const CapFrame now((views()[0].center_in_world - subject_.center_in_world).normalized(),
-                     recorded_.Up());
+  const CapFrame now((views()[0].center_in_world - subject_.center_in_world).normalized(), recorded_.Up());
   return now.Up().dot(frame_->Up()) < kUpCosine;
 }
 

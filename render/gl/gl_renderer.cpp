@@ -150,8 +150,8 @@ void GlRenderer::Prefetch(const CameraModel& camera, const Rigid3& cam_from_worl
   }
   std::vector<GlPhotographs::LevelRequest> level_requests;
   for (const int view : of_views)
-    level_requests.push_back({view, PyramidLevel(s.scene->views[At(view)], *s.scene, virtual_center,
-                                                 camera.MeanFocalPx())});
+    level_requests.push_back(
+        {view, PyramidLevel(s.scene->views[At(view)], *s.scene, virtual_center, camera.MeanFocalPx())});
   s.photographs.Expect(std::move(level_requests));
 }
 

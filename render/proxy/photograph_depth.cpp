@@ -55,8 +55,8 @@ float InverseDepths::At(const Vector2d& slope) const {
          below_share * ((1 - right_share) * c + right_share * d);
 }
 
-// The slopes (x / z, y / z) of the rays through pixel centres. Rays of a lens with distortion are interpolated
-// between nodes that are at most a hundredth of a radian apart.
+// The slopes (x / z, y / z) of the rays through pixel centres. Rays of a lens with distortion are
+// interpolated between nodes that are at most a hundredth of a radian apart.
 class Slopes {
  public:
   explicit Slopes(const CameraModel& camera)

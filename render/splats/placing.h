@@ -32,8 +32,8 @@ struct PlacedGaussians {
   int roughness = 0;       // levels of 255 by which a photograph may differ within a cell
 };
 
-// Sets the views' `done`. Returns none where no roughness keeps to the count: the views' pictures are too large.
-// Throws Error if there are none to place.
+// Sets the views' `done`. Returns none where no roughness keeps to the count: the views' pictures are too
+// large. Throws Error if there are none to place.
 std::optional<PlacedGaussians> PlaceGaussians(std::vector<SplatView>& views, const PlacingOptions& options);
 
 }  // namespace ulf::render

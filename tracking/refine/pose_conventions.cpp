@@ -66,8 +66,9 @@ std::optional<PoseFit> FitUnder(const PoseChange& change, const RefineScene& sce
                  is_told ? static_cast<double>(before) / static_cast<double>(told) : 1};
 }
 
-// Returns whether most matches of a pair agree on a motion of the camera, found in them alone. The threshold is
-// wide: a wrong lens bends true matches, too, while wrong ones are off by a part of the picture.
+// Returns whether most matches of a pair agree on a motion of the camera, found in them alone. The
+// threshold is wide: a wrong lens bends true matches, too, while wrong ones are off by a part of the
+// picture.
 bool AgreesByItself(const RefineScene& scene, const UnguidedPair& pair) {
   constexpr double kThresholdShare = 0.01;  // of the picture's width. Guessed.
   constexpr double kMost = 0.5;             // of the matches

@@ -2,8 +2,9 @@
 // render/splats/spz_file.
 //
 // `ulf export splat` of simulated captures from which every eighth view was taken back: what others read and
-// draw of it. PlayCanvas' splat-transform must read all numbers, and Spark draws the views that were taken back,
-// beside their photographs, ulf's own pictures of the Gaussians, and the soft field over the same depth maps.
+// draw of it. PlayCanvas' splat-transform must read all numbers, and Spark draws the views that were taken
+// back, beside their photographs, ulf's own pictures of the Gaussians, and the soft field over the same
+// depth maps.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -64,8 +64,8 @@ std::vector<Shape> Shapes() {
   };
 }
 
-// Photographs of a shape, held with a tilt of this standard deviation, of which some are turned: by 90 degrees
-// to either side, or by 180.
+// Photographs of a shape, held with a tilt of this standard deviation, of which some are turned: by 90
+// degrees to either side, or by 180.
 std::vector<Matrix3d> Photographs(const Shape& shape, int count, int turned, double tilt_deg, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> tilt(0, Radians(tilt_deg));

@@ -18,8 +18,8 @@ struct RollingLightField {
 };
 inline constexpr double kWallDistance = 3;  // of the room's wall from the origin, along z
 
-// The camera turns at `turn_rad_s` and moves at `shift_m_s`, in another direction for each view. `folder`: where
-// the light field is written, with pictures of the wall; empty: nowhere.
+// The camera turns at `turn_rad_s` and moves at `shift_m_s`, in another direction for each view. `folder`:
+// where the light field is written, with pictures of the wall; empty: nowhere.
 RollingLightField MakeRollingLightField(const CameraModel& camera, double readout_s, double turn_rad_s,
                                         double shift_m_s, const std::filesystem::path& folder = {});
 
