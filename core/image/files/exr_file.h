@@ -28,8 +28,8 @@ inline constexpr std::array<float, 8> kRec709{0.64f, 0.33f, 0.30f, 0.60f, 0.15f,
 
 // Returns the file's bytes; there is at least one channel, and all have one size. For kRec709 the header also
 // names the colours: colorInteropID "lin_rec709_scene" (Academy Software Foundation, "Color Interop Forum:
-// texture asset color spaces"). `attributes` are texts for the header by name, `numbers` floats. Throws Error
-// if OpenEXR fails.
+// texture asset color spaces"). `attributes` are texts for the header by name, `numbers` floats. Throws
+// Error if OpenEXR fails.
 std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression,
                      const ExrColors& colors = {}, const std::map<std::string, std::string>& attributes = {},
                      const std::map<std::string, float>& numbers = {});

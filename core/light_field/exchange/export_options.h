@@ -47,7 +47,8 @@ struct Resampling {
   // Is called by several threads with a view of the light field and its camera in the export.
   std::function<UndistortionMap(const View& view, const CameraModel& exported)> map_of;
 };
-// The poses of the exported picture's upper and lower edge, of a rolling shutter; none: the camera stood still.
+// The poses of the upper and lower edge of the exported picture of a rolling shutter; none: the camera
+// stood still.
 struct EdgePoses {
   Rigid3 upper_from_world, lower_from_world;
 };
