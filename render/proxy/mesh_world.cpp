@@ -43,7 +43,7 @@ constexpr double kOtherFitsAbout = 1.2;  // and as many as lie about on a rough 
 constexpr double kOtherFitsTimes = 2;    // as many points on the moved mesh as on the given one, at least
 constexpr std::size_t kSurfaceSamples = 30000, kVotingSamples = 400, kVotingPoints = 100, kTriedPoints = 300;
 constexpr std::size_t kVerified = 6;  // of the best moves of either kind
-// Of another program's unit of length in ours: millimetres, centimetres, inches, feet and their reverses.
+// Our unit of length in that of another program: millimetres, centimetres, inches, feet and their reverses.
 constexpr std::array kUnitScales{1.0,  0.001,  1000.0,     0.01,   100.0,     0.1,
                                  10.0, 0.0254, 1 / 0.0254, 0.3048, 1 / 0.3048};
 

@@ -20,7 +20,7 @@ using PoseChange = std::function<Rigid3(const Rigid3& cam_from_world)>;
 constexpr double kMostFitErrorPx = 1;
 // A match farther from its epipolar line is wrong, or its pose is: where its rays meet says nothing. Guessed.
 constexpr double kMostDepthErrorPx = 3;
-// Of the others at least this share must have a determined depth. Guessed.
+// At least this share of the others must have a determined depth. Guessed.
 constexpr double kLeastToldShare = 0.2;
 
 // Returns the distances along both rays to where they are nearest to each other; none if too parallel.

@@ -124,9 +124,7 @@ void WriteTransforms(const LightField& set) {
   document.erase("ulf");
   for (nlohmann::json& frame : document["frames"]) frame.erase("ulf");
   if (!set.points.empty()) document["ply_file_path"] = "points.ply";
-  // JSON has no such numbers; Python writes these words.
-  std::string text = document.dump();
-  WriteFileAtomically(set.root / kTransformsFile, text);
+  WriteFileAtomically(set.root / kTransformsFile, document.dump());  // a number that JSON lacks becomes null
   if (set.points.empty()) return;
   std::string ply = fmt::format(
       "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
@@ -142,6 +140,7 @@ void WriteSet(const OddSet& odd, Carrier carrier, const fs::path& folder) {
   LightField set;
   set.root = folder;
   set.cameras = {CameraModel::Pinhole(kWidth, kHeight, 60)};
+  fs::create_directories(folder / "images");
   for (std::size_t i = 0; i < odd.cam_from_world.size(); ++i) {
     View& view = set.views.emplace_back();
     view.id = static_cast<int>(i) + 1;
@@ -158,6 +157,7 @@ void WriteSet(const OddSet& odd, Carrier carrier, const fs::path& folder) {
         point.track.push_back({view.id, *img});
   }
   if (carrier == Carrier::kTransforms) return WriteTransforms(set);
+  fs::create_directories(folder / "sparse/0");
   const bool binary = carrier == Carrier::kColmapBinary;
   const ColmapReconstruction model = ToColmap(set);
   const ColmapFiles files = binary ? ToColmapBinary(model) : ToColmapText(model);
@@ -194,9 +194,10 @@ TEST_P(OddSetsIn, AreImportedRightOrNamed) {
       EXPECT_EQ(refusal, "");
       continue;
     }
-    EXPECT_THAT(refusal, HasSubstr(odd.refused));
     const bool is_finite = std::ranges::all_of(
         odd.cam_from_world, [](const Rigid3& pose) { return pose.translation.allFinite(); });
+    const bool has_lines = !is_finite && GetParam() == Carrier::kColmapText;
+    EXPECT_THAT(refusal, HasSubstr(has_lines ? "images.txt, line" : odd.refused));
     if (!is_finite) continue;
     // Every way out that the refusal names leads out.
     EXPECT_THAT(refusal, HasSubstr(Parameter("no_subject")));

@@ -41,6 +41,7 @@ json WithoutOurs(const LightField& sample) {
 void WriteJson(const fs::path& file, const json& document) { std::ofstream(file) << JsonText(document); }
 
 void WriteModel(const fs::path& folder, const ColmapFiles& files, const std::string& ending) {
+  fs::create_directories(folder);
   WriteFileAtomically(folder / ("cameras" + ending), files.cameras);
   WriteFileAtomically(folder / ("images" + ending), files.images);
 }

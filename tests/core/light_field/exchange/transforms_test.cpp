@@ -243,7 +243,7 @@ TEST(Import, TakesWhatIsStillInItsMasterAlone) {
   EXPECT_EQ(imported.views.size(), 2u);
 }
 
-TEST(Import, ParallelCamerasNeedASubject) {
+TEST(Import, TakesASubjectOrLeavesItsOwnOut) {
   ScratchFolder scratch;
   {
     LightFieldWriter writer = LightFieldWriter::Create(scratch / "source", Header());
@@ -254,14 +254,11 @@ TEST(Import, ParallelCamerasNeedASubject) {
     }
     writer.Close(1);
   }
-  EXPECT_THAT([&] { Import(scratch / "source", scratch / "lf", {}); },
-              ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
-  EXPECT_EQ(Import(scratch / "source", scratch / "lf", {.subject = Subject{{0, 0, 5}, 1}})
+  EXPECT_FALSE(Import(scratch / "source", scratch / "lf", {}).light_field.subject)
+      << "a light field that has none, and whose cameras are parallel";
+  EXPECT_EQ(Import(scratch / "source", scratch / "lf2", {.subject = Subject{{0, 0, 5}, 1}})
                 .light_field.subject->radius,
             1);
-  EXPECT_EQ(
-      test::RunUlf("import " + (scratch / "source").string() + " -o " + (scratch / "lf2").string()).exit_code,
-      2);
   EXPECT_EQ(ParseSubject("0,0,-8.12,1.5").center_in_world.z(), -8.12);
   for (const char* bad :
        {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
