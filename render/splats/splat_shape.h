@@ -17,7 +17,7 @@ struct SplatForm {
   float spread;  // standard deviation over the size of the cell, as drawn from the view, low-pass included
   float opacity;
 };
-// Where four cells of the ground meet, a hundredth shines through; wider ones would reach over edges.
+// A hundredth shines through where four cells of the ground meet; wider ones would reach over edges.
 inline constexpr SplatForm kGroundForm{0.75f, 0.98f}, kDetailForm{0.57f, 0.6f};
 
 // A cell of a picture on a surface.

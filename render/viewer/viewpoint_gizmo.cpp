@@ -65,7 +65,8 @@ Patch Square(const Vector2d& middle, double half, const Rgba& color) {
 
 }  // namespace
 
-ViewpointGizmo::ViewpointGizmo(const RenderScene& scene) : subject_(scene.subject), mesh_(scene.mesh) {
+ViewpointGizmo::ViewpointGizmo(const RenderScene& scene)
+    : subject_(scene.subject), has_subject_(scene.has_subject), mesh_(scene.mesh) {
   const ViewerCamera start = StartingCamera(scene);
   Rigid3 look = start.CamFromWorld();
   std::vector<double> distances;
@@ -139,6 +140,7 @@ bool ViewpointGizmo::IsOutside(const Vector3d& direction) const {
 }
 
 std::string ViewpointGizmo::Warning(const Vector3d& eye) const {
+  if (!has_subject_) return {};
   const Vector3d arm = eye - subject_.center_in_world;
   const double distance = arm.norm();
   if (distance < subject_.radius) return "inside the subject's sphere";

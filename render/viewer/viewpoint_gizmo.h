@@ -35,6 +35,7 @@ class ViewpointGizmo {
  private:
   bool IsOutside(const Eigen::Vector3d& direction_in_world) const;
   Subject subject_;
+  bool has_subject_;  // else `subject_` stands for the middle of the points
   ViewpointMesh mesh_;
   Eigen::Vector3d right_, up_, towards_;     // of the picture, in world axes
   std::vector<Eigen::Vector3d> directions_;  // of the views

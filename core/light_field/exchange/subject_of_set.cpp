@@ -101,13 +101,6 @@ double VarianceOfCenters(const LightField& light_field) {
   return squares / count;
 }
 
-// Centres that are computed from one place differ by what rounding leaves.
-bool StandAtOnePlace(const LightField& light_field) {
-  constexpr double kRounding = 1e-10;  // of the distance from the origin
-  const double leeway = kRounding * light_field.views.front().CenterInWorld().norm();
-  return VarianceOfCenters(light_field) <= leeway * leeway;
-}
-
 // Returns whether the cameras would look at one thing if each pose were inverted, with the axes of either
 // convention. Cameras around a thing are far apart, while their inverses are at about one place, near which
 // these axes meet as well, by chance also before them.
@@ -188,7 +181,7 @@ std::string WhyNoSubject(const LightField& light_field) {
                                           Parameter("subject"), Parameter("no_subject"));
   if (light_field.views.size() == 1)
     return fmt::format("one photograph alone does not tell how far away it is; {}", give_it);
-  if (StandAtOnePlace(light_field))
+  if (VarianceOfCenters(light_field) == 0)
     return fmt::format(
         "all cameras stand at one place, from which no depth follows; are the poses those of the set? If so, "
         "{}",

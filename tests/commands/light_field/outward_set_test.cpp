@@ -171,8 +171,9 @@ TEST_F(OutwardSet, IsRenderedAlongItsViewsAndBetween) {
 TEST_F(OutwardSet, HasAnOrbitAboutItsPointsAndAViewer) {
   ASSERT_EQ(Import("--no-subject").exit_code, 0);
   ExpectPictures("--proxy points --path orbit --frames 3", {});
-  const CommandResult view = RunUlf("view " + dir_.string() + " --width 96 --height 72 --screenshot " +
-                                    (scratch_ / "view.png").string());
+  const CommandResult view =
+      RunUlf("view " + dir_.string() + " --width 96 --height 72 --keys t,w --screenshot " +
+             (scratch_ / "view.png").string());
   ASSERT_EQ(view.exit_code, 0) << view.errors;
   const cv::Mat shown = cv::imread((scratch_ / "view.png").string());
   ASSERT_FALSE(shown.empty());

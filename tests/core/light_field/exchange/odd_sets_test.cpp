@@ -86,7 +86,7 @@ std::vector<OddSet> OddSets() {
                                 Vector3d(1, 2, 3) + Vector3d(std::sin(0.5 * i), 0, std::cos(0.5 * i)),
                                 -Vector3d::UnitY());
                 }),
-       "all cameras stand at one place"},
+       "do without one (no_subject)"},
       {"two clusters", apart, "two groups far apart"},
       {"a straight line past one thing",
        Repeated(7,
