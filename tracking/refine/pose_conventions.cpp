@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "core/base/parallel_for.h"
@@ -66,24 +67,40 @@ std::optional<PoseFit> FitUnder(const PoseChange& change, const RefineScene& sce
                  is_told ? static_cast<double>(before) / static_cast<double>(told) : 1};
 }
 
-// Returns whether most matches of a pair agree on a motion of the camera, found in them alone. The
-// threshold is wide: a wrong lens bends true matches, too, while wrong ones are off by a part of the
-// picture.
+double LogBinomial(int n, int k) {
+  return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
+}
+
+// Returns whether so many of the matches do not agree with a motion by chance: fewer than one in all motions
+// through samples of this size would have as many, if matches lay anywhere (a contrario; Moisan and Stival,
+// 2004). `chance`: the share of the picture that agrees with one motion.
+bool IsNoChance(int agreeing, int matches, int sample, double chance) {
+  if (agreeing <= sample) return false;
+  constexpr int kMostSolutions = 10;
+  return std::log(static_cast<double>(kMostSolutions) * (matches - sample)) + LogBinomial(matches, agreeing) +
+             LogBinomial(agreeing, sample) + (agreeing - sample) * std::log(chance) <
+         0;
+}
+
+// Returns whether the matches of a pair agree on a motion of the camera, found in them alone. The threshold
+// is wide: a wrong lens bends true matches, too, while wrong ones are off by a part of the picture.
 bool AgreesByItself(const RefineScene& scene, const UnguidedPair& pair) {
   constexpr double kThresholdShare = 0.01;  // of the picture's width. Guessed.
-  constexpr double kMost = 0.5;             // of the matches
   const RefineView &first = scene.view(pair.first), &second = scene.view(pair.second);
   std::vector<RayPair> rays;
   for (const FeatureMatch& match : pair.matches)
     rays.push_back(
         {first.features[match.first].ray.normalized(), second.features[match.second].ray.normalized()});
   const CameraModel& lens = scene.LensOf(first);
+  const double threshold_px = kThresholdShare * lens.width, area_px2 = 1.0 * lens.width * lens.height;
   const RelativePoseResult found =
-      RelativePose(rays, {.focal_px = lens.MeanFocalPx(), .threshold_px = kThresholdShare * lens.width});
-  if (found.outcome == RelativePoseOutcome::kRotationOnly) return true;
-  const int most =
-      std::max({found.evidence.by_rotation, found.evidence.by_homography, found.evidence.by_essential});
-  return most > kMost * static_cast<double>(rays.size());
+      RelativePose(rays, {.focal_px = lens.MeanFocalPx(), .threshold_px = threshold_px});
+  const double by_line = 2 * threshold_px * std::hypot(lens.width, lens.height) / area_px2,
+               by_point = M_PI * threshold_px * threshold_px / area_px2;
+  const int matches = static_cast<int>(rays.size());
+  return IsNoChance(found.evidence.by_essential, matches, 5, by_line) ||
+         IsNoChance(found.evidence.by_homography, matches, 4, by_point) ||
+         IsNoChance(found.evidence.by_rotation, matches, 2, by_point);
 }
 
 Rigid3 WithYAndZTurned(const Rigid3& cam_from_world) {
