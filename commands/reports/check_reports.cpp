@@ -49,14 +49,13 @@ PoseReport CheckedPoses(LightField& light_field, bool silent) {
 
 namespace {
 
-// What to do about obstructed views, as the last line of a report.
+// Returns the last line of a report, which says what to do about obstructed views.
 std::string AdviceOnObstructed(const LightField& light_field) {
   if (!std::filesystem::exists(light_field.root / "journal.jsonl"))
     return "               a view is left out when transforms.json does not name it\n";
   return fmt::format(
       "               'ulf mask {0} --moved' masks what stood before the lens; 'ulf take-back {0} VIEW' "
-      "leaves a "
-      "view out\n",
+      "leaves a view out\n",
       ShellWord(light_field.root.string()));
 }
 

@@ -216,7 +216,7 @@ void EvenOut(const cv::Mat& like, const cv::Mat& where, cv::Mat& pixels) {
   cv::merge(own.data(), 3, pixels);
 }
 
-// What the neighbours predict of a view.
+// Holds what the neighbours predict of a view.
 struct MovedPrediction {
   cv::Mat pixels;  // CV_32FC3
   cv::Mat valid;   // CV_8U, 255 where enough neighbours see the surface

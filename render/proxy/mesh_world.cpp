@@ -88,7 +88,7 @@ std::vector<PointsOfView> PointsSeenByViews(const LightField& light_field) {
   return views;
 }
 
-// What views see through a mesh, in numbers of points.
+// Counts the points that views see through a mesh.
 struct PointsOnMesh {
   int seen = 0, covered = 0;  // all, and those in whose direction the mesh is
   int on = 0, about_on = 0;   // of these: within kOnMesh and within kAboutOnMesh

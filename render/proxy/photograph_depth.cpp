@@ -136,7 +136,7 @@ bool HasPoseOf(const View& view, const LightField& light_field) {
   return known && known->cam_from_world.Matrix() == view.cam_from_world.Matrix();
 }
 
-// What the depth maps of other views say of one place.
+// Counts what the depth maps of other views say of one place.
 struct Votes {
   int agree = 0, see_through = 0;
   float Share() const {

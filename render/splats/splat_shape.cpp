@@ -36,7 +36,7 @@ Gaussian::Rotation UprightRotation(const Eigen::Matrix3f& axes, const Eigen::Vec
   return quaternion;
 }
 
-// What the low-pass of renderers leaves for the Gaussian itself.
+// Returns the width that the low-pass of renderers leaves for the Gaussian itself.
 float OverSpacing(const SplatForm& form, float size_px) {
   constexpr float kLowPass_px2 = 0.3f, kLeast = 0.15f;
   return std::sqrt(std::max(kLeast * kLeast, form.spread * form.spread - kLowPass_px2 / (size_px * size_px)));
