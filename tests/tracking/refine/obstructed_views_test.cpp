@@ -6,7 +6,6 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/drawn_hand.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
@@ -91,19 +90,7 @@ TEST(ObstructedViews, InfoNamesThemAndRepeatsIt) {
   DrawHand(views->images[3].pixels, 0.5, HandLook::kSkin, 8);
   const ScratchFolder scratch;
   const std::string dir = (scratch / "room").string();
-  CaptureHeader header;
-  header.camera = views->input.lenses[0];
-  {
-    LightFieldWriter writer = LightFieldWriter::Create(dir, header);
-    for (std::size_t v = 0; v < views->images.size(); ++v) {
-      Frame frame;
-      frame.image = views->images[v];
-      View view;
-      view.cam_from_world = views->truth[v];
-      writer.AddView(frame, view);
-    }
-    writer.Close(1);
-  }
+  WriteRoom(*views, dir);
   const CommandResult told = RunUlf("info " + dir + " --check-poses");
   EXPECT_EQ(told.exit_code, 0) << told.errors;
   EXPECT_THAT(told.output, AllOf(HasSubstr("obstructed     images/000004.png: "), HasSubstr("take-back")));

@@ -17,7 +17,6 @@
 #include "core/image/files/png_picture.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
@@ -295,20 +294,9 @@ TEST(PoseCheck, InfoListsTheViewAndKeepsIt) {
   const auto views = MakeViews(7, 0, 0, 8);
   ScratchFolder scratch;
   const std::filesystem::path dir = scratch / "room";
-  CaptureHeader header;
-  header.camera = views->input.lenses[0];
-  {
-    LightFieldWriter writer = LightFieldWriter::Create(dir, header);
-    for (std::size_t v = 0; v < views->images.size(); ++v) {
-      Frame frame;
-      frame.image = views->images[v];
-      View view;
-      Draw draw(2);
-      view.cam_from_world = v == 3 ? Disturbed(views->truth[v], 0, 2, draw) : views->truth[v];
-      writer.AddView(frame, view);
-    }
-    writer.Close(1);
-  }
+  Draw draw(2);
+  views->input.views[3].cam_from_world = Disturbed(views->truth[3], 0, 2, draw);
+  WriteRoom(*views, dir);
   const auto files = [&] {
     std::map<std::string, std::filesystem::file_time_type> times;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(dir))

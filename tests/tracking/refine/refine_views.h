@@ -1,11 +1,13 @@
 // Views for refining: the textured room with poses that are a little off, and what became of them.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/geometry/trajectory.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/textured_room.h"
@@ -69,6 +71,21 @@ inline PoseErrors Before(const RoomViews& views) {
 
 inline PoseErrors After(const RoomViews& views, const RefineResult& result) {
   return ErrorsOf(views.truth, [&](std::size_t i) { return result.views[i].cam_from_world; });
+}
+
+// Writes the views, with the poses that are a little off, as a light field.
+inline void WriteRoom(const RoomViews& views, const std::filesystem::path& dir) {
+  CaptureHeader header;
+  header.camera = views.input.lenses[0];
+  LightFieldWriter writer = LightFieldWriter::Create(dir, header);
+  for (std::size_t v = 0; v < views.images.size(); ++v) {
+    Frame frame;
+    frame.image = views.images[v];
+    View view;
+    view.cam_from_world = views.input.views[v].cam_from_world;
+    writer.AddView(frame, view);
+  }
+  writer.Close(1);
 }
 
 // Fewer corners than by default: time.
