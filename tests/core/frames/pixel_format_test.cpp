@@ -46,6 +46,16 @@ std::vector<std::uint8_t> Pack(const PixelFormat& format, const std::vector<std:
   return bytes;
 }
 
+// GenICam's name of a mosaic holds its first row's colours.
+Mosaic MosaicByName(std::string_view name) {
+  for (const auto& [start, mosaic] : std::map<std::string_view, Mosaic>{{"BayerGR", Mosaic::kGrbg},
+                                                                        {"BayerRG", Mosaic::kRggb},
+                                                                        {"BayerGB", Mosaic::kGbrg},
+                                                                        {"BayerBG", Mosaic::kBggr}})
+    if (name.starts_with(start)) return mosaic;
+  return Mosaic::kNone;
+}
+
 TEST(PixelFormat, NumbersAndNamesAreOfOnePiece) {
   std::set<std::uint32_t> codes;
   for (const PixelFormat& format : AllFormats()) {
@@ -59,7 +69,7 @@ TEST(PixelFormat, NumbersAndNamesAreOfOnePiece) {
     if (format.packing == PixelPacking::kGvspPacked) taken = 12;
     if (format.packing == PixelPacking::kYuyv || format.packing == PixelPacking::kUyvy) taken = 16;
     EXPECT_EQ(static_cast<int>(format.code >> 16 & 0xFF), taken) << format.name;
-    EXPECT_EQ(format.name.starts_with("Bayer"), format.mosaic != Mosaic::kNone) << format.name;
+    EXPECT_EQ(MosaicByName(format.name), format.mosaic) << format.name;
     EXPECT_EQ(format.name.ends_with("p"), format.packing == PixelPacking::kLsbPacked) << format.name;
   }
   EXPECT_FALSE(PixelFormatByName("RGB10p32"));
