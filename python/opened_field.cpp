@@ -110,6 +110,9 @@ std::unique_ptr<render::Renderer> OpenedField::MakeOwnRenderer() {
 CapCoverage CoverageOfCap(const LightField& light_field,
                           const std::optional<std::pair<double, double>>& cap_deg,
                           const std::optional<double>& threshold_px) {
+  if (!render::HasSubject(light_field))
+    throw Refusal(light_field.root.string(), "", "names no subject, around which a cap could lie",
+                  "a capture or an import with a subject has one");
   std::optional<coverage::Cap> cap;
   if (cap_deg)
     cap = coverage::Cap::ParseDegrees(std::to_string(cap_deg->first) + "x" + std::to_string(cap_deg->second));

@@ -23,10 +23,13 @@
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
+#include "render/proxy/soft_proxy.h"
 #include "render/splats/make_splats.h"
 #include "render/splats/splat_files.h"
 #include "render/splats/spz_file.h"
+#include "render/stereo/proxy_builder.h"
 
 namespace ulf::commands {
 namespace {
@@ -74,6 +77,31 @@ void Report(const SplatArgs& args, const render::Splats& splats, const std::stri
              Counted(At(splats.views), "view"), splats.psnr_db);
 }
 
+// Depth maps and mesh of photographs that have none yet; the light field stays as it is.
+std::shared_ptr<const render::Proxy> MakeGeometry(const SplatArgs& args, const LightField& light_field,
+                                                  const Subject& subject) {
+  render::RequireViewsForMesh(light_field, args.dir, 0);
+  spdlog::info("{} has no geometry yet, so it is made first; to keep it: ulf proxy {}", args.dir,
+               ShellWord(args.dir));
+  const render::ProxyOptions options{.keep_maps = true};
+  const auto scene = render::LoadForGeometry(light_field, OptionsOf(args), options.size_px);
+  Progress progress("geometry", args.json);
+  render::ProxyMesh made = render::BuildProxy(*scene, options, &progress);
+  return std::make_shared<render::SoftProxy>(
+      subject, std::make_shared<const render::TriangleMesh>(std::move(made.mesh)),
+      render::SoftProxy::InMemory(std::move(made.maps)));
+}
+
+std::shared_ptr<const render::Proxy> GeometryOf(const SplatArgs& args, const LightField& light_field,
+                                                const Subject& subject) {
+  if (render::HasDepthMaps(light_field.root)) return render::OwnProxy("soft", subject, args.dir);
+  if (!std::filesystem::exists(light_field.root / render::kMeshProxyFile))
+    return MakeGeometry(args, light_field, subject);
+  spdlog::info("depth maps give better Gaussians than the mesh alone; make them with: ulf proxy {}",
+               ShellWord(args.dir));
+  return render::OwnProxy("mesh", subject, args.dir);
+}
+
 int RunSplat(const SplatArgs& args) {
   const std::string ending = EndingOf(args.output);
   const LightField light_field = ReadLightField(args.dir);
@@ -81,11 +109,7 @@ int RunSplat(const SplatArgs& args) {
   RequireUnused(args.output);
   RequireOutside(light_field.root, args.output);
   const Subject subject = render::SubjectOf(light_field, OptionsOf(args).subject);
-  const bool has_maps = render::HasDepthMaps(light_field.root);
-  const auto proxy = render::OwnProxy(has_maps ? "soft" : "mesh", subject, args.dir);
-  if (!has_maps)
-    spdlog::info("depth maps give better Gaussians than the mesh alone; make them with: ulf proxy {}",
-                 ShellWord(args.dir));
+  const auto proxy = GeometryOf(args, light_field, subject);
   std::shared_ptr<const render::RenderScene> scene = render::LoadScene(light_field, OptionsOf(args));
   if (const auto light = LightOf(args, *scene, proxy)) scene = render::WithLight(*scene, *light);
   scene = render::WithProxy(*scene, proxy);

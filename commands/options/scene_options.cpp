@@ -70,7 +70,6 @@ render::SceneOptions OptionsOf(const SceneArgs& args) {
 
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args) {
   render::SceneOptions options = OptionsOf(args);
-  options.needs_subject = false;
   return render::LoadScene(ReadLightField(args.dir), options);
 }
 
@@ -79,7 +78,6 @@ std::shared_ptr<const render::RenderScene> LoadMasks(const SceneArgs& args,
   if (!scene.is_cut_out) return nullptr;
   render::SceneOptions options = OptionsOf(args);
   options.of_masks = true;
-  options.needs_subject = false;
   return render::LoadScene(ReadLightField(args.dir), options);
 }
 

@@ -69,6 +69,23 @@ std::optional<Subject> KnownSubject(const LightField& light_field, const std::op
   return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
 }
 
+// Views that look outwards from the midst of their points rarely show floor and ceiling, so they are gone
+// round at their own height.
+Subject AtTheHeightOfViews(Subject middle, const LightField& light_field) {
+  std::size_t shown = 0;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const View& view : light_field.views) {
+    const CameraModel& camera = light_field.CameraOf(view);
+    const auto img = camera.ImgFromCam(view.cam_from_world * middle.center_in_world);
+    shown += img && camera.Contains(*img);
+    mean += view.CenterInWorld() / static_cast<double>(light_field.views.size());
+  }
+  const Eigen::Vector3d to_views = mean - middle.center_in_world, up = light_field.UpInWorld();
+  if (2 * shown < light_field.views.size() && to_views.norm() < middle.radius)
+    middle.center_in_world += up.dot(to_views) * up;
+  return middle;
+}
+
 // Poses of another convention render as empty pictures.
 void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
   if (std::ranges::any_of(light_field.views, [&](const View& view) {
@@ -138,13 +155,18 @@ std::string RenderScene::ViewpointsInWords() const {
                      Counted(views.size(), "view"));
 }
 
+bool HasSubject(const LightField& light_field, const std::optional<Subject>& given) {
+  return KnownSubject(light_field, given).has_value();
+}
+
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given) {
   if (const auto known = KnownSubject(light_field, given)) return *known;
+  if (const auto middle = MiddleOfPoints(light_field)) return AtTheHeightOfViews(*middle, light_field);
   throw Refusal(
       light_field.root.string(), "",
-      "the light field names no subject, and its optical axes do not meet in front of the cameras (they are "
+      "the light field names no subject, its optical axes do not meet in front of the cameras (they are "
       "nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is "
-      "down)",
+      "down), and it has too few points to stand for one",
       fmt::format("give its place with {} x,y,z,radius", Parameter("subject")));
 }
 
@@ -153,11 +175,8 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
     throw Error("{}: the light field holds no views; capture or import some first",
                 light_field.root.string());
   auto scene = std::make_shared<RenderScene>();
-  const auto stand_in = options.needs_subject || KnownSubject(light_field, options.subject)
-                            ? std::nullopt
-                            : MiddleOfPoints(light_field);
-  scene->has_subject = !stand_in;
-  scene->subject = stand_in ? *stand_in : SubjectOf(light_field, options.subject);
+  scene->has_subject = HasSubject(light_field, options.subject);
+  scene->subject = SubjectOf(light_field, options.subject);
   scene->in_metres = light_field.units == "metres";
   scene->knows_exposures = KnowsExposures(light_field);
   scene->knows_colors = KnowsColors(light_field);

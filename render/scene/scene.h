@@ -106,11 +106,13 @@ struct SceneOptions {
   bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
   bool of_masks = false;       // use the views' masks as photographs: light 1 inside, 0 outside
   bool masks_clipped = true;   // false: clipped pixels count as light like others, for comparison
-  bool needs_subject = true;   // false: points suffice, for views that look outwards
 };
 
-// Returns the given subject, or the light field's, or the point where the optical axes meet. Throws Refusal
-// that asks for a subject if there is none.
+// Returns whether there is a given subject, or the light field's, or a point where the optical axes meet.
+bool HasSubject(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
+
+// Returns that subject, else MiddleOfPoints(), at the height of views that look outwards from there. Throws
+// Refusal that asks for a subject if there is none.
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
 // Reads no photograph yet, except to estimate a view's unknown exposure (exposure_scales.h). The proxy is the

@@ -86,8 +86,7 @@ double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<T
   std::vector<double> radii;
   for (const Task& task : tasks) {
     const StereoView& view = views[At(task.view)];
-    const double distance = (subject.center_in_world - view.center_in_world).norm();
-    radii.push_back(DepthStepOfPixel(view, task.neighbours, distance) / subject.radius);
+    radii.push_back(DepthStepOfPixel(view, task.neighbours, DistanceFrom(subject, view)) / subject.radius);
   }
   return Median(radii);
 }
@@ -98,7 +97,7 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
   LoopProgress shown(progress, "depth maps", kPhotographsShare, kMapsShare, tasks.size());
   const auto range_of = [&](const Task& task) {
     const StereoView& view = views[At(task.view)];
-    return FindRange(view, task.neighbours, (subject.center_in_world - view.center_in_world).norm());
+    return FindRange(view, task.neighbours, DistanceFrom(subject, view));
   };
   const auto keep = [&](std::size_t i, const InverseDepthRange& depths, cv::Mat depth) {
     maps[i] = {views[At(tasks[i].view)], std::move(depth),

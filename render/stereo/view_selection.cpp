@@ -44,9 +44,9 @@ double SharedImage(const StereoView& view, const StereoView& other, double depth
 Vector3d Target(const StereoView& view, const Subject& subject) {
   const Vector3d axis = view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
   const Vector3d to_subject = subject.center_in_world - view.center_in_world;
-  const double depth = axis.dot(to_subject);
+  const double depth = axis.dot(to_subject), distance = DistanceFrom(subject, view);
   constexpr double kLeastCosine = 0.1;  // between the axis and the subject. Guessed.
-  return view.center_in_world + (depth > kLeastCosine * to_subject.norm() ? depth : to_subject.norm()) * axis;
+  return view.center_in_world + (depth > kLeastCosine * distance ? depth : distance) * axis;
 }
 
 struct Place {
@@ -57,6 +57,10 @@ double Apart(const Place& a, const Place& b) {
 }
 
 }  // namespace
+
+double DistanceFrom(const Subject& subject, const StereoView& view) {
+  return std::max(0.5 * subject.radius, (subject.center_in_world - view.center_in_world).norm());
+}
 
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,
                               int count) {

@@ -9,6 +9,10 @@
 
 namespace ulf::render {
 
+// Returns the view's distance from the subject's centre, but at least half the subject's radius: where the
+// subject stands for a place, a view may stand in the middle of it.
+double DistanceFrom(const Subject& subject, const StereoView& view);
+
 // Returns the indices of up to `count` other views, the best first: with a parallax near 8 degrees, a large
 // part of the image in common, and spread around the view. There may be none.
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,

@@ -63,11 +63,12 @@ cv::Mat Photograph(const Rigid3& cam_from_world) {
   return picture;
 }
 
-// On a circle of 30 cm in the middle of the room, looking away from it and a little up or down.
+// On a circle of 30 cm in the room, above its middle, looking outwards and a little up or down.
 Rigid3 OutwardPose(double share) {
   const double angle = 2 * M_PI * share;
-  const Vector3d out(std::cos(angle), std::sin(angle), 0);
-  return LookAt(0.3 * out, 2 * out + Vector3d(0, 0, 0.2 * std::sin(5 * angle)), Vector3d::UnitZ());
+  const Vector3d out(std::cos(angle), std::sin(angle), 0), middle(0, 0, 0.7);
+  return LookAt(middle + 0.3 * out, middle + 2 * out + Vector3d(0, 0, 0.2 * std::sin(5 * angle)),
+                Vector3d::UnitZ());
 }
 
 class OutwardSet : public ::testing::Test {

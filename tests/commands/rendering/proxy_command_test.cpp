@@ -26,24 +26,43 @@ using test::RunUlf;
 using testing::HasSubstr;
 using testing::Not;
 
-// Twelve photographs of a mottled wall at z = 3, seen from z = 0.
-void DrawWall(const std::filesystem::path& dir, double spacing) {
-  const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)};
+LightFieldWriter NewField(const std::filesystem::path& dir) {
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(120, 90, 110);
-  auto writer = LightFieldWriter::Create(dir, header);
-  for (const Vector3d& place : test::GridViewpoints(4, 3, spacing, 0.0)) {
-    const test::Drawn drawn = test::Draw({wall}, place, {0, 0, 3});
-    cv::Mat grey, colour;
-    drawn.view.grey.convertTo(grey, CV_8U);
-    cv::merge(std::vector<cv::Mat>(3, grey), colour);
-    Frame frame;
-    frame.image = {.pixels = colour, .transfer = Transfer::kSrgb};
-    View view;
-    view.cam_from_world = drawn.view.cam_from_world;
-    writer.AddView(frame, view);
-  }
+  return LightFieldWriter::Create(dir, header);
+}
+
+// A photograph of a mottled wall at z = 3.
+void AddPhotograph(const Vector3d& place, const Vector3d& looks_at, LightFieldWriter& writer) {
+  const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)};
+  const test::Drawn drawn = test::Draw({wall}, place, looks_at);
+  cv::Mat grey, colour;
+  drawn.view.grey.convertTo(grey, CV_8U);
+  cv::merge(std::vector<cv::Mat>(3, grey), colour);
+  Frame frame;
+  frame.image = {.pixels = colour, .transfer = Transfer::kSrgb};
+  View view;
+  view.cam_from_world = drawn.view.cam_from_world;
+  writer.AddView(frame, view);
+}
+
+// Twelve photographs, seen from z = 0.
+void DrawWall(const std::filesystem::path& dir, double spacing) {
+  LightFieldWriter writer = NewField(dir);
+  for (const Vector3d& place : test::GridViewpoints(4, 3, spacing, 0.0))
+    AddPhotograph(place, {0, 0, 3}, writer);
   writer.SetSubject({{0, 0, 3}, 0.8});
+  writer.Close(1.0);
+}
+
+// A walk along the wall, whose axes are parallel.
+void DrawWalk(const std::filesystem::path& dir, bool with_points) {
+  LightFieldWriter writer = NewField(dir);
+  for (int i = 0; i < 6; ++i) AddPhotograph({0.3 * i, 0, 0}, {0.3 * i, 0, 3}, writer);
+  std::vector<ScenePoint> points;
+  for (int i = 0; with_points && i < 40; ++i)
+    points.push_back({.position_in_world = {-0.7 + 0.075 * i, 0.1 * (i % 9 - 4), 3}});
+  writer.SetPoints(points);
   writer.Close(1.0);
 }
 
@@ -294,6 +313,29 @@ TEST(ProxyCommand, TakesAMeshMadeElsewhere) {
   EXPECT_EQ(ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size(), 1u);
   EXPECT_EQ(ReadMeshFile(scratch / "field/kept/proxy.ply").mesh.triangles.size(), 2u)
       << "ulf cannot make it again";
+}
+
+TEST(ProxyCommand, TakesTheMiddleOfPointsForASubject) {
+  const test::ScratchFolder scratch;
+  DrawWalk(scratch / "bare", false);
+  const auto refused = RunUlf("proxy " + (scratch / "bare").string());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("--subject x,y,z,radius"));
+  DrawWalk(scratch / "walk", true);
+  const std::string dir = (scratch / "walk").string();
+  const auto splats =
+      RunUlf("export splat --most 20000 --json " + dir + " -o " + (scratch / "walk.ply").string());
+  ASSERT_EQ(splats.exit_code, 0) << splats.errors;
+  EXPECT_THAT(splats.errors, HasSubstr("ulf proxy"));
+  EXPECT_FALSE(std::filesystem::exists(scratch / "walk/proxy.ply")) << "an export changes nothing";
+  EXPECT_GT(JsonFromText(splats.output)["psnr_db"], 15);
+  const auto made = RunUlf("proxy " + dir + " --json");
+  ASSERT_EQ(made.exit_code, 0) << made.errors;
+  EXPECT_GT(JsonFromText(made.output)["agreeing_share"], 0.7);
+  const TriangleMesh mesh = ReadMeshFile(scratch / "walk/proxy.ply").mesh;
+  double on_the_wall = 0;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) on_the_wall += std::abs(vertex.z() - 3) < 0.05f;
+  EXPECT_GT(on_the_wall, 0.9 * static_cast<double>(mesh.vertices.size()));
 }
 
 TEST(ProxyCommand, SaysWhatIsMissing) {
