@@ -122,7 +122,9 @@ LevelAxes LevelAxesOf(const std::vector<CameraAxes>& cameras, const Vector3d& up
 Vector3d Fitted(const LevelAxes& level, const Vector3d& ahead) {
   constexpr double kNearlyNone = 1e-9, kNearlyAll = 1e6;
   constexpr double kProven = 9;  // variances that the misfit of a level view must exceed. Guessed.
-  constexpr double kSpread = 8;  // times the axes' noise, of their spread. Guessed.
+  // Times the axes' noise, of their spread: below, the direction across them is chance. Settled on drawn
+  // grids before a wall and narrow arcs.
+  constexpr double kSpread = 6;
   const Vector3d free = level.Across(ahead, kNearlyNone);
   Vector3d straight = level.Across(ahead, kNearlyAll * level.cameras);
   if (straight.dot(free) < 0) straight = -straight;
@@ -131,7 +133,7 @@ Vector3d Fitted(const LevelAxes& level, const Vector3d& ahead) {
   const double gain = (level.MisfitOf(straight) - level.MisfitOf(free)) / variance;
   const double spread = EigenvaluesOf(level.scatter).values(1) / level.cameras / variance;
   if (!(gain > 0 && spread > 0)) return straight;
-  const double share = 1 / (1 + std::pow(kProven / gain, 2) + std::pow(kSpread / spread, 4));
+  const double share = 1 / (1 + std::pow(kProven / gain, 2) + std::pow(kSpread / spread, 6));
   return ((1 - share) * straight + share * free).normalized();
 }
 

@@ -7,7 +7,10 @@
 // all look down from one side, and sideways where some photographs are turned.
 //
 // If all cameras face nearly the same way, their axes leave the pitch open. Then they look straight ahead on
-// average, as far as the axes' spread does not tell more than their noise.
+// average, as far as the axes' spread does not tell more than their noise. If n cameras face directions that
+// spread by s and are held with a tilt of t (standard deviations), the pitch is known to t / (s sqrt(n)): on
+// an arc of 20 degrees held to 1.5 degrees to 4 degrees by twelve cameras, to 2 by sixty. Nothing else in the
+// poses tells more: such an arc's own plane is lost in the heights of a hand.
 #pragma once
 
 #include <Eigen/Core>

@@ -105,6 +105,26 @@ TEST_P(UpDirection, StaysThoughPhotographsAreTurned) {
   }
 }
 
+// Narrow arcs leave the pitch to the level axes alone, which tell it no better than their tilts allow.
+TEST(UpOfCameras, NarrowArcsAreOffByTheirTiltsAlone) {
+  constexpr double kWidth_deg = 20, kTilt_deg = 1.5;
+  constexpr int kSeeds = 25;
+  for (const double elevation_deg : {15.0, 30.0, 45.0}) {
+    const Shape arc{"a narrow arc",
+                    [=](double at) { return LooksAtSubject(kWidth_deg * (at - 0.5), elevation_deg); }};
+    EXPECT_LT(OffDeg(Photographs(arc, 12, 3, 0, 1)), 1.2) << elevation_deg << " degrees, held exactly";
+    for (const int count : {60, 200}) {
+      const double spread = Radians(kWidth_deg) / std::sqrt(12);
+      const double known_to_deg = kTilt_deg / (spread * std::sqrt(count));
+      double squares = 0;
+      for (unsigned seed = 1; seed <= kSeeds; ++seed)
+        squares += std::pow(OffDeg(Photographs(arc, count, count / 4, kTilt_deg, seed)), 2);
+      EXPECT_LT(std::sqrt(squares / kSeeds), 1.3 * known_to_deg)
+          << count << " photographs from " << elevation_deg << " degrees above";
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(OfTwelve, UpDirection, testing::Range(0, 8));
 
 TEST(UpOfCameras, IsTheSameInAnyWorld) {
