@@ -205,75 +205,71 @@ void ExpectHandsNamed(const PosedPictures& pictures) {
   fmt::print("{} |\n", row);
 }
 
+using Expectation = void (*)(const PosedPictures&);
+
+void InFern(Expectation expect) {
+  ULF_NEED_TEST_DATA(folder, "llff_fern");
+  expect(OfSet(folder));
+}
+
+void InTempleRing(Expectation expect) {
+  ULF_NEED_TEST_DATA(folder, "temple_ring");
+  expect(OfTrueViews("temple_ring", test::ReadMiddlebury(folder, "templeR_par.txt")));
+}
+
+void InFox(Expectation expect) {
+  ULF_NEED_TEST_DATA(folder, "fox_half");
+  expect(OfSet(folder));
+}
+
+void InTheKitchen(Expectation expect) {
+  ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
+  PosedPictures pictures = OfSequence(folder, "colmap_reference.txt", "frame-{:06}.color.jpg", 1);
+  pictures.distance = 2;  // metres, by its depth images: a walk whose axes meet nowhere
+  expect(pictures);
+}
+
+void InStrecha(Expectation expect) {
+  ULF_NEED_TEST_DATA(folder, "strecha");
+  for (const char* name : {"fountain-P11", "Herz-Jesus-P8"})
+    expect(OfTrueViews(name, test::ReadStrecha(folder / name)));
+}
+
 TEST(PoseCheckData, NamesHandsOfTheSimulator) {
   for (const unsigned seed : {1u, 2u}) ExpectHandsNamed(OfSimulator("studio", seed, 40, 8));
   ExpectHandsNamed(OfSimulator("room", 3, 40, 8));
   ExpectHandsNamed(OfSimulator("gloss", 4, 40, 8));
 }
 
-TEST(PoseCheckData, NamesHandsInFern) {
-  ULF_NEED_TEST_DATA(folder, "llff_fern");
-  ExpectHandsNamed(OfSet(folder));
-}
+TEST(PoseCheckData, NamesHandsInFern) { InFern(ExpectHandsNamed); }
 
-TEST(PoseCheckData, NamesHandsInTempleRing) {
-  ULF_NEED_TEST_DATA(folder, "temple_ring");
-  ExpectHandsNamed(OfTrueViews("temple_ring", test::ReadMiddlebury(folder, "templeR_par.txt")));
-}
+TEST(PoseCheckData, NamesHandsInTempleRing) { InTempleRing(ExpectHandsNamed); }
 
-TEST(PoseCheckData, NamesHandsInFox) {
-  ULF_NEED_TEST_DATA(folder, "fox_half");
-  ExpectHandsNamed(OfSet(folder));
-}
+TEST(PoseCheckData, NamesHandsInFox) { InFox(ExpectHandsNamed); }
 
-TEST(PoseCheckData, NamesHandsInTheKitchen) {
-  ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
-  ExpectHandsNamed(OfSequence(folder, "colmap_reference.txt", "frame-{:06}.color.jpg", 1));
-}
+TEST(PoseCheckData, NamesHandsInTheKitchen) { InTheKitchen(ExpectHandsNamed); }
 
-TEST(PoseCheckData, NamesHandsInStrecha) {
-  ULF_NEED_TEST_DATA(folder, "strecha");
-  for (const char* name : {"fountain-P11", "Herz-Jesus-P8"})
-    ExpectHandsNamed(OfTrueViews(name, test::ReadStrecha(folder / name)));
-}
+TEST(PoseCheckData, NamesHandsInStrecha) { InStrecha(ExpectHandsNamed); }
 
 TEST(PoseCheckData, FindsEveryWrongPoseOfTheSimulator) {
   for (const unsigned seed : {1u, 2u}) ExpectFound(OfSimulator("studio", seed, 50, 6));
   ExpectFound(OfSimulator("room", 3, 50, 6));
 }
 
-TEST(PoseCheckData, FindsEveryWrongPoseOfFern) {
-  ULF_NEED_TEST_DATA(folder, "llff_fern");
-  ExpectFound(OfSet(folder));
-}
+TEST(PoseCheckData, FindsEveryWrongPoseOfFern) { InFern(ExpectFound); }
 
-TEST(PoseCheckData, FindsEveryWrongPoseOfTempleRing) {
-  ULF_NEED_TEST_DATA(folder, "temple_ring");
-  ExpectFound(OfTrueViews("temple_ring", test::ReadMiddlebury(folder, "templeR_par.txt")));
-}
+TEST(PoseCheckData, FindsEveryWrongPoseOfTempleRing) { InTempleRing(ExpectFound); }
 
-TEST(PoseCheckData, FindsEveryWrongPoseOfFox) {
-  ULF_NEED_TEST_DATA(folder, "fox_half");
-  ExpectFound(OfSet(folder));
-}
+TEST(PoseCheckData, FindsEveryWrongPoseOfFox) { InFox(ExpectFound); }
 
-TEST(PoseCheckData, FindsEveryWrongPoseOfTheKitchen) {
-  ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
-  PosedPictures pictures = OfSequence(folder, "colmap_reference.txt", "frame-{:06}.color.jpg", 1);
-  pictures.distance = 2;  // metres, by its depth images: a walk whose axes meet nowhere
-  ExpectFound(pictures);
-}
+TEST(PoseCheckData, FindsEveryWrongPoseOfTheKitchen) { InTheKitchen(ExpectFound); }
 
 TEST(PoseCheckData, FindsEveryWrongPoseOfAScan) {
   ULF_NEED_TEST_DATA(folder, "scan_synthetic");
   ExpectFound(OfSequence(folder, "groundtruth.txt", "{:06}.jpg", 10));
 }
 
-TEST(PoseCheckData, FindsEveryWrongPoseOfStrecha) {
-  ULF_NEED_TEST_DATA(folder, "strecha");
-  for (const char* name : {"fountain-P11", "Herz-Jesus-P8"})
-    ExpectFound(OfTrueViews(name, test::ReadStrecha(folder / name)));
-}
+TEST(PoseCheckData, FindsEveryWrongPoseOfStrecha) { InStrecha(ExpectFound); }
 
 }  // namespace
 }  // namespace ulf::pose_check_long_test
