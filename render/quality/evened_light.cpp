@@ -11,6 +11,7 @@
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/light_fit.h"
+#include "render/scene/even_picture.h"
 #include "render/scene/exposure_scales.h"
 
 namespace ulf::render {
@@ -73,11 +74,10 @@ cv::Mat EvenedLight::Of(const View& view) const {
   cv::Mat clipped;
   cv::Mat light = LinearFloat(ReadViewLight(light_field_, view, &clipped));
   const SceneView& even = views_.at(view.id);
-  const cv::Vec3f black = cv::Vec3f::all(even.black);
   for (int y = 0; y < light.rows; ++y)
     for (int x = 0; x < light.cols; ++x) {
       cv::Vec3f& pixel = light.at<cv::Vec3f>(y, x);
-      pixel = (pixel - black).mul(even.ScaleAt({x + 0.5, y + 0.5}));
+      pixel = OnCommonScale(even, pixel, {x + 0.5, y + 0.5});
     }
   pixels_ += light.total();
   const float scale = even.scale / *std::ranges::max_element(even.correction.gain.val);

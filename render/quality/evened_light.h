@@ -32,7 +32,7 @@ class EvenedLight {
   void FitOnMesh();
 
   const LightField& light_field_;
-  std::map<int, SceneView> views_;  // by id; what ScaleAt() needs, and `black`
+  std::map<int, SceneView> views_;  // by id; what OnCommonScale() needs
   float most_scale_ = 1;
   std::string words_;
   std::vector<int> unmatched_;  // ids of views whose exposure remains unknown

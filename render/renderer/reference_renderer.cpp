@@ -15,6 +15,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/fields/make_field.h"
 #include "render/renderer/soft_pixel.h"
+#include "render/scene/even_picture.h"
 
 namespace ulf::render {
 namespace {
@@ -151,9 +152,8 @@ cv::Vec4f SampleLevel(const cv::Mat& pixels, const CameraModel& camera, const Ve
 
 cv::Vec4f LightOfView(const SceneView& view, const cv::Mat& level, const Eigen::Vector2d& img) {
   const cv::Vec4f light = SampleLevel(level, view.camera, img);
-  const cv::Vec3f scale = view.ScaleAt(img);
-  return {(light[0] - view.black) * scale[0], (light[1] - view.black) * scale[1],
-          (light[2] - view.black) * scale[2], light[3]};
+  const cv::Vec3f even = OnCommonScale(view, {light[0], light[1], light[2]}, img);
+  return {even[0], even[1], even[2], light[3]};
 }
 
 ReferenceRenderer::ReferenceRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options)

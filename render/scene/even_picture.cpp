@@ -24,8 +24,6 @@ cv::Mat EvenLightOf(const SceneView& view, int level) {
                     {0, 0, 1, 1, 2, 2, 3, 3});
   }
   const double to_full = 1.0 * view.camera.width / pixels.cols;
-  const bool is_even = view.correction == LightCorrection{};
-  const cv::Vec3f even = view.ScaleAt({view.camera.cx, view.camera.cy});
   for (int y = 0; y < light.rows; ++y)
     for (int x = 0; x < light.cols; ++x) {
       auto& at = light.at<cv::Vec4f>(y, x);
@@ -33,13 +31,18 @@ cv::Mat EvenLightOf(const SceneView& view, int level) {
         at = {0, 0, 0, 0};
         continue;
       }
-      const cv::Vec3f scale = is_even ? even : view.ScaleAt({(x + 0.5) * to_full, (y + 0.5) * to_full});
-      for (int c = 0; c < 3; ++c) at[c] = (at[c] / at[3] - view.black) * scale[c];
+      const cv::Vec3f even = OnCommonScale(view, {at[0] / at[3], at[1] / at[3], at[2] / at[3]},
+                                           {(x + 0.5) * to_full, (y + 0.5) * to_full});
+      for (int c = 0; c < 3; ++c) at[c] = even[c];
     }
   return light;
 }
 
 }  // namespace
+
+cv::Vec3f OnCommonScale(const SceneView& view, const cv::Vec3f& light, const Eigen::Vector2d& img) {
+  return (light - cv::Vec3f::all(view.black)).mul(view.ScaleAt(img));
+}
 
 Undistortion UndistortionOf(const SceneView& view) {
   if (view.camera.distortion == Distortion::kNone)

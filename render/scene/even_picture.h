@@ -1,5 +1,5 @@
-// A view's photograph as programs without lenses and exposures need it: without distortion, on the scene's
-// common scale of light, in 8-bit sRGB.
+// A view's photograph on the scene's common scale of light: a colour of it, and the whole as programs without
+// lenses and exposures need it, without distortion, in 8-bit sRGB.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,6 +8,9 @@
 #include "render/scene/scene.h"
 
 namespace ulf::render {
+
+// Returns the photograph's linear light, B G R, at a point of its image, on the common scale.
+cv::Vec3f OnCommonScale(const SceneView& view, const cv::Vec3f& light, const Eigen::Vector2d& img);
 
 // Returns how the view is undistorted: not at all if it has no distortion, wherever its principal point lies.
 // Throws Error if its axis is outside its picture.
